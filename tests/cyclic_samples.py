@@ -81,3 +81,9 @@ def renumbered(fe_mesh, seed=0):
     cells = random.permutation(place[fe_mesh.cells])
     facets = {name: place[rows] for name, rows in fe_mesh.facets.items()}
     return replace(fe_mesh, points=points, cells=cells, facets=facets)
+
+
+def fixed_frequencies(reduction):
+    """Fixed-interface frequencies (n_modes,), Hz, of a reduction."""
+    body = reduction.body
+    return np.sqrt(np.diag(body.stiffness)[body.interface_dofs :]) / (2 * np.pi)

@@ -1,18 +1,17 @@
-"""Bodies as the coupled system sees them, with mass, stiffness and named 6-dof nodes, springs
-between them, and small rigid motion.
+"""Bodies of the coupled system (mass, stiffness and named 6-dof nodes), their springs, and small
+rigid motion.
 
 A body has coordinates ``q`` (d,). The motion of its nodes is ``node_map @ q`` with six rows a
-node in the order ux, uy, uz, rx, ry, rz (m, rad). A reduced finite-element body, a beam, a lumped
-gear and a rigid component are all of this one kind, so that a component is made rigid or stiffer
-by a transformation that returns a new body.
+node in the order ux, uy, uz, rx, ry, rz (m, rad). ``Body`` represents a reduced finite-element
+body, a beam, a lumped gear and a rigid component alike, so that a component is made rigid or
+stiffer by a transformation that returns a new body.
 
 Coordinates are the node dofs followed by modal ones (Craig–Bampton, beams); the rigid motion of
 the frame's origin (rigid and lumped bodies); or that motion followed by elastic coordinates
-(``floating``). ``rigid_motions`` says for all of them which coordinates move the body as rigid.
+(``floating``). The columns of ``rigid_motions`` are the coordinates of unit rigid motions.
 
-A spring, for the coupled system and the error estimates alike, acts on the motion of one interface
-node against its surroundings, in axes turned about z: those of a bolt point outward along the
-radius, tangentially and along z.
+A spring connects one interface node to the body's surroundings, in axes turned about z: the axes of
+a bolt point outward along the radius, tangentially and along z.
 """
 
 from __future__ import annotations
@@ -28,9 +27,10 @@ from flexgear.model.names import BodyName, NodeName
 
 
 def rotation(angle: Array | float) -> Array:
-    """(..., 3, 3) that takes components along axes turned by ``angle`` (...) about z to fixed axes.
+    """Rotation matrix (..., 3, 3) about z by ``angle`` (...), rad.
 
-    rad; row vectors turn by its transpose.
+    It transforms components along the turned axes to components along the fixed axes; row vectors
+    are multiplied by its transpose.
     """
     angle = np.asarray(angle, dtype=float)
     out = np.zeros((*angle.shape, 3, 3))
@@ -42,19 +42,13 @@ def rotation(angle: Array | float) -> Array:
 
 
 def turn(angle: float) -> Array:
-    """Rotation (6, 6) about z of the six components of a node's motion or of a wrench."""
-    return six(rotation(angle))
-
-
-def six(turn3: Array) -> Array:
-    """A turn (3, 3) of translations and rotations alike, (6, 6)."""
-    out = np.zeros((6, 6))
-    out[:3, :3] = out[3:, 3:] = turn3
-    return out
+    """Rotation (6, 6) about z, rad, of the six components of a node's motion or of a wrench."""
+    return np.asarray(np.kron(np.eye(2), rotation(angle)), dtype=np.float64)
 
 
 def rigid_motion(arms: Array) -> Array:
-    """H (m, 3, 6) with u = t + θ x arm = H [t, θ]; arms (m, 3) in m."""
+    """Displacements H (m, 3, 6) of points at arms (m, 3) m from a reference point by its unit
+    translations t and rotations θ: u = t + θ x arm = H [t, θ]."""
     h = np.zeros((len(arms), 3, 6))
     h[:, [0, 1, 2], [0, 1, 2]] = 1.0
     x, y, z = arms.T
@@ -65,7 +59,8 @@ def rigid_motion(arms: Array) -> Array:
 
 
 def rigid_rows(positions: Array, centre: Array | None = None) -> Array:
-    """Motion (6 n, 6) of nodes under rigid motion of ``centre``: u = t + θ x (x − x0), and θ."""
+    """Motion (6 n, 6) of nodes under unit rigid motions of ``centre`` x0 (the origin if left out):
+    translations t + θ x (x − x0) and rotations θ of each node in turn."""
     arms = np.atleast_2d(positions) - (0.0 if centre is None else centre)
     rows = np.zeros((len(arms), 6, 6))
     rows[:, :3] = rigid_motion(arms)
@@ -120,7 +115,7 @@ class Body:
         return self.positions[self.node_names.index(name)]
 
 
-KINEMATICS: dict[str, tuple[int, ...]] = {  # which of the six node dofs a lumped body has
+KINEMATICS: dict[str, tuple[int, ...]] = {  # node dofs that a lumped body has, of six
     "fixed": (),
     "torsional": (5,),
     "planar": (0, 1, 5),
@@ -139,7 +134,7 @@ def lumped_body(
 ) -> Body:
     """A rigid body of one node at its centre of mass, M = diag(m, m, m, Jx, Jy, Jz).
 
-    kinematics: a key of ``KINEMATICS``, the dofs it has; held: without rotation about its axis.
+    kinematics: a key of ``KINEMATICS``; held: whether it cannot rotate about its axis.
     """
     dofs = [i for i in KINEMATICS[kinematics] if not (held and i == 5)]
     return Body(
@@ -170,15 +165,18 @@ def rigid_variant(body: Body) -> Body:
 
 
 def node_motions(positions: Array, size: int) -> Array:
-    """``rigid_motions`` (size, 6) of a body whose node dofs come first: modal coordinates stay
-    zero, because constraint modes hold rigid motion exactly."""
+    """``rigid_motions`` (size, 6) of a body whose node dofs come first. Modal coordinates are zero
+    in them, because constraint modes reproduce rigid motion exactly."""
     nodes = rigid_rows(positions)
     return np.pad(nodes, ((0, size - len(nodes)), (0, 0)))
 
 
 @dataclass(frozen=True, eq=False)
 class Spring:
-    """matrix: (6, 6) SI in axes that are turned by angle (rad) against those of the body."""
+    """Spring between an interface node and the body's surroundings.
+
+    matrix: stiffness (6, 6) SI in axes that are turned by angle (rad) about z from the body's.
+    """
 
     node: NodeName
     matrix: Array = field(repr=False)
@@ -186,7 +184,7 @@ class Spring:
 
     @property
     def axes(self) -> Array:
-        """(6, 6) that takes a motion in the body's axes to the spring's."""
+        """Rotation (6, 6) of a motion from the body's axes to the spring's."""
         return turn(self.angle).T
 
     @property

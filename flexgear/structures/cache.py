@@ -1,9 +1,9 @@
-"""The cache on disk: what is in it, by which keys, how it is emptied.
+"""The cache on disk: its entries, their keys, and how it is emptied.
 
 It holds reduced bodies (`store`), influences of teeth (`tooth_influence`), finished parts of
-studies that were interrupted and the machine code of loops (`flexgear.compiled`). Each entry has a
-folder named by the SHA-256 of all that it depends on. Whatever else lies there is not flexgear's,
-or is just being made, and stays.
+studies that were interrupted and the machine code of loops (`flexgear.compiled`). Each entry is a
+folder named by the SHA-256 of all that it depends on. Files and folders with other names belong to
+other programs or are being written; they are neither listed nor removed.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Entry:
 
 
 def entries() -> list[Entry]:
-    """All that flexgear keeps, by kind. Raises OSError where the cache cannot be read."""
+    """All entries of the cache, by kind. Raises OSError where the cache cannot be read."""
     return [Entry(kind, path, _size(path)) for kind in KINDS for path in _paths(kind)]
 
 
@@ -75,7 +75,7 @@ def remove(path: Path) -> None:
 
 
 def content_key(**content: Any) -> str:
-    """SHA-256 of named content: numbers, strings, tuples, dataclasses, arrays."""
+    """SHA-256 of named content (numbers, strings, tuples, dataclasses, arrays) and ``FORMAT``."""
     text = json.dumps({"format": FORMAT, **_plain(content)}, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
@@ -83,18 +83,18 @@ def content_key(**content: Any) -> str:
 def cached_arrays(
     kind: type[T], version: int, content: Mapping[str, Any], compute: Callable[[], T]
 ) -> T:
-    """An influence of teeth that was kept for this content, else computed and kept.
+    """An influence of teeth, read from the cache or computed and stored there.
 
-    kind: dataclass of arrays and numbers, those that are None left out; version: raised when its
-    numerics or fields change. FlexgearWarning where the disk refuses to keep it; it is used all the
-    same.
+    kind: dataclass of arrays and numbers, fields that are None are not stored; version: raised when
+    its numerics or fields change; content: all that it depends on. FlexgearWarning where it cannot
+    be written: it is returned all the same.
     """
     key = content_key(influence=version, **content)
     file = cache_directory() / "influence" / key / f"{kind.__name__}.npz"
     try:
         with np.load(io.BytesIO(unsealed(read_kept(file)))) as arrays:
             return kind(**{name: array[()] for name, array in arrays.items()})
-    except (OSError, ValueError, TypeError):  # none there, or a damaged one: made again
+    except (OSError, ValueError, TypeError):  # there is none, or it is damaged
         pass
     result = compute()
     values = {f.name: getattr(result, f.name) for f in fields(result)}  # type: ignore[arg-type]
@@ -104,18 +104,18 @@ def cached_arrays(
         file.parent.mkdir(parents=True, exist_ok=True)
         write_bytes(file, sealed(stream.getvalue()))
     except (OSError, FlexgearError) as error:
-        text = f"cannot keep the influence of a tooth, it is made again next time: {error}"
+        text = f"cannot keep the influence of a tooth, the next run computes it again: {error}"
         warnings.warn(text, FlexgearWarning, stacklevel=2)
     return result
 
 
 def sealed(data: bytes) -> bytes:
-    """Data behind a line with its SHA-256."""
+    """A line with the SHA-256 of data, followed by the data."""
     return hashlib.sha256(data).hexdigest().encode() + b"\n" + data
 
 
 def unsealed(data: bytes) -> bytes:
-    """The data that ``sealed`` was made of; ValueError if any bit has changed since."""
+    """The data in the result of ``sealed``; ValueError if any bit of them has changed."""
     seal, _, rest = data.partition(b"\n")
     if seal.decode() != hashlib.sha256(rest).hexdigest():
         raise ValueError("its checksum is wrong")

@@ -1,24 +1,25 @@
 """Errors of a reduced body against its FE model.
 
-Static, under lines of load on tooth flanks and pressure on pin seats. Both models stand on the same
-supports S at the interface nodes. The full model under a load f on the surface answers with
-interface motion
+Static, under lines of load on tooth flanks and pressure on pin seats. Both models have the same
+supports S at the interface nodes. Under a load f on the surface the interface of the full model
+moves by
 
     (K_bb + S) q = Psi^T f            (exact: Schur complement of K + B^T S B),
 
-the reduced one carries the statically equivalent wrench w at the tooth's (pin's) own node,
-(K_bb + S) q_r = E w. With t the translation of the loaded node, the error of a load case is
-|t - t_r| / |t|.
+that of the reduced model, whose load is the statically equivalent wrench w at the node of the
+tooth (pin), by (K_bb + S) q_r = E w. With t the translation of the loaded node, the error of a load
+case is |t - t_r| / |t|.
 
-Shapes. What the rim of a ring does along the face within a tooth, beyond the rigid motion of its
+Shapes. Deformation of a ring's rim along the face within a tooth, beyond the rigid motion of its
 node (``tooth_influence.rim``), adds dC to the influence C of the tooth between slices. The error of
-a line load f without it is max |dC f| / max |C f| over the loaded slices: of how the tooth gives
-way there. Supports carry load but distribute none along the face, so they are not in it.
+a line load f without it is max |dC f| / max |C f| over the loaded slices, relative to the tooth's
+deflection there. The flexibility of the supports does not depend on the distribution of load along
+the face and is not part of C.
 
-Frequencies. Supported modes of the reduced body, u = Psi q + Phi eta, start one step of
-simultaneous inverse iteration on the full model; Rayleigh-Ritz on span[U, A U],
-A = (K + B^T S B)^{-1} M, gives the full model's frequencies: what remains of an error e of the
-start is of the order e (f / f_fixed)^4 (the tests compare with Lanczos on the full matrices).
+Frequencies. Supported modes of the reduced body, u = Psi q + Phi eta, are the start U of one step
+of simultaneous inverse iteration on the full model; Rayleigh-Ritz on span[U, A U],
+A = (K + B^T S B)^{-1} M, gives the full model's frequencies. An error e of the start leaves one of
+the order e (f / f_fixed)^4 (the tests compare with Lanczos on the full matrices).
 """
 
 from __future__ import annotations
@@ -37,15 +38,16 @@ from flexgear.structures.linalg.dense import blocks, dot, times
 from flexgear.structures.reduced import Progress, ReducedBody, silent
 from flexgear.structures.reduction import AnyCondensation, Reduction
 
-_MARGIN = 0.08  # of the flank's height kept between a load line and the flank's border
+_MARGIN = 0.08  # distance of a load line from the flank's border, over the flank's height
 END_SHARE = 0.2  # of the face width under a load at one end; a shorter contact line carries little
-AT_END = " end "  # in the names of these
-_SLACK = 0.2  # flat triangles on a twisted flank leave the cells by this much at most
+AT_END = " end "  # part of the names of load cases at one end
+_SLACK = 0.2  # reference coordinates by which flat triangles on a twisted flank may leave the cells
 
 
 @dataclass(frozen=True, eq=False)
 class ProbeLoad:
-    """Point forces (m, 3) N at a sample's points, meant for one interface node."""
+    """A load case: point forces (m, 3) N at the points of a sample, and the node that carries them
+    in the reduced body."""
 
     node: str
     case: str
@@ -53,7 +55,7 @@ class ProbeLoad:
     forces: Array = field(repr=False)
 
     def wrench(self, position: Array) -> Array:
-        """Statically equivalent force and moment (6,) at a position."""
+        """Statically equivalent force and moment (6,) N, N m at a position (3,) m."""
         moment = np.cross(self.sample.points - position, self.forces).sum(axis=0)
         return np.concatenate([self.forces.sum(axis=0), moment])
 
@@ -61,7 +63,8 @@ class ProbeLoad:
 def tooth_lines(
     model: FeModel, teeth: Iterable[int], face_width: float, outward: float
 ) -> list[ProbeLoad]:
-    """Unit normal loads on flanks: at tip, pitch and root height, over the face and at its ends.
+    """Unit loads along the normals of flanks, on lines at tip, pitch and root height, over the
+    whole face and at either end.
 
     teeth: 0-based; outward: +1 where the tip is the flank's largest radius, −1 on a ring.
     """
@@ -93,7 +96,11 @@ def tooth_lines(
 
 
 def pin_pressures(model: FeModel, pins: int, angles: Array) -> list[ProbeLoad]:
-    """Cosine pressure on pin seats, along x and y of the planet: whole seat and its halves."""
+    """Unit loads by cosine pressure on pin seats, radially and tangentially about the carrier's
+    axis: on the whole seat and on its halves.
+
+    angles: of the pins (N,), rad.
+    """
     loads = []
     for pin in range(pins):
         name = f"pin_{pin + 1}"
@@ -117,7 +124,7 @@ def pin_pressures(model: FeModel, pins: int, angles: Array) -> list[ProbeLoad]:
 
 
 class _Flank:
-    """A flank as flat triangles over (radius, z)."""
+    """A flank as triangles, which are also described by (radius, z) of their corners."""
 
     def __init__(self, model: FeModel, patch: str) -> None:
         facets = triangles(model.fe_mesh.facets[patch])
@@ -143,18 +150,18 @@ class _Flank:
         return np.einsum("mv,mvi->mi", inside, self.corners[best]), self.normal[best]
 
 
-PROMISED = 0.02  # error that passes: without a warning, or more shapes of a tooth
-_BLOCK = 32  # vectors taken together at most
+PROMISED = 0.02  # largest error without a warning, or without shapes of the teeth
+_BLOCK = 32  # most vectors that are processed together
 _BLOCK_BYTES = 128e6
-_FREE = 1e-12  # smallest eigenvalue of a stiffness with unit diagonal that holds a body
-_GUARD = 1.15  # reduced modes up to this times the limit start the reference
+_FREE = 1e-12  # smallest eigenvalue of a stiffness with unit diagonal that leaves no motion free
+_GUARD = 1.15  # highest frequency of the starting modes over the limit
 _FEWEST = 6  # modes that are compared where fewer lie below the limit
-_RIGID = 1e-5  # of the limit's frequency, below which supports leave a motion free
+_RIGID = 1e-5  # frequency over the limit below which a motion counts as free
 
 
 @dataclass(frozen=True, eq=False)
 class FrequencyComparison:
-    """Supported frequencies up to a limit, or the lowest few, Hz: reduced, full (k,), rising."""
+    """Frequencies of a supported body, Hz (k,), rising: of the reduced and of the full model."""
 
     reduced: Array
     full: Array
@@ -165,8 +172,9 @@ class FrequencyComparison:
         return np.abs(self.reduced / self.full - 1)
 
 
-def probed(reduction: Reduction, loads: Sequence[ProbeLoad]) -> ReducedBody:
-    """The reduced body with Psi^T f and E w of loads, from which errors on any supports follow."""
+def with_probe_loads(reduction: Reduction, loads: Sequence[ProbeLoad]) -> ReducedBody:
+    """The reduced body with Psi^T f and E w of loads, from which ``static_errors`` follow for any
+    supports."""
     condensation = reduction.condensation
     interface = condensation.interface
     probe_loads = np.zeros((2, interface.size, len(loads)))
@@ -191,9 +199,8 @@ def is_held(stiffness: Array) -> bool:
 
 
 def static_errors(body: ReducedBody, supports: Array) -> dict[str, float]:
-    """Worst error of the loaded nodes' translations by load case; supports (b, b) N/m.
-
-    Empty where the supports leave the body free to move: then no load has a finite answer.
+    """Largest error of the loaded nodes' translations, by the name of the load case; supports
+    (b, b) N/m. Empty where the supports leave the body free to move.
     """
     b, count = body.interface_dofs, len(body.probe_cases)
     stiffness = body.stiffness[:b, :b] + supports
@@ -209,25 +216,28 @@ def static_errors(body: ReducedBody, supports: Array) -> dict[str, float]:
     return worst
 
 
-def judged(cases: Mapping[str, float], shapes: float | None = None) -> dict[str, Any]:
-    """Entries of a ring's report: the static error and the load of it, among loads that are even
-    over the face and ``shapes``, the error at the ends of teeth that bend along the face."""
+def largest_ring_error(cases: Mapping[str, float], shapes: float | None = None) -> dict[str, Any]:
+    """Entries of a ring's report as ``largest_error``, of the load cases over the whole face alone
+    and, if given, of ``shapes``, the error at the ends of teeth without shapes along the face."""
     even = {case: error for case, error in cases.items() if AT_END not in case}
     if shapes is not None:
         even["end of the face, beside the tooth's own deflection"] = shapes
-    return worst(even)
+    return largest_error(even)
 
 
-def worst(cases: Mapping[str, float]) -> dict[str, Any]:
-    """Entries of a report: the static error and the load of it; None without any."""
+def largest_error(cases: Mapping[str, float]) -> dict[str, Any]:
+    """Entries of a report: the largest static error and its load case; None without load cases."""
     load = max(cases, key=cases.__getitem__, default=None)
     return {"static_error": None if load is None else cases[load], "static_error_load": load}
 
 
 def shape_errors(influence: Array, left_out: Array, loads: Array) -> Array:
-    """max |dC f| / max |C f| over the loaded slices, of loads (n, K); C and dC (K, K) m/N."""
-    present, missed = (np.abs(loads @ c.T) * (loads > 0.0) for c in (influence, left_out))
-    return np.asarray(missed.max(axis=1) / present.max(axis=1))
+    """Errors (n,) of loads f (n, K) without dC: max |dC f| / max |C f| over the loaded slices.
+
+    influence: C, left_out: dC, both (K, K) m/N.
+    """
+    included, omitted = (np.abs(loads @ c.T) * (loads > 0.0) for c in (influence, left_out))
+    return np.asarray(omitted.max(axis=1) / included.max(axis=1))
 
 
 def compare_frequencies(
@@ -236,8 +246,8 @@ def compare_frequencies(
     limit_hz: float,
     progress: Progress = silent,
 ) -> FrequencyComparison:
-    """Supported frequencies up to limit_hz, but at least the lowest few, of the reduced and of the
-    full model; motions that the supports leave free do not count."""
+    """Frequencies up to limit_hz, and at least the lowest few, of the reduced and of the full model
+    on supports (b, b); motions that the supports leave free are omitted."""
     body, condensation = reduction.body, reduction.condensation
     b = condensation.interface.size
     progress("frequency check", 0.0)
@@ -257,7 +267,7 @@ def compare_frequencies(
         image *= values[block]
         field[:, count + block.start : count + block.stop] = image
         progress("frequency check", 0.8 * block.stop / count)
-    # U and A U nearly agree: take their difference, scaled, as the second half
+    # U and A U nearly agree, so their scaled difference is the second half of the basis
     change = field[:, count:]
     change -= field[:, :count]
     change /= np.maximum(np.sqrt(np.einsum("ij,ij->j", change, change)), 1e-300)
@@ -271,7 +281,7 @@ def compare_frequencies(
 
 
 def _ritz_values(condensation: AnyCondensation, supports: Array, field: Array) -> Array:
-    """Rising Ritz values of (K + B^T S B, M) on the columns of field (d, k); 1/s2."""
+    """Ritz values (k,) of (K + B^T S B, M) on the columns of field (d, k), rising, rad²/s²."""
     count = field.shape[1]
     at_nodes = condensation.interface_motion(field)
     k = at_nodes.T @ supports @ at_nodes
@@ -289,5 +299,5 @@ def _ritz_values(condensation: AnyCondensation, supports: Array, field: Array) -
 
 
 def _block(condensation: AnyCondensation) -> int:
-    """Fields that are worked on at once."""
+    """Number of fields that are processed together."""
     return max(8, min(_BLOCK, int(_BLOCK_BYTES / (8 * condensation.dofs))))

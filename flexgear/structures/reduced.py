@@ -1,38 +1,39 @@
-"""Reduced bodies: on nodes, as floating ones by their mean axes, and both halves of a ring.
+"""Reduced bodies: on interface nodes, in mean axes, and both halves of a ring as one body.
 
 A reduced body has mass and stiffness on named 6-dof nodes and modal coordinates.
 
 u ~ Psi q_b + Phi eta, coordinates q = [q_b, eta]; q_b = six dofs (ux, uy, uz in m; tx, ty, tz in
 rad) of each node in node order, eta scaled by Phi^T M Phi = I (kg^(1/2) m).
 
-A free reduced body in coordinates of the rigid motion of its mean axes and of elastic modes:
+In coordinates of the rigid motion of its mean axes and of elastic modes (``floating``) a free
+reduced body moves as
 
     u = R r + Φ e,   K Φ = M Φ diag(ω²),   Φᵀ M Φ = 1,   Rᵀ M Φ = 0
 
 R: rigid motion of the body about the origin of its frame, r its six components; Φ: all modes of
 the free body but the six rigid ones. Mean axes move by r; relative to them the body has neither
-momentum nor angular momentum. A body may then turn with its axes by any angle while e stays small.
+momentum nor angular momentum. It may then turn with its axes by any angle while e stays small.
 
-The ring of a double-helical stage is its left half (−z) and the mirror image as one body. Halves
-are two rings with supports of their own; nothing of the body lies between them. With the
-reflection z → −z of a node's motion, S = diag(1, 1, −1, −1, −1, 1), which leaves fixed-interface
-modes as they are, the right half has M' = S M S, K' = S K S, Ψ' = diag(1, 1, −1) Ψ S. What the left
-half calls "tooth_001", "bolt_01" is "tooth_left_001", "bolt_left_01" in the whole, and
-"tooth_right_001", … its image.
+The ring of a double-helical stage consists of its left half (−z) and the mirror image of that. The
+halves have separate supports and are not connected to each other. With the reflection z → −z of a
+node's motion, S = diag(1, 1, −1, −1, −1, 1), which leaves fixed-interface modes unchanged, the
+right half has M' = S M S, K' = S K S, Ψ' = diag(1, 1, −1) Ψ S. The nodes "tooth_001", "bolt_01" of
+the left half are "tooth_left_001", "bolt_left_01" of the whole ring; their images are
+"tooth_right_001", "bolt_right_01".
 
-The node of a tooth of an FE ring knows the rigid motion q of the tooth's base section. What the
-section does besides along the face it says by amplitudes p of shapes S: the section of the tooth at
-z moves and turns as a whole, by Legendre polynomials over the face width b,
+The node of a tooth of an FE ring has the rigid motion q of the tooth's base section. Amplitudes p
+of shapes S describe how the base section deforms along the face: sections z = const of the tooth
+translate and turn about z by Legendre polynomials over the face width b,
 
     u(x) = [e_r, e_t, e_z, e_z × (x − x_c)] P_k(2 z/b),   k = 2, 3, 4,
 
-in axes that follow the helix through the tooth's middle x_c(z). The best rigid motion within each
-is taken off, S' = S − H N with N = (∫HᵀH dA)⁻¹ ∫HᵀS dA, so that node and shapes do not share
-anything and rigid motion has none of them:
+in axes that follow the helix through the tooth's middle x_c(z). The rigid motion that fits each
+shape best is subtracted, S' = S − H N with N = (∫HᵀH dA)⁻¹ ∫HᵀS dA, so that the shapes are
+orthogonal to the node's motion, and rigid motion has zero amplitudes:
 
     p = (∫ S'ᵀS' dA)⁻¹ ∫ S'ᵀ u dA = B_s u.
 
-Loads B_sᵀ f are in equilibrium by themselves, on the base section alone.
+Loads B_sᵀ f act on the base section alone and have no resultant.
 """
 
 from __future__ import annotations
@@ -54,16 +55,16 @@ from flexgear.model.names import SIDES, BodyName, NodeName
 from flexgear.structures.bodies import Body, Spring, node_motions, rigid_motion, rotation, turn
 from flexgear.structures.strain import strain_of_gradient, vertex_gradient
 
-ORDERS = (2, 3, 4)  # of Legendre polynomials along the face; lower ones are the node's
-COUNT = 4 * len(ORDERS)
-BOTH = 6 + COUNT  # motions of a node and its shapes
-BEYOND = 2  # teeth in +θ that a tooth moves so
+ORDERS = (2, 3, 4)  # of Legendre polynomials along the face; the node has the lower ones
+SHAPES = 4 * len(ORDERS)
+MOTIONS = 6 + SHAPES  # of a tooth: those of its node and its shapes
+NEXT_TEETH = 2  # number of teeth in +θ that loads on a tooth's shapes move
 
 
 @dataclass(frozen=True)
 class ToothLine:
-    """Middle of a tooth along the face: angle rad at z = 0, radius m of its node, helix_rate rad/m,
-    face_width m."""
+    """Helix through a tooth's middle: angle rad at z = 0, radius m of its node, helix_rate dθ/dz
+    rad/m, face_width m."""
 
     angle: float
     radius: float
@@ -72,24 +73,25 @@ class ToothLine:
 
     @property
     def place(self) -> Array:
-        """(3,) m of the node."""
+        """Position (3,) m of the node."""
         return self.radius * np.array([np.cos(self.angle), np.sin(self.angle), 0.0])
 
     def shapes(self, points: Array) -> Array:
-        """S (m, 3, COUNT) at points (m, 3) m: translations 1, turn m."""
+        """Shapes S (m, 3, SHAPES) at points (m, 3) m: translations 1, rotation m."""
         axes = rotation(self.angle + self.helix_rate * points[:, 2])  # e_r, e_t, e_z in columns
         turned = np.cross(axes[..., 2], points - self.radius * axes[..., 0])
         motion = np.concatenate([axes, turned[..., None]], axis=2)
         orders = legvander(2 * points[:, 2] / self.face_width, max(ORDERS))[:, ORDERS]
-        return np.einsum("mci,mk->mcki", motion, orders).reshape(len(points), 3, COUNT)
+        return np.einsum("mci,mk->mcki", motion, orders).reshape(len(points), 3, SHAPES)
 
 
 @dataclass(frozen=True, eq=False)
 class RimFlexibility:
-    """ΔT of a tooth and of those next to it, components along the axes of each at its middle.
+    """Flexibility ΔT (``tooth_influence.rim``) of a ring's tooth and of the next teeth, components
+    along the axes of each tooth at its middle.
 
-    tooth (BOTH, BOTH), beside (BEYOND, BOTH, BOTH): without the block of the node; less: N; line:
-    of the tooth at the angle 0.
+    tooth (MOTIONS, MOTIONS), beside (NEXT_TEETH, MOTIONS, MOTIONS): zero in the block of the nodes;
+    less: N (6, SHAPES); line: of the tooth at the angle 0.
     """
 
     tooth: Array
@@ -98,19 +100,19 @@ class RimFlexibility:
     line: ToothLine
 
 
-def carried(line: ToothLine, less: Array, points: Array, normals: Array) -> Array:
-    """G (k, 6 + COUNT): displacement along normals (k, 3) at points (k, 3) by unit motions of the
-    node and unit amplitudes of the shapes."""
+def normal_displacement(line: ToothLine, less: Array, points: Array, normals: Array) -> Array:
+    """Displacement G (k, MOTIONS) along normals (k, 3) at points (k, 3) m by unit motions of the
+    node and unit amplitudes of the shapes S'; less: N."""
     rigid = rigid_motion(points - line.place)
     motions = np.concatenate([rigid, line.shapes(points) - rigid @ less], axis=2)
     return np.einsum("ki,kij->kj", normals, motions)
 
 
-Progress = Callable[[str, float], None]  # a stage in words, and the share that is done
+Progress = Callable[[str, float], None]  # name of a stage, and the fraction of it that is done
 
 
 def silent(stage: str, fraction: float) -> None:
-    """Progress that nobody watches."""
+    """Progress callback that does nothing."""
 
 
 def _no_probes() -> Array:
@@ -119,15 +121,14 @@ def _no_probes() -> Array:
 
 @dataclass(frozen=True, eq=False)
 class ReducedBody:
-    """A reduced body with the recovery of its whole displacement field.
+    """A reduced body, with the matrix that recovers the displacements of its FE mesh.
 
     positions (n, 3) m; mass, stiffness (d, d) with d = 6 n + n_modes; report: sizes, options and
-    error estimates; points (p, 3) m and cells: vertices and cells of the FE mesh, of which
-    ``recover`` gives displacements; recovery (3p, d) float32: [Psi, Phi] at the vertices;
-    probe_cases: (node, load case) of every load of the static check, probe_loads (2, b, n) N, N m:
-    its exact interface forces Ψᵀf, and the wrench at the node that replaces it (`estimate`); rim:
-    additional flexibility of a ring's teeth along the face (`tooth_influence.rim`), where it
-    counts.
+    error estimates; points (p, 3) m and cells: vertices and cells of the FE mesh; recovery (3p, d)
+    float32: [Psi, Phi] at the vertices; probe_cases: (node, load case) of every load of the static
+    check, probe_loads (2, b, n) N, N m: its exact interface forces Ψᵀf, and the wrench at the node
+    that replaces it (`estimate`); rim: additional flexibility of a ring's teeth along the face
+    (`tooth_influence.rim`), None where it is negligible.
     """
 
     name: str
@@ -155,7 +156,7 @@ class ReducedBody:
         return 6 * len(self.node_names)
 
     def node_slice(self, name: str) -> slice:
-        """The six coordinates of a node."""
+        """Slice of a node's six coordinates; KeyError where there is no such node."""
         try:
             start = 6 * self.node_names.index(name)
         except ValueError:
@@ -179,20 +180,20 @@ class ReducedBody:
         )
 
     def rigid_modes(self) -> Array:
-        """Coordinates (d, 6) of unit rigid motion about the origin: ux, uy, uz, tx, ty, tz."""
+        """Coordinates (d, 6) of unit rigid motions about the origin: ux, uy, uz, tx, ty, tz."""
         return node_motions(self.positions, len(self.mass))
 
     def with_rigid(self, rows: NDArray[np.floating[Any]], exact: Array | float = 0.0) -> Array:
-        """Rows (..., d) on the coordinates, corrected so that unit rigid motion gives ``exact``
-        (..., 6): single precision leaves rounding of rigid motion in them."""
+        """Rows (..., d) that multiply coordinates, corrected to give ``exact`` (..., 6) under unit
+        rigid motions: the single-precision recovery has rounding errors there."""
         rigid = self.rigid_modes()
         return np.asarray(rows + (exact - rows @ rigid) @ np.linalg.pinv(rigid))
 
     def recover(self, q: Array) -> Array:
         """Displacements (p, 3[, k]) in m at the vertices of the FE mesh for coordinates q (d[, k]).
 
-        The rigid motion nearest to q is recovered in double precision, only the rest by the stored
-        single-precision field: large rigid rotations cost no accuracy.
+        The rigid motion nearest to q is recovered in double precision and only the rest from the
+        single-precision array, so that large rigid rotations cost no accuracy.
         """
         q = np.asarray(q, dtype=float)
         columns = q.reshape(len(q), -1)
@@ -205,21 +206,19 @@ class ReducedBody:
 
     @cached_property
     def vertex_gradient(self) -> sp.csr_matrix:
-        """(3p, p): derivatives at the vertices of the FE mesh from values there; see ``strain``."""
+        """Gradient matrix (3p, p) on values at the vertices of the FE mesh; see ``strain``."""
         return vertex_gradient(self.points, self.cells)
 
     def strain(self, q: Array) -> Array:
-        """Strain (p, 6) at the mesh vertices for coordinates q (d,), in the order of
-        ``strain.COMPONENTS``, from the displacements of the vertices around each."""
+        """Strain (p, 6) at the vertices of the FE mesh for coordinates q (d,), in the order of
+        ``strain.COMPONENTS``."""
         rows = (self.vertex_gradient @ self.recover(q)).reshape(len(self.points), 3, 3)
         return strain_of_gradient(rows.swapaxes(1, 2))
 
 
 def elastic_modes(reduced: ReducedBody) -> tuple[Array, Array]:
-    """ω² (m,) in rad²/s², rising, and Φ (d, m) of a free body, m = d − 6.
-
-    Φ e are coordinates of the reduced body, which ``recover`` and ``strain`` take.
-    """
+    """Elastic modes of a free body, m = d − 6: ω² (m,) in rad²/s², rising, and shapes Φ (d, m) in
+    the coordinates of the reduced body."""
     values, shapes = linalg.eigh(reduced.stiffness, reduced.mass)
     values, shapes = values[6:], shapes[:, 6:]
     rigid = reduced.rigid_modes()
@@ -228,10 +227,10 @@ def elastic_modes(reduced: ReducedBody) -> tuple[Array, Array]:
 
 
 def floating(reduced: ReducedBody, name: BodyName, turned: float = 0.0) -> Body:
-    """The body in coordinates q = [r (6), e (m)]: M = diag(M_6, 1), K = diag(0, ω²).
+    """The body in mean axes, coordinates q = [r (6), e (m)]: M = diag(M_6, 1), K = diag(0, ω²).
 
-    name: of the body and of its first node, which moves with the mean axes, by r, at the origin;
-    the nodes of the reduced body follow, each with its elastic displacement alone, Φ e. turned:
+    name: of the body and of its first node, at the origin, which moves with the mean axes by r. The
+    other nodes are those of the reduced body with their elastic displacement Φ e alone. turned:
     angle of the body's axes about z from those of r and of all nodes, rad.
     """
     values, shapes = elastic_modes(reduced)
@@ -251,28 +250,31 @@ def floating(reduced: ReducedBody, name: BodyName, turned: float = 0.0) -> Body:
     )
 
 
-MIRROR = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])  # of a node's motion, in the plane z = 0
-PLACE = MIRROR[:3]
+MIRROR = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])  # signs of a node's motion reflected at z = 0
+PLACE = MIRROR[:3]  # signs of a reflected position
 
 
 def mirrored(springs: Sequence[Spring]) -> list[Spring]:
-    """Springs of the left half on nodes of both: those of the right are their mirror image."""
+    """Springs of both halves of a ring, from those of the left half: the left ones, then their
+    mirror images on the right half."""
     left = [Spring(s.node.of_half("left"), s.matrix, s.angle) for s in springs]
     across = np.outer(MIRROR, MIRROR)
     return left + [Spring(s.node.of_half("right"), across * s.matrix, s.angle) for s in springs]
 
 
 def both_halves(half: ReducedBody, offset: float) -> ReducedBody:
-    """Both halves as one body; offset: of their mid-planes from z = 0, m.
+    """Both halves of a ring as one body; half: the left one; offset: distance of the mid-planes of
+    the halves from z = 0, m.
 
-    Coordinates: six of every node of the left half, of the right, then their modes. ``report`` is
-    that of one half; the loads of its static check are left out.
+    Coordinates: six of every node of the left half, then of the right, then modal ones of the left
+    half and of the right. ``report`` is that of one half; the loads of its static check are left
+    out.
     """
     nodes, inner = half.interface_dofs, half.n_modes
     sign = np.concatenate([np.tile(MIRROR, len(half.node_names)), np.ones(inner)])
-    # both halves one after the other -> nodes of both, then modes of both
-    of_halves = np.arange(2 * (nodes + inner)).reshape(2, -1)
-    order = np.concatenate([of_halves[:, :nodes].ravel(), of_halves[:, nodes:].ravel()])
+    # from one half after the other to nodes of both, then modes of both
+    half_after_half = np.arange(2 * (nodes + inner)).reshape(2, -1)
+    order = np.concatenate([half_after_half[:, :nodes].ravel(), half_after_half[:, nodes:].ravel()])
     image = np.tile(PLACE, len(half.points)).astype(np.float32)[:, None] * half.recovery
     image *= sign.astype(np.float32)
     across = np.outer(sign, sign)

@@ -1,7 +1,7 @@
 """Craig-Bampton reduction with averaging ties.
 
-The interface q = B u is a constraint, not a set of mesh dofs. With a few temporary springs S at
-some interface nodes, K_s = K + B^T S B is regular, and the springs' energy depends on q alone, so
+The interface motion q = B u is a set of averages, not of dofs of the mesh. With temporary springs S
+at a few interface nodes K_s = K + B^T S B is regular, and the springs' energy depends on q alone:
 
     F = B K_s^{-1} B^T,   Psi = K_s^{-1} B^T F^{-1},   K_bb = F^{-1} - S
 
@@ -11,18 +11,17 @@ Fixed-interface modes solve K phi = omega^2 M phi with B phi = 0; the constraine
     y = K_s^{-1} g,   x = y - Psi (B y).
 
 Reduced matrices on [q, eta]: K = diag(K_bb, omega^2), M = [Psi Phi]^T M [Psi Phi].
-Rounding leaves K_bb R of rigid motions R about 1e-9 of |K_bb| |R|; the reduction projects it
-away, K_bb <- P K_bb P with P = I - R (R^T R)^{-1} R^T, and reports its size.
+By rounding errors K_bb R of rigid motions R is about 1e-9 of |K_bb| |R| and not zero; the reduction
+projects it out, K_bb <- P K_bb P with P = I - R (R^T R)^{-1} R^T, and reports its size.
 
-A body that repeats by sectors is condensed sector by sector where the numbers of sectors to try are
-given, with the same result: `cyclic/condensation.py`. Else one factor of its matrix serves. With
-K_s = L L^T and W = L^{-1} B^T, which has few entries, for a patch couples only
-what lies above it in the elimination tree,
+A body of equal sectors is condensed sector by sector, with the same result
+(`cyclic/condensation.py`), any other by one factor of its matrix. With K_s = L L^T and
+W = L^{-1} B^T, which is sparse,
 
     F = W^T W,   Psi = L^{-T} W F^{-1},   Psi^T f = F^{-1} W^T L^{-1} f,
-    K_s^{-1} g + Psi q = L^{-T} (L^{-1} g + W F^{-1} q):
+    K_s^{-1} g + Psi q = L^{-T} (L^{-1} g + W F^{-1} q),
 
-constraint modes Psi (dofs times interface dofs) are never held whole.
+so that the constraint modes Psi (dofs times interface dofs) are never stored whole.
 Source: Craig, Bampton 1968, AIAA J. 6:1313; constraint form: Farhat, Geradin 1994.
 """
 
@@ -53,21 +52,22 @@ from flexgear.structures.linalg.lanczos import (
 from flexgear.structures.linalg.sparse import Factor
 from flexgear.structures.reduced import Progress, ReducedBody, silent
 
-SOLVE_BLOCK = 96  # right-hand sides a solve
+SOLVE_BLOCK = 96  # right-hand sides that are solved together
 
 
 class Condensation:
-    """Static condensation of a body on its interface.
+    """Static condensation of a body on its interface nodes, by one factor of its matrix.
 
-    rows: B (b, d); inverse: F^{-1} (b, b); ties: W (d, b) in the factor's order and W^T;
-    stiffness: K_bb (b, b); fe_stiffness: (d, d) CSR on the dofs left after rigid ties; fe_mass:
-    (d, d) after rigid ties, (d/3, d/3) for x, y and z alike where none is.
+    Its fields are displacements (d, k) on the dofs that rigid ties leave. rows: B (b, d); inverse:
+    F^{-1} (b, b); ties: W (d, b) in the factor's order and W^T; stiffness: K_bb (b, b);
+    fe_stiffness: (d, d) CSR; fe_mass: (d, d) with rigid ties, (d/3, d/3) for x, y and z alike
+    without any.
     """
 
-    name = "cholmod"  # the solver that factors the body
+    name = "cholmod"  # the library that factors the matrix
 
     def __init__(self, model: FeModel, interface: Interface, progress: Progress, path: str) -> None:
-        """One factor of the whole body, then constraint modes in blocks of right-hand sides."""
+        """path: why the body is not condensed by sectors. FlexgearError where K is singular."""
         self.interface, self.rows, self.path = interface, interface.rows, path
         self.fe_stiffness, self.fe_mass = model.stiffness, model.scalar_mass
         if interface.expansion is not None:
@@ -95,11 +95,11 @@ class Condensation:
 
     @property
     def dofs(self) -> int:
-        """Length of a field: dofs left after rigid ties."""
+        """Length d of a field."""
         return int(self.fe_stiffness.shape[0])
 
     def mass_product(self, x: Array) -> Array:
-        """M x (d, k); the scalar mass matrix takes x, y and z together."""
+        """M x (d, k)."""
         x = np.ascontiguousarray(x)
         return (self.fe_mass @ x.reshape(self.fe_mass.shape[0], -1)).reshape(x.shape)
 
@@ -112,26 +112,27 @@ class Condensation:
         return self.rows @ x
 
     def constraint_motion(self, q: Array) -> Array:
-        """Psi q (d, k)."""
+        """Displacement Psi q (d, k) by interface motion q (b, k)."""
         return np.hstack([self._field(None, q[:, b]) for b in blocks(q.shape[1], SOLVE_BLOCK)])
 
     def constraint_load(self, forces: Array) -> Array:
-        """Psi^T f (b, k) of forces (3N, k) on the mesh's dofs."""
+        """Interface forces Psi^T f (b, k) of forces (3N, k) on the mesh's dofs."""
         return self._load(self.field_of(forces))
 
     def field_of(self, forces: Array) -> Array:
-        """Loads (d, k) in the form of fields of forces (3N, k) on the mesh's dofs."""
+        """Forces (3N, k) on the mesh's dofs as loads (d, k) on fields."""
         expansion = self.interface.expansion
         return forces if expansion is None else np.asarray(expansion.T @ forces)
 
     def dofs_of(self, x: Array, count: int) -> Array:
-        """The mesh's first dofs (count, k) of fields x (d, k)."""
+        """Displacements (count, k) of the mesh's first dofs from fields x (d, k)."""
         if self.interface.expansion is None:
             return x[:count]
         return self.interface.expansion[:count] @ x
 
     def projected(self, modes: Array, recovery: NDArray[np.float32]) -> tuple[Array, Array]:
-        """Psi^T M Psi (b, b) and modes^T M Psi (n, b); Psi at the mesh's first dofs (r, b)."""
+        """Psi^T M Psi (b, b) and modes^T M Psi (n, b) of modes (d, n); writes Psi at the mesh's
+        first dofs to recovery (r, b)."""
         b, coupling = self.interface.size, self._load(self.mass_product(modes)).T
         result = np.zeros((b, b))
         for block in blocks(b, SOLVE_BLOCK):
@@ -141,27 +142,28 @@ class Condensation:
         return 0.5 * (result + result.T), coupling
 
     def fixed_solve(self, right: Array) -> Array:
-        """x (d, k) with K x = right + B^T (reactions), B x = 0."""
+        """Displacement x (d, k) with the interface held: K x = right + B^T (reactions), B x = 0."""
         f, at = self._forward(right)
         return self._field(f, -at)
 
     def supported_solve(self, right: Array, supports: Array) -> Array:
-        """x (d, k) with (K + B^T supports B) x = right; supports (b, b) makes the body regular."""
+        """Displacement x (d, k) on supports (b, b) that leave no motion free:
+        (K + B^T supports B) x = right."""
         f, at = self._forward(right)
         q = np.linalg.solve(self.stiffness + supports, self.inverse @ at)  # F^{-1} B y = Psi^T g
         return self._field(f, q - at)
 
     def _load(self, forces: Array) -> Array:
-        """Psi^T f (b, k) of forces (d, k)."""
+        """Interface forces Psi^T f (b, k) of loads (d, k)."""
         return np.asarray(self.inverse @ self._forward(forces)[1])
 
     def _forward(self, right: Array) -> tuple[Array, Array]:
-        """f = L^{-1} right (d, k), and B K_s^{-1} right = W^T f (b, k)."""
+        """The forward solution f = L^{-1} right (d, k), and B K_s^{-1} right = W^T f (b, k)."""
         f = self.factor.forward(right)
         return f, self.ties[1] @ f
 
     def _field(self, f: Array | None, q: Array) -> Array:
-        """K_s^{-1} right + Psi q (d, k); f: L^{-1} right, overwritten, or None for zero."""
+        """K_s^{-1} right + Psi q (d, k); f: L^{-1} right, which is overwritten, None for zero."""
         f = np.zeros((self.dofs, q.shape[1])) if f is None else f
         f += self.ties[0] @ (self.inverse @ q)
         return self.factor.backward(f)
@@ -170,7 +172,7 @@ class Condensation:
 def _tied(
     factor: Factor, rows: sp.csr_matrix, progress: Progress
 ) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-    """W (d, b) and W^T."""
+    """W = L^{-1} B^T (d, b) and W^T of rows B (b, d)."""
     parts = []
     for block in blocks(rows.shape[0], SOLVE_BLOCK):
         parts.append(factor.forward_sparse(rows[block].T))
@@ -180,10 +182,10 @@ def _tied(
 
 
 def _temporary_springs(interface: Interface, stiffness: sp.csr_matrix, span: float) -> Array:
-    """Diagonal of S (b,): springs at up to three nodes with small patches, far apart; span: of the
-    body, m."""
-    counts = np.diff(interface.rows.indptr).reshape(-1, 6).sum(axis=1)
-    small = np.flatnonzero(counts <= 1.5 * counts.min())
+    """Diagonal of S (b,): springs at up to three nodes with small patches, far apart; span: largest
+    dimension of the body, m."""
+    patch_sizes = np.diff(interface.rows.indptr).reshape(-1, 6).sum(axis=1)
+    small = np.flatnonzero(patch_sizes <= 1.5 * patch_sizes.min())
     chosen = [int(small[0])]
     while len(chosen) < min(3, len(small)):
         distance = cdist(interface.positions[small], interface.positions[chosen]).min(axis=1)
@@ -197,25 +199,21 @@ def _temporary_springs(interface: Interface, stiffness: sp.csr_matrix, span: flo
 
 
 LANCZOS_BLOCK = 4  # vectors a step: CHOLMOD solves one at a time, and small blocks need fewer
-_TOLERANCE = 1e-8
-_EQUAL = 1e-9  # apart, relative, are the omega^2 of a pair at most
-
+_EQUAL = 1e-9  # largest relative difference of the omega^2 of a pair
 
 AnyCondensation = Condensation | CyclicCondensation
 
 
 @dataclass(frozen=True, eq=False)
 class Reduction:
-    """A reduced body and what error estimates need of the way there.
+    """A reduced body, its condensation and fixed-interface modes, for error estimates.
 
-    fixed_modes: Phi (d, n_modes), fields in the condensation's form; frequencies: (n_modes,) Hz of
-    the fixed-interface modes.
+    fixed_modes: Phi (d, n_modes), fields of the condensation.
     """
 
     body: ReducedBody
     condensation: AnyCondensation
     fixed_modes: Array = field(repr=False)
-    frequencies: Array = field(repr=False)
 
 
 def reduce(
@@ -226,11 +224,10 @@ def reduce(
     name: str = "body",
     sectors: Sequence[int] = (),
 ) -> Reduction:
-    """Craig-Bampton reduction to the interface nodes and n_modes fixed-interface modes.
+    """Craig-Bampton reduction to the interface nodes and n_modes fixed-interface modes, one more
+    where the last is the first of a pair of equal frequencies.
 
-    One more where the last is one of a pair of equal frequencies.
-
-    sectors: numbers of equal sectors that are tried before the general path serves.
+    sectors: numbers of equal sectors to try before the body is condensed by one factor.
     """
     with single_threaded_blas():
         condensation = condense(model, interface, progress, sectors)
@@ -249,7 +246,7 @@ def reduce(
         solver=condensation.name,
         path=condensation.path,
     )
-    return Reduction(body, condensation, fixed.vectors, omega / (2 * np.pi))
+    return Reduction(body, condensation, fixed.vectors)
 
 
 def condense(
@@ -258,7 +255,8 @@ def condense(
     progress: Progress = silent,
     sectors: Sequence[int] = (),
 ) -> AnyCondensation:
-    """Factor once, for constraint modes and everything after: by sectors, or as a whole."""
+    """Condensation of a body on its interface: by one of the numbers of ``sectors`` where its FE
+    mesh and ties allow it, else by one factor. FlexgearError for ties without a solution."""
     progress("factorisation", 0.0)
     try:
         by_sectors, path = condense_by_sectors(model, interface, sectors)
@@ -275,21 +273,22 @@ def condense(
 def fixed_interface_modes(
     condensation: AnyCondensation, count: int, progress: Progress = silent
 ) -> Eigenpairs:
-    """The `count` lowest modes with the interface held; sign: the largest entry is positive.
+    """The `count` lowest modes with the interface held; the largest entry of each is positive.
 
-    Where the last is one of a pair of equal frequencies, as bodies of equal sectors have, the other
-    comes along: which direction of the plane they span is found first is a matter of rounding.
+    Where the last is the first of a pair of equal frequencies, as bodies of equal sectors have, the
+    second is included: a single one would be an arbitrary direction of the plane that both span.
     """
     dofs = condensation.dofs
     if count == 0:
         return Eigenpairs(np.zeros(0), np.zeros((dofs, 0)), np.zeros(0))
     progress("fixed-interface modes", 0.0)
 
-    def heard(fraction: float) -> None:
+    def report(fraction: float) -> None:
         progress("fixed-interface modes", fraction)
 
+    most = dofs - condensation.interface.size
     try:
-        pairs = _eigenpairs(condensation, min(count + 1, dofs - condensation.interface.size), heard)
+        pairs = _eigenpairs(condensation, min(count + 1, most), report)
     except NotConverged as error:
         raise FlexgearError(str(error)) from None
     nu = pairs.values
@@ -301,17 +300,17 @@ def fixed_interface_modes(
 
 
 def _eigenpairs(
-    condensation: AnyCondensation, count: int, heard: Callable[[float], None]
+    condensation: AnyCondensation, count: int, progress: Callable[[float], None]
 ) -> Eigenpairs:
-    """The `count` lowest modes with the interface held, by the way that suits their number."""
+    """The `count` lowest modes with the interface held: by Lanczos, or all where they are few."""
     mass, dofs, block = condensation.mass_product, condensation.dofs, LANCZOS_BLOCK
     if isinstance(condensation, CyclicCondensation) and 5 * count < dofs:
-        return cyclic_modes(condensation, count, heard)
+        return cyclic_modes(condensation, count, progress)
     if most_vectors(count, block) + block >= dofs:
         return all_modes(condensation.fixed_solve, mass, dofs, count)
     start = np.random.default_rng(20230617).standard_normal((dofs, block))
     most = most_vectors(count, block, dofs)
-    return lowest_modes(condensation.fixed_solve, mass, start, count, most, _TOLERANCE, heard)
+    return lowest_modes(condensation.fixed_solve, mass, start, count, most, progress=progress)
 
 
 def _project(
@@ -320,7 +319,7 @@ def _project(
     fixed: Eigenpairs,
     name: str,
 ) -> ReducedBody:
-    """Reduced matrices and the recovery at mesh vertices."""
+    """The reduced body of fixed-interface modes: its matrices, and recovery at mesh vertices."""
     interface = condensation.interface
     omega, modes = fixed.omega, fixed.vectors
     b, count = interface.size, len(omega)

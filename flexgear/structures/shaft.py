@@ -3,7 +3,7 @@
 Element stiffness: Euler–Bernoulli beam with shear parameter Φ = 12 E I / (κ G A l²)
 (Przemieniecki 1968, eqs. 5.116); the consistent mass integrates ρA N_wᵀN_w + ρI N_θᵀN_θ with the
 static Timoshenko shape functions of the same Φ (Friedman, Kosmatka 1993, Comput. Struct. 47:473),
-so that rotary inertia and shear are both there.
+so that it includes rotary inertia and shear.
 Shear coefficient κ of a hollow circle after Cowper (1966).
 """
 
@@ -115,8 +115,9 @@ def shaft_body(
 ) -> Body:
     """Beam from the sun gear (node "sun" at z = 0) to its far end (node "end").
 
-    direction: +1 or −1, the way the shaft leaves the gear along z. Nodes between are
-    "shaft_1", "shaft_2" … ``end_masses`` adds a 6 × 6 mass to a named node (the gear itself).
+    young: Pa; density: kg/m³; direction: +1 or −1, the sense of z in which the shaft leaves the
+    gear. Nodes between are "shaft_1", "shaft_2" … ``end_masses`` adds a 6 × 6 mass to a named node,
+    as that of the gear.
     """
     parts = [section for section in sections for _ in range(elements_per_section)]
     lengths = [section.length / elements_per_section for section in parts]

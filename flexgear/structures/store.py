@@ -1,8 +1,8 @@
 """Content-addressed cache of reduced bodies.
 
-An entry is a folder named by the SHA-256 of everything the body depends on. It is written beside
-its place and moved there whole; header and arrays carry checksums, and an entry that fails them is
-thrown away and computed again. The recovery array stays on disk as a memory map.
+An entry is a folder named by the SHA-256 of everything the body depends on. It is written under a
+temporary name and renamed when complete; header and arrays carry checksums, and an entry with a
+wrong checksum is deleted and computed again. The recovery array stays on disk as a memory map.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ _ARRAYS = ("positions", "mass", "stiffness", "points", "cells", "recovery", "pro
 def cached(
     key: str, compute: Callable[[], ReducedBody], directory: Path | None = None
 ) -> ReducedBody:
-    """The body stored under key, else computed, stored and read back.
+    """The body stored under key; one that is not stored is computed, stored and read back.
 
-    FlexgearWarning where an entry was damaged, and where the disk refuses to store the new one,
-    which is used all the same.
+    FlexgearWarning where an entry is damaged, and where the new one cannot be written: the computed
+    body is returned all the same.
     """
     entry = (directory or cache_directory()) / "reduced" / key
     stored = load(entry)
@@ -46,8 +46,8 @@ def cached(
         save(body, entry)
     except OSError as error:
         _warn(
-            f"cannot keep the reduced {body.name} in {entry.parent}: {error.strerror or error}; it "
-            "is made again next time; free some space or set FLEXGEAR_CACHE to another folder"
+            f"cannot keep the reduced {body.name} in {entry.parent}: {error.strerror or error}; "
+            "each run computes it again; free some space or set FLEXGEAR_CACHE to another folder"
         )
         return body
     return load(entry) or body
@@ -59,7 +59,7 @@ def is_cached(key: str) -> bool:
 
 
 def save(body: ReducedBody, entry: Path) -> None:
-    """Write an entry whole or not at all. Raises OSError where the disk refuses."""
+    """Write an entry whole or not at all. Raises OSError where it cannot be written."""
     entry.parent.mkdir(parents=True, exist_ok=True)
     remove_stale(entry.parent)
     with private_folder(entry.parent, "draft") as stage:
@@ -69,9 +69,9 @@ def save(body: ReducedBody, entry: Path) -> None:
         arrays = {name: getattr(body, name) for name in _ARRAYS}
         for name, array in arrays.items():
             with (draft / f"{name}.npy").open("wb") as stream:
-                summed = _Summed(stream)
-                np.save(summed, array)
-            checksums[name] = summed.checksum
+                writer = _ChecksumWriter(stream)
+                np.save(writer, array)
+            checksums[name] = writer.checksum
         header = {
             **_identity(entry),
             "name": body.name,
@@ -87,7 +87,7 @@ def save(body: ReducedBody, entry: Path) -> None:
         try:
             os.rename(draft, entry)
         except OSError:
-            if not entry.is_dir():  # otherwise another process was first: same content
+            if not entry.is_dir():  # otherwise another process has stored the same body
                 raise
 
 
@@ -100,7 +100,7 @@ def load(entry: Path) -> ReducedBody | None:
     try:
         header = json.loads(unsealed(read_kept(entry / "header.json")))
         if any(header[name] != value for name, value in _identity(entry).items()):
-            raise ValueError("it is another body's")
+            raise ValueError("its header belongs to another body")
         arrays: dict[str, NDArray[Any]] = {}
         for name in header["checksums"]:
             path = entry / f"{name}.npy"
@@ -109,7 +109,7 @@ def load(entry: Path) -> ReducedBody | None:
             arrays[name] = np.load(path, mmap_mode="r" if name == "recovery" else None)
     except (OSError, ValueError, KeyError) as error:
         why = error.strerror if isinstance(error, OSError) else error
-        _warn(f"the kept body {entry} is damaged ({why}); it is made again")
+        _warn(f"the stored body {entry} is damaged ({why}); it is computed again")
         with contextlib.suppress(OSError):
             remove(entry)
         return None
@@ -133,9 +133,12 @@ def _warn(text: str) -> None:
     warnings.warn(text, FlexgearWarning, stacklevel=3)
 
 
-class _Summed:
-    """A file with a checksum of the data passed to it. NumPy would write to a plain file directly,
-    and miss that a full disk took only a part."""
+class _ChecksumWriter:
+    """Writer to a binary file that computes the CRC-32 of the data.
+
+    np.save writes to a plain file at C level, where an incomplete write to a full disk goes
+    unnoticed.
+    """
 
     def __init__(self, stream: BinaryIO) -> None:
         self._stream, self.checksum = stream, 0

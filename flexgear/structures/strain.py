@@ -1,12 +1,12 @@
 r"""Strain and stress at the vertices of an FE mesh, from the displacements of its vertices.
 
 At every vertex the quadratic polynomial that best fits the displacements at all vertices of the
-cells that meet there (least squares) gives the displacement gradient: one value a vertex, which
-stands for all elements around. Where they do not determine a quadratic, as at surfaces, it
-is the mean over the neighbours' polynomials. Fields of constant and linear strain come out exactly,
-up to the surface; others converge with the square of the element size. Bodies of one layer of cells
-get linear fields. Source: polynomial preserving recovery, Zhang, Naga 2005, SIAM J. Sci. Comput.
-26:1192.
+cells that meet there (least squares) gives the displacement gradient, one value a vertex for all
+elements around. Where they do not determine a quadratic, as at surfaces, the gradient is the mean
+over the neighbours' polynomials. Constant and linear strain are reproduced exactly, up to the
+surface; the error of other fields falls with the square of the element size. Bodies of one layer of
+cells get linear polynomials. Source: polynomial preserving recovery, Zhang, Naga 2005, SIAM J. Sci.
+Comput. 26:1192.
 
     eps = (grad u + grad u^T)/2,   sigma = lambda tr(eps) I + 2 mu eps
     von Mises^2 = (3/2) s : s with the deviator s
@@ -26,11 +26,11 @@ from flexgear.arrays import Array
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "xz")  # VTK's order of a symmetric tensor
 _PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 # smallest over largest singular value of a fit: 0.2 in a cube of 27, 0.04 … 0.15 among tetrahedra,
-# up to 0.008 at surfaces, where it is their curvature that seems to determine the normal direction
+# up to 0.008 at surfaces, where only their curvature determines the normal direction
 _DETERMINED = 0.02
-_QUADRATIC = 1e-5  # weight of quadratic terms, so that where vertices cannot tell, slope wins
-_FLAT = 1e-12  # of a patch's largest extent squared, rounding
-_CHUNK = 2048  # patches at once
+_QUADRATIC_WEIGHT = 1e-5  # small: where both fit, the linear term does and not the quadratic
+_FLAT = 1e-12  # of a patch's largest extent squared: rounding
+_PATCHES_TOGETHER = 2048
 
 
 def vertex_gradient(points: Array, cells: NDArray[np.integer]) -> sp.csr_matrix:
@@ -45,16 +45,16 @@ def vertex_gradient(points: Array, cells: NDArray[np.integer]) -> sp.csr_matrix:
     )
     around, used = (at @ at.T).tocsr(), np.diff(at.indptr) > 0
     fits, determined = _fits(points, around, np.flatnonzero(used), determined_only=True)
-    lending = (around @ sp.diags_array(determined.astype(float))).tocsr()
-    lending.eliminate_zeros()
-    alone = used & (np.diff(lending.indptr) == 0)
+    neighbours = (around @ sp.diags_array(determined.astype(float))).tocsr()
+    neighbours.eliminate_zeros()
+    isolated = used & (np.diff(neighbours.indptr) == 0)
     wider, _ = _fits(
-        points, (around @ around).tocsr(), np.flatnonzero(alone), determined_only=False
+        points, (around @ around).tocsr(), np.flatnonzero(isolated), determined_only=False
     )
-    fitted = (determined | alone).astype(float)
-    lenders = (sp.diags_array(fitted) + sp.diags_array(1.0 - fitted) @ lending).tocsr()
-    lenders.eliminate_zeros()
-    return (_mean_of(points, lenders) @ (fits + wider)).tocsr()
+    fitted = (determined | isolated).astype(float)
+    sources = (sp.diags_array(fitted) + sp.diags_array(1.0 - fitted) @ neighbours).tocsr()
+    sources.eliminate_zeros()
+    return (_mean_gradient(points, sources) @ (fits + wider)).tocsr()
 
 
 def strain_of_gradient(gradient: Array) -> Array:
@@ -88,10 +88,12 @@ def _fits(
     *,
     determined_only: bool,
 ) -> tuple[sp.csr_matrix, NDArray[np.bool_]]:
-    """Gradient and second derivatives (12p, p) of the quadratics about vertices, nine of them in
-    rows 12v + 3 + 3i + j, from values of those around, and whether these determine them (p,).
+    """First and second derivatives (12p, p) of the quadratics fitted about vertices, and whether
+    the values determine them (p,).
 
-    determined_only: rows of all others are empty.
+    Rows 12v + i: gradient at vertex v; rows 12v + 3 + 3i + j: second derivatives; columns: values
+    at all vertices, those ``around`` (p, p) each vertex with entries. determined_only: whether rows
+    of undetermined quadratics are left empty.
     """
     count = len(points)
     determined, parts = np.zeros(count, dtype=bool), []
@@ -99,8 +101,8 @@ def _fits(
     sizes = np.diff(neighbours.indptr)
     for size in np.unique(sizes):
         rows = np.flatnonzero(sizes == size)
-        for start in range(0, len(rows), _CHUNK):
-            some = rows[start : start + _CHUNK]
+        for start in range(0, len(rows), _PATCHES_TOGETHER):
+            some = rows[start : start + _PATCHES_TOGETHER]
             at, near = (
                 vertices[some],
                 neighbours.indices[neighbours.indptr[some][:, None] + np.arange(size)],
@@ -125,7 +127,8 @@ def _terms(arm: Array) -> tuple[Array, Array]:
     """Terms (n, m, 10) of quadratics at arms (n, m, 3) from n vertices, in ξ = arm @ scaling, and
     scaling (n, 3, 3).
 
-    Patches are made round so, or those of flat cells would look undetermined.
+    Scaled patches have the same extent in all directions: else those of flat cells would appear
+    undetermined.
     """
     spread, axes = np.linalg.eigh(np.einsum("nmi,nmj->nij", arm, arm) / arm.shape[1])
     spread = np.maximum(spread, _FLAT * spread[:, -1:])
@@ -137,22 +140,25 @@ def _terms(arm: Array) -> tuple[Array, Array]:
 
 def _determine(terms: Array) -> NDArray[np.bool_]:
     """Whether values determine each quadratic (n,), by the singular values of its terms."""
-    size = np.linalg.eigvalsh(terms.swapaxes(1, 2) @ terms)  # their squares
-    few = terms.shape[1] < terms.shape[2]
-    return (not few) & (size[:, 0] > _DETERMINED**2 * size[:, -1])
+    squared_singular_values = np.linalg.eigvalsh(terms.swapaxes(1, 2) @ terms)
+    smallest, largest = squared_singular_values[:, 0], squared_singular_values[:, -1]
+    too_few = terms.shape[1] < terms.shape[2]
+    return (not too_few) & (smallest > _DETERMINED**2 * largest)
 
 
 def _derivatives(terms: Array, scaling: Array, determined: NDArray[np.bool_]) -> Array:
-    """Weights (n, 12, m) of values in the first and second derivatives of the best quadratics;
-    terms, scaling: see ``_terms``. Undetermined ones are fitted with small second derivatives."""
+    """Weights (n, 12, m) of values in the first and second derivatives of the fitted quadratics.
+
+    terms, scaling: see ``_terms``. Undetermined quadratics get small second derivatives.
+    """
     inverse = np.empty(terms.swapaxes(1, 2).shape)
     best, rest = terms[determined], terms[~determined]
     across = best.swapaxes(1, 2)
     inverse[determined] = np.linalg.solve(across @ best, across)
     if len(rest):
-        rest[..., 4:] *= _QUADRATIC
+        rest[..., 4:] *= _QUADRATIC_WEIGHT
         fitted = np.linalg.pinv(rest, rcond=1e-10)
-        fitted[:, 4:] *= _QUADRATIC
+        fitted[:, 4:] *= _QUADRATIC_WEIGHT
         inverse[~determined] = fitted
     second = inverse[:, 4:][:, [0, 3, 5, 3, 1, 4, 5, 4, 2]]
     second = second.reshape(len(terms), 3, 3, terms.shape[1])
@@ -161,14 +167,18 @@ def _derivatives(terms: Array, scaling: Array, determined: NDArray[np.bool_]) ->
     return np.concatenate([scaling @ inverse[:, 1:4], second], axis=1)
 
 
-def _mean_of(points: Array, lenders: sp.csr_matrix) -> sp.csr_matrix:
-    """(3p, 12p): gradients at vertices as the mean of fits, carried there with the second
-    derivatives; lenders (p, p): whose, the vertex itself or neighbours."""
-    count, share, of = len(points), np.diff(lenders.indptr), lenders.indices
+def _mean_gradient(points: Array, sources: sp.csr_matrix) -> sp.csr_matrix:
+    """Gradients (3p, 12p) at vertices from derivatives of fits as in ``_fits``.
+
+    sources (p, p): entry (v, w) where the quadratic about w, v itself or a neighbour, is used at v.
+    The gradient at v is the mean over w of grad(w) + H(w) (x_v − x_w), H the second derivatives.
+    """
+    count, share, source = len(points), np.diff(sources.indptr), sources.indices
     to = np.repeat(np.arange(count), share)
-    arm = points[to] - points[of]  # (k, 3)
+    arm = points[to] - points[source]  # (k, 3)
     axis = np.arange(3)
-    columns = 12 * of[:, None, None] + np.stack([axis, *(3 + 3 * axis + j for j in axis)], axis=1)
+    derivative = np.stack([axis, *(3 + 3 * axis + j for j in axis)], axis=1)
+    columns = 12 * source[:, None, None] + derivative
     weights = np.concatenate([np.ones((len(to), 1)), arm], axis=1)[:, None]  # (k, 1, 4)
     weights = np.broadcast_to(weights / share[to][:, None, None], columns.shape)
     rows = np.broadcast_to(3 * to[:, None, None] + axis[:, None], columns.shape)

@@ -1,14 +1,14 @@
-"""Values and strain anywhere in a body's FE mesh and on its surface.
+"""Interpolation in a body's FE mesh, and strain at points of its surface.
 
-Strain at points of a ring's surface is a linear map of the reduced coordinates. A point lies where
-a ray from the axis at a height z meets the surface of the FE mesh: last for the outer surface,
-first for a tooth root. There the strains of the three vertices around are interpolated linearly, so
-that with the gradient G of ``strain`` and the recovery Phi_r
+Strain at a point of a ring's surface is a linear function of the reduced coordinates. The point is
+the intersection of the surface of the FE mesh with a ray from the axis at a height z: the last one
+for the outer surface, the first one for a tooth root. The strains of the three vertices around it
+are interpolated linearly, so that with the gradient G of ``strain`` and the recovery Phi_r
 
     eps_ij = sum_v w_v (e_i . G_vj Phi_r + e_j . G_vi Phi_r) q / 2 = rows q,
 
-less what rounding leaves of rigid motion. The base at a point: along the surface across the axis,
-along the surface towards +z, outward normal.
+from which strain by rounding errors under rigid motion is removed. Base vectors at a point:
+e_1 along the surface across the axis, e_2 along the surface towards +z, e_3 the outward normal.
 """
 
 from __future__ import annotations
@@ -27,13 +27,14 @@ from flexgear.structures.bodies import rigid_motion
 from flexgear.structures.fe_mesh.fe_mesh import HEX_TO_VTK, facets_of, outer, triangles
 from flexgear.structures.reduced import ReducedBody
 
-# of a hexahedron in VTK's order, round the diagonal 0-6
+# tetrahedra of a hexahedron in VTK's order, round the diagonal 0-6
 _TETRAHEDRA = ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6))
-_NEAREST = 48  # tetrahedra by their centres, among which the one around a point is
+_CANDIDATES = 48  # cells nearest to a point by their centres, one of which contains the point
 
 
 class FieldAt:
-    """Linear interpolation in tetrahedra (a hexahedron is six): exact for linear fields."""
+    """Linear interpolation of fields in tetrahedra; a hexahedron is split into six. Exact for
+    linear fields."""
 
     def __init__(self, body: ReducedBody) -> None:
         self.points = np.asarray(body.points, dtype=float)
@@ -45,7 +46,8 @@ class FieldAt:
 
     @cached_property
     def _inverse(self) -> Array:
-        """(T, 3, 3): from a distance to the first vertex to weights of the three others."""
+        """Matrices (T, 3, 3) that map x − x_0, x_0 the first vertex of a tetrahedron, to the
+        weights of the three others."""
         corners = self.points[self.cells]
         return np.linalg.inv(np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2))
 
@@ -54,44 +56,46 @@ class FieldAt:
         return cKDTree(self.points[self.cells].mean(axis=1))
 
     def weights(self, places: Array) -> sp.csr_matrix:
-        """(n, p): value at places (n, 3) per value at the vertices; beside the mesh the nearest
-        tetrahedron goes on."""
-        near = self._centres.query(places, k=min(_NEAREST, len(self.cells)))[1]
+        """Weights (n, p) of the vertices in the value at places (n, 3) m. Outside the mesh the
+        field of the nearest tetrahedron is extrapolated."""
+        near = self._centres.query(places, k=min(_CANDIDATES, len(self.cells)))[1]
         near = near.reshape(len(places), -1)
         away = places[:, None] - self.points[self.cells[near, 0]]
         others = np.einsum("nkij,nkj->nki", self._inverse[near], away)
-        every = np.concatenate([1.0 - others.sum(axis=2, keepdims=True), others], axis=2)
-        best = np.argmax(every.min(axis=2), axis=1)
+        weights = np.concatenate([1.0 - others.sum(axis=2, keepdims=True), others], axis=2)
+        best = np.argmax(weights.min(axis=2), axis=1)
         at = np.arange(len(places))
         rows = np.repeat(at, 4), self.cells[near[at, best]].ravel()
-        return sp.csr_matrix((every[at, best].ravel(), rows), (len(places), len(self.points)))
+        return sp.csr_matrix((weights[at, best].ravel(), rows), (len(places), len(self.points)))
 
 
-_EDGE = 1e-6  # of a triangle, how far beside it a ray still meets it
+_EDGE = 1e-6  # distance from a triangle, over its size, at which a ray still meets it
 
 
 def _closest(corners: Array, place: Array) -> Array:
-    """Weights (t, 3) of the corners (t, 3, 3) of triangles at their points next to ``place``."""
+    """Weights (t, 3) of the corners (t, 3, 3) m of triangles at their points nearest to ``place``
+    (3,) m."""
     a, b, c = np.moveaxis(corners, 1, 0)
     edges = np.stack([b - a, c - a], axis=2)
     inner = np.einsum("tij,tj->ti", np.linalg.pinv(edges), place - a)
-    every = [np.column_stack([1.0 - inner.sum(axis=1), inner])]
+    candidates = [np.column_stack([1.0 - inner.sum(axis=1), inner])]  # in the plane, on each edge
     for i, j in ((0, 1), (1, 2), (2, 0)):
         first, edge = corners[:, i], corners[:, j] - corners[:, i]
         share = np.einsum("ti,ti->t", place - first, edge) / np.einsum("ti,ti->t", edge, edge)
         on_edge = np.zeros((len(corners), 3))
         on_edge[:, j] = np.clip(share, 0.0, 1.0)
         on_edge[:, i] = 1.0 - on_edge[:, j]
-        every.append(on_edge)
-    weights = np.stack(every, axis=1)
+        candidates.append(on_edge)
+    weights = np.stack(candidates, axis=1)
     distances = np.linalg.norm(np.einsum("tqk,tki->tqi", weights, corners) - place, axis=2)
-    distances[:, 0][every[0].min(axis=1) < 0.0] = np.inf
+    distances[:, 0][weights[:, 0].min(axis=1) < 0.0] = np.inf
     return np.asarray(weights[np.arange(len(corners)), distances.argmin(axis=1)])
 
 
 @dataclass(frozen=True)
 class Ray:
-    """From the axis at height z, m, at an angle, rad; first: up to the surface it meets first."""
+    """Ray from the axis at height z, m, at an angle, rad, to the last surface that it meets; first:
+    to the first one."""
 
     angle: float
     z: float
@@ -100,26 +104,27 @@ class Ray:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceStrain:
-    """rows (n, 3, 3, d): strain in the base at each point of reduced coordinates (d,)."""
+    """Strain at n points of a body's surface per reduced coordinate: rows (n, 3, 3, d), components
+    along the base vectors of each point."""
 
     body: ReducedBody
     rows: Array
 
     def along(self, directions: Sequence[float]) -> Array:
-        """(n, d) strain along the directions cos d e_1 + sin d e_2."""
+        """Strain (n, d) per coordinate along cos δ e_1 + sin δ e_2; directions: δ (n,), rad."""
         t = np.column_stack([np.cos(directions), np.sin(directions)])
         return np.einsum("na,nb,nabd->nd", t, t, self.rows[:, :2, :2])
 
     def hoop_stress(self, young_modulus: float, poisson_ratio: float) -> Array:
-        """(n, d) stress along e_1, Pa, of a surface without load, where the stress along the normal
-        is zero: E/(1 - nu^2) (eps_1 + nu eps_2)."""
+        """Stress (n, d) along e_1, Pa, per coordinate: E/(1 - nu^2) (eps_1 + nu eps_2), for the
+        stress along the normal of a surface without load is zero."""
         strain = self.rows[:, 0, 0] + poisson_ratio * self.rows[:, 1, 1]
         return young_modulus / (1.0 - poisson_ratio**2) * strain
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Outer surface of a body's FE mesh in triangles."""
+    """Surface of a body's FE mesh as triangles."""
 
     body: ReducedBody
 
@@ -131,7 +136,8 @@ class Surface:
         return triangles(outer(facets))
 
     def meeting(self, ray: Ray) -> tuple[Ints, Array, Array] | None:
-        """Vertices (3,), their weights (3,) and the base (3, 3) where a ray meets the surface."""
+        """Vertices (3,), their weights (3,) and base vectors (3, 3) where a ray meets the surface;
+        None where it meets none."""
         towards = np.array([math.cos(ray.angle), math.sin(ray.angle), 0.0])
         near = self._near(towards, ray.z)
         corners = np.asarray(self.body.points)[self.triangles[near]]
@@ -148,12 +154,8 @@ class Surface:
             met = (v > -_EDGE) & (w > -_EDGE) & (v + w < 1 + _EDGE) & (along_ray > 0)
         if not met.any():
             return None
-        candidates = np.flatnonzero(met)
-        k = int(
-            candidates[
-                np.argmin(along_ray[candidates]) if ray.first else np.argmax(along_ray[candidates])
-            ]
-        )
+        candidates, choose = np.flatnonzero(met), np.argmin if ray.first else np.argmax
+        k = int(candidates[choose(along_ray[candidates])])
         outward = normal[k] / math.sqrt(square[k])
         outward *= np.sign(across[k]) * (-1.0 if ray.first else 1.0)
         along = np.cross([0.0, 0.0, 1.0], outward)
@@ -162,9 +164,9 @@ class Surface:
         return self.triangles[near[k]], np.array([1.0 - v[k] - w[k], v[k], w[k]]), base
 
     def nearest(self, place: Array) -> tuple[Ints, Array, float]:
-        """Vertices (3,) around the point of the surface next to ``place`` (3,), their weights (3,),
-        and how far away it is, m."""
-        near = self._by_centre.query(place, k=min(_NEAREST, len(self.triangles)))[1]
+        """Vertices (3,) around the point of the surface nearest to ``place`` (3,) m, their weights
+        (3,), and its distance from there, m."""
+        near = self._by_centre.query(place, k=min(_CANDIDATES, len(self.triangles)))[1]
         near = np.atleast_1d(near)
         corners = np.asarray(self.body.points, dtype=float)[self.triangles[near]]
         weights = _closest(corners, place)
@@ -177,13 +179,13 @@ class Surface:
         return cKDTree(np.asarray(self.body.points)[self.triangles].mean(axis=1))
 
     def coarseness(self, vertices: Ints) -> float:
-        """Longest edge of a triangle, m."""
+        """Longest edge, m, of the triangle between three vertices (3,)."""
         corners = np.asarray(self.body.points)[vertices]
         return float(np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).max())
 
     def motion(self, vertices: Ints, weights: Array) -> Array:
-        """Displacement (3, d) in the body's axes of a point among three vertices, per reduced
-        coordinate; rigid motion in it is exact, as in ``ReducedBody.recover``."""
+        """Displacement (3, d) in the body's axes of a point among three vertices (3,) with weights
+        (3,), per reduced coordinate; exact for rigid motion, as ``ReducedBody.recover``."""
         body, rows = self.body, (3 * vertices[:, None] + np.arange(3)).ravel()
         field = np.asarray(body.recovery[rows], dtype=float).reshape(3, 3, -1)
         exact = rigid_motion(weights[None] @ np.asarray(body.points)[vertices])[0]
@@ -191,35 +193,35 @@ class Surface:
 
     @cached_property
     def _spheres(self) -> tuple[Array, Array]:
-        """Centres (t, 3) of spheres about the triangles, and their radii (t,) with a margin."""
+        """Centres (t, 3) m and radii (t,) m of spheres that enclose the triangles."""
         corners = np.asarray(self.body.points)[self.triangles]
         centers = corners.mean(axis=1)
         radii = np.linalg.norm(corners - centers[:, None], axis=2).max(axis=1)
         return centers, (1.0 + 4 * _EDGE) * radii
 
     def _near(self, towards: Array, z: float) -> Ints:
-        """Triangles whose spheres the line of a ray from the height z meets."""
+        """Numbers of the triangles whose spheres meet the line of a ray at height z, m, in the
+        direction ``towards`` (3,)."""
         centers, radii = self._spheres
         x, y = centers[:, 0], centers[:, 1]
         sideways = x * towards[1] - y * towards[0]
         return np.flatnonzero(sideways**2 + (centers[:, 2] - z) ** 2 <= radii**2)
 
     def strain(self, rays: Sequence[Ray]) -> SurfaceStrain:
-        """At the points that the rays meet; not a number at those that meet none."""
+        """Strain at the points where rays meet the surface; NaN for rays that meet none."""
         meetings = [self.meeting(ray) for ray in rays]
         rows = np.full((len(rays), 3, 3, len(self.body.mass)), np.nan)
-        crossed = [i for i, meeting in enumerate(meetings) if meeting is not None]
-        hits = [meeting for meeting in meetings if meeting is not None]
-        if hits:
+        hit = [meeting is not None for meeting in meetings]
+        if any(hit):
+            hits = [meeting for meeting in meetings if meeting is not None]
             at, weights, base = (np.array(x) for x in zip(*hits, strict=True))
-            gradient = self._gradient(at, weights)
-            gradient = np.einsum("nai,nijd,nbj->nabd", base, gradient, base, optimize=True)
-            rows[crossed] = 0.5 * (gradient + gradient.swapaxes(1, 2))
+            strain = self._strain(at, weights)
+            rows[hit] = np.einsum("nai,nijd,nbj->nabd", base, strain, base, optimize=True)
         return SurfaceStrain(self.body, rows)
 
-    def _gradient(self, vertices: Ints, weights: Array) -> Array:
-        """Displacement gradients (n, 3, 3, d) at points among three vertices each, without what
-        rounding makes of rigid motion."""
+    def _strain(self, vertices: Ints, weights: Array) -> Array:
+        """Strain (n, 3, 3, d) per reduced coordinate, along the body's axes, at points among three
+        vertices (n, 3) each with weights (n, 3); exactly zero for rigid motion."""
         body, count = self.body, len(vertices)
         place = (np.repeat(np.arange(count), 3), vertices.ravel())
         mean = sp.csr_matrix((weights.ravel(), place), shape=(count, len(body.points)))

@@ -6,7 +6,7 @@ import pytest
 from flexgear.model.load import load_case
 from flexgear.structures.bodies import rigid_rows
 from flexgear.structures.fe_mesh.files import write_fe_mesh
-from flexgear.structures.fe_mesh.solids import cylinder, fe_mesh_of_solid, prism
+from flexgear.structures.fe_mesh.solids import cylinder, prism, solid_of_fe_mesh
 from flexgear.structures.sources.carrier import source as carrier_source
 from flexgear.structures.sources.ring import source as ring_source
 
@@ -39,7 +39,7 @@ def test_mass_and_nodes_are_those_of_the_fe_mesh(name, settings, part):
     view = load_case(name, {"solver.fidelity": "standard", **settings}).view()
     source = PARTS[part](view)
     fe_mesh, rigid = source.fe_mesh(), source.rigid()
-    assert apart(rigid.mass, fe_mesh_of_solid(fe_mesh).rigid_mass(view.material.density)) < 4e-3
+    assert apart(rigid.mass, solid_of_fe_mesh(fe_mesh).rigid_mass(view.material.density)) < 4e-3
     nodes = source.nodes(fe_mesh)
     assert tuple(node.name for node in nodes) == rigid.node_names
     size = np.abs(fe_mesh.points).max()
@@ -61,7 +61,7 @@ def test_a_file_s_mass_is_its_own(tmp_path):
            "stage.ring.fe.fe_mesh_file": str(tmp_path / "ring.msh"),
            "stage.ring.fe.fe_mesh_unit": "m"},
     )  # fmt: skip
-    expected = fe_mesh_of_solid(ring_source(narrow).fe_mesh()).rigid_mass(view.material.density)
+    expected = solid_of_fe_mesh(ring_source(narrow).fe_mesh()).rigid_mass(view.material.density)
     assert apart(ring_source(view).rigid().mass, expected) < 1e-6
     assert apart(ring_source(view).rigid(from_files=False).mass, expected) > 1e-5
 

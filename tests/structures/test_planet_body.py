@@ -18,7 +18,7 @@ from flexgear.model.names import BodyName
 from flexgear.structures.bodies import rigid_rows, rigid_variant, turn
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.gears import PlanetFeMeshParameters
-from flexgear.structures.fe_mesh.solids import fe_mesh_of_solid
+from flexgear.structures.fe_mesh.solids import solid_of_fe_mesh
 from flexgear.structures.reduced import ReducedBody, elastic_modes, floating
 from flexgear.structures.sources.planet import PlanetSource
 
@@ -217,7 +217,7 @@ def test_elastic_coordinates_are_orthonormal_and_have_no_momentum() -> None:
 
 def test_rigid_motion_has_the_mass_of_the_solid() -> None:
     of_source, body = source(HELICAL), floating(reduced(HELICAL), NAME, 0.4)
-    meshed = fe_mesh_of_solid(of_source.fe_mesh()).rigid_mass(DENSITY)
+    meshed = solid_of_fe_mesh(of_source.fe_mesh()).rigid_mass(DENSITY)
     assert body.mass[:6, :6] == pytest.approx(meshed, rel=2e-5, abs=1e-9)
     exact = of_source.solid().rigid_mass(DENSITY)
     assert np.diag(body.mass)[:6] == pytest.approx(np.diag(exact), rel=1.5e-2)

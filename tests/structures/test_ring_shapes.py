@@ -16,7 +16,7 @@ from flexgear.structures.bodies import rigid_motion, rotation, turn
 from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
 from flexgear.structures.fem.assembly import facet_sample, point_sample
 from flexgear.structures.fem.ties import averaging_tie
-from flexgear.structures.reduced import ReducedBody, carried
+from flexgear.structures.reduced import ReducedBody, normal_displacement
 from flexgear.structures.sources.ring import source as ring_source
 from flexgear.structures.tooth_influence import of_case, rim
 from flexgear.structures.tooth_influence.influence import influence_of
@@ -73,7 +73,7 @@ class Line:
             self.rows = self.rows + sp.kron(parts[c], [np.eye(3)[c]])
         self.rows = sp.csr_matrix(self.rows)
         back = rotation(self.line.angle)  # row vectors turn by its transpose
-        self.motion = carried(ring.first, ring.rim.less, points @ back, normals @ back)
+        self.motion = normal_displacement(ring.first, ring.rim.less, points @ back, normals @ back)
         self.load = weights * (1.0 + 2.0 * (1.5 * share**2 - 0.5) + 0.5 * share)
         self.even, self.tilt = np.ones_like(share), share
 
@@ -86,7 +86,7 @@ class Line:
 @pytest.fixture(scope="module")
 def ring():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(rim, "TEETH", 1)  # all are alike
+        patch.setattr(rim, "SAMPLED_TEETH", 1)  # all are alike
         return Ring()
 
 

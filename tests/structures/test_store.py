@@ -59,7 +59,7 @@ def written(tmp_path):
 
 def made_again(tmp_path):
     """A damaged entry is made again, which is said, and good from then on."""
-    with pytest.warns(FlexgearWarning, match=r"k1.* is damaged .*made again"):
+    with pytest.warns(FlexgearWarning, match=r"k1.* is damaged .*computed again"):
         again = store.cached("k1", lambda: body(1), tmp_path)
     assert np.array_equal(again.mass, body(1).mass)
     with warnings.catch_warnings():

@@ -9,7 +9,7 @@ import pytest
 import scipy.linalg as sla
 
 from flexgear.structures.fe_mesh.gears import RingFeMeshParameters, ring_fe_mesh
-from flexgear.structures.fe_mesh.solids import fe_mesh_of_solid, ring_solid
+from flexgear.structures.fe_mesh.solids import ring_solid, solid_of_fe_mesh
 from flexgear.structures.fem.assembly import FeModel, facet_sample
 from flexgear.structures.fem.ties import averaging_tie, interface_of
 from flexgear.structures.reduction import reduce
@@ -40,7 +40,7 @@ def test_cells_are_sound_and_fill_the_body(rim, overlap, hand):
     for fidelity in FIDELITIES:
         fe_mesh = ring_fe_mesh(replace(p, fidelity=fidelity))
         assert fe_mesh.quality() > 0.2
-        solid = fe_mesh_of_solid(fe_mesh)
+        solid = solid_of_fe_mesh(fe_mesh)
         second = np.abs(solid.second - expected.second).max() / np.abs(expected.second).max()
         apart.append(max(abs(solid.volume / expected.volume - 1.0), second))
     assert max(apart) < 0.02

@@ -200,7 +200,7 @@ def test_what_a_tie_takes_in_is_counted_once_wherever_the_rim_is_held():
     assert 0.9 * even[0] < even[2] < 0.98 * even[0]
     assert np.linalg.eigvalsh(deep.compliance)[0] > -1e-10 * np.abs(deep.compliance).max()
     assert deep.neighbour is None
-    with pytest.raises(ValueError, match="couple through its own FE model"):
+    with pytest.raises(ValueError, match="couple through its FE model"):
         deep.coupling(line, line)
 
 

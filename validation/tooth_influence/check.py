@@ -18,9 +18,9 @@ from flexgear.structures.fe_mesh.tooth_segment import tooth_segment
 from flexgear.structures.fem.assembly import FeModel, facet_nodes
 from flexgear.structures.tooth_influence import of_case
 from flexgear.structures.tooth_influence.influence import (
-    carried_by_tie,
     held_flexibility,
     influence_of,
+    motion_by_tie,
     root_tie,
 )
 from flexgear.structures.tooth_influence.of_case import pair_bending
@@ -156,7 +156,7 @@ def _on_node(segment, line):
     radius = np.hypot(tooth.base_radius, roll)
     angle = segment.parameters.helix_rate * z - tooth.half_angle(radius)
     points = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), z])
-    return carried_by_tie(segment, points)
+    return motion_by_tie(segment, points)
 
 
 def _draw(clamped, beyond, full, z, results):

@@ -1,13 +1,14 @@
-"""Static condensation of a body of equal sectors; `Condensation`'s counterpart.
+"""Static condensation of a body of equal sectors, with the methods of `reduction.Condensation`.
 
-Constraint modes are held only where few large sectors meet. With Psi_t the motion of the body under
-its periodic ties, the others free, Y = the solution under C^T and H, G as in `cyclic/solver.py`,
+With Psi_t the motion of the body under its periodic ties, the others free, Y = the solution under
+C^T and H, G as in `cyclic/solver.py`,
 
     Psi = Psi_t [I 0] + Y N,   N = G^{-1} [-H I],
     K_bb = [K_t 0; 0 0] + [-H I]^T G^{-1} [-H I],
 
-where columns of Psi_t for one sector give all others by rotation. Fields are in sector form,
-(3n z, k), dofs of one local node after another, see `cyclic/sectors.py`.
+where columns of Psi_t for one sector give all others by rotation. Constraint modes are stored whole
+only where few large sectors meet. Fields are in sector form, (3n z, k), dofs of one local node
+after another, see `cyclic/sectors.py`.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from flexgear.structures.cyclic.projection import (
     sector_motion,
 )
 from flexgear.structures.cyclic.sectors import (
-    LEAST,
+    LEAST_SECTORS,
     Circulant,
     Sectors,
     find_sectors,
@@ -45,17 +46,19 @@ from flexgear.structures.fem.ties import Interface, free_stiffness
 from flexgear.structures.linalg.dense import blocks, dot, shared
 from flexgear.structures.linalg.sparse import Elimination, minimum_degree_order
 
-_BLOCK_BYTES = 32e6  # of a block of vectors that is worked on at once
+_BLOCK_BYTES = 32e6  # of vectors that are processed together
 
 
 @dataclass(frozen=True, eq=False)
 class CyclicCondensation:
-    """stiffness: K_bb (b, b); sector stiffness and mass as block-circulant matrices.
+    """Static condensation of a body of equal sectors.
 
-    recovered: first dofs of the mesh that are recovered.
+    fe_stiffness, fe_mass: block-circulant matrices of the body; stiffness: K_bb (b, b); recovered:
+    number of first dofs of the mesh that are recovered; path: kind of solution, for the report;
+    rigid_residual: see ``free_stiffness``.
     """
 
-    name: ClassVar[str] = "cyclic"  # of the solver
+    name: ClassVar[str] = "cyclic"  # of the solver, for the report
     interface: Interface
     ties: SectorTies = field(repr=False)
     fe_stiffness: Circulant = field(repr=False)
@@ -68,30 +71,30 @@ class CyclicCondensation:
 
     @property
     def sectors(self) -> Sectors:
-        """Which nodes are images of one another."""
+        """Sectors of the FE mesh."""
         return self.ties.sectors
 
     @property
     def dofs(self) -> int:
-        """Length of a field."""
+        """Length d of a field."""
         return 3 * self.sectors.nodes.size
 
     @cached_property
     def motion(self) -> SectorMotion:
-        """Motion of a sector by its borders."""
+        """Inertia of a sector and its motion by its ends."""
         return sector_motion(self.solver, self.ties, self.fe_mass, self.recovered)
 
     @property
     def has_short_borders(self) -> bool:
-        """Whether a sector's ends move in fewer ways than constraint modes have sectors' columns.
+        """Whether a sector has fewer motions of its ends than all sectors have constraint modes.
 
-        So it is with teeth. Where few large sectors meet, as those of carriers, fields of all
-        constraint modes are made sooner than ``motion``.
+        True of gears. For a few large sectors, as of carriers, fields of all constraint modes take
+        less time than ``motion``.
         """
         return self.solver.ends < self.interface.size * self.sectors.count
 
     def shifted(self, sigma: float) -> CyclicSolver:
-        """Solver with K - sigma M in place of K."""
+        """Solver with K - sigma M in place of K; sigma: rad²/s²."""
         matrix = self.fe_stiffness.less(sigma, self.fe_mass)
         bordered = matrix.sector.shape[0] + matrix.coupling.shape[1]
         interior = _interior(matrix, self.ties)
@@ -110,27 +113,31 @@ class CyclicCondensation:
         return self.ties.motion(self._form(x))
 
     def fixed_solve(self, right: Array) -> Array:
-        """x (d, k) with K x = right + B^T (reactions), B x = 0."""
+        """Displacement x (d, k) with the interface held: K x = right + B^T (reactions), B x = 0."""
         return self._each(right, self.solver.solve)
 
     def supported_solve(self, right: Array, supports: Array) -> Array:
-        """x (d, k) with (K + B^T supports B) x = right; supports (b, b) makes the body regular."""
-        held = np.linalg.inv(self.stiffness + supports)
-        return self._each(right, lambda g: self.solver.solve(g, -held @ self.solver.reactions(g)))
+        """Displacement x (d, k) on supports (b, b) that leave no motion free:
+        (K + B^T supports B) x = right."""
+        flexibility = np.linalg.inv(self.stiffness + supports)
+        reactions = self.solver.reactions
+        return self._each(right, lambda g: self.solver.solve(g, -flexibility @ reactions(g)))
 
     def constraint_motion(self, q: Array) -> Array:
-        """Displacement Psi q (d, k) of the body where only its interface moves, by q."""
-        fields = [self.solver.solve(None, q[:, block]) for block in self.blocks(q.shape[1])]
+        """Displacement Psi q (d, k) by interface motion q (b, k)."""
+        fields = [self.solver.solve(None, q[:, block]) for block in self._blocks(q.shape[1])]
         return np.hstack([x.reshape(self.dofs, -1) for x in fields])
 
     def constraint_load(self, forces: Array) -> Array:
-        """Psi^T f (b, k) of forces (3N, k) on the mesh's dofs."""
-        fields = (self.field_of(forces[:, b]) for b in self.blocks(forces.shape[1]))
+        """Interface forces Psi^T f (b, k) of forces (3N, k) on the mesh's dofs."""
+        fields = (self.field_of(forces[:, b]) for b in self._blocks(forces.shape[1]))
         return -np.hstack([self.solver.reactions(self._form(field)) for field in fields])
 
     def projected(self, modes: Array, recovery: NDArray[np.float32]) -> tuple[Array, Array]:
-        """Psi^T M Psi (b, b) and modes^T M Psi (n, b); Psi at the mesh's first dofs (r, b)."""
-        loads = (self.fe_mass.product(self._form(modes[:, b])) for b in self.blocks(modes.shape[1]))
+        """Psi^T M Psi (b, b) and modes^T M Psi (n, b) of modes (d, n); writes Psi at the mesh's
+        first dofs to recovery (r, b)."""
+        blocks_of_modes = self._blocks(modes.shape[1])
+        loads = (self.fe_mass.product(self._form(modes[:, b])) for b in blocks_of_modes)
         no_modes = np.zeros((self.interface.size, 0))
         coupling = -np.hstack([no_modes, *map(self.solver.reactions, loads)]).T
         if self.has_short_borders:
@@ -142,11 +149,11 @@ class CyclicCondensation:
         return 0.5 * (result + result.T), coupling
 
     def field_of(self, dofs: Array) -> Array:
-        """A field, or loads in its form, (d, k) from dof vectors (3N, k)."""
+        """Field, or loads on fields, (d, k) from vectors (3N, k) on the mesh's dofs."""
         return np.asarray(self.sectors.axes.T @ dofs)
 
     def dofs_of(self, x: Array, count: int) -> Array:
-        """The mesh's first dofs (count, k) of a field."""
+        """Displacements (count, k) of the mesh's first dofs from fields x (d, k)."""
         out, rows = np.empty((count, x.shape[1])), self.sectors.axes[:count]
 
         def part(block: slice) -> None:
@@ -156,28 +163,30 @@ class CyclicCondensation:
         return out
 
     def _form(self, x: Array) -> Array:
+        """Fields (d, k) as (3n, z, k)."""
         count = self.sectors.count
         return np.ascontiguousarray(x).reshape(len(x) // count, count, x.shape[1])
 
     @property
     def _block(self) -> int:
-        """Vectors that are worked on at once."""
-        return max(8, int(_BLOCK_BYTES / (8 * self.dofs)))  # a step of the Lanczos iteration whole
+        """Number of vectors that are processed together, at least a step of the Lanczos
+        iteration."""
+        return max(8, int(_BLOCK_BYTES / (8 * self.dofs)))
 
-    def blocks(self, columns: int) -> Iterator[slice]:
-        """Slices of vectors that are worked on at once."""
+    def _blocks(self, columns: int) -> Iterator[slice]:
+        """Slices of vectors that are processed together."""
         return blocks(columns, self._block)
 
     def _each(self, x: Array, transform: Callable[[Array], Array]) -> Array:
-        """way(x) block by block."""
-        parts = [transform(self._form(x[:, block])) for block in self.blocks(x.shape[1])]
+        """transform(x) (d, k), block by block in sector form."""
+        parts = [transform(self._form(x[:, block])) for block in self._blocks(x.shape[1])]
         return np.hstack([part.reshape(self.dofs, -1) for part in parts])
 
 
-def cyclic_parts(
+def cyclic_condensation(
     model: FeModel, interface: Interface, sectors: Sectors
 ) -> CyclicCondensation | None:
-    """Factors of a periodic body; None where its ties do not allow it."""
+    """Condensation of a body by its sectors; None where its ties do not allow that."""
     sectors = sectors.reordered(minimum_degree_order(_graph(model, sectors)))
     ties = sector_ties(interface, sectors)
     if ties is None:
@@ -194,10 +203,10 @@ def cyclic_parts(
 
 
 def _interior(stiffness: Circulant, ties: SectorTies) -> Elimination:
-    """One sector's interior eliminated from [K B^T; B 0].
+    """Elimination of one sector's interior from [K B^T; B 0].
 
-    What is lifted: the next border has no stiffness of its own here, see `Circulant.extended`; with
-    the own border's it is at least that of the sector alone, which its diagonal makes definite.
+    The shift makes the matrix definite: in `Circulant.extended` the next border has no stiffness,
+    so it gets that of the sector's own border; the diagonal keeps the sector from moving freely.
     """
     size = stiffness.sector.shape[0] - stiffness.coupling.shape[1]
     border = stiffness.sector[size:, size:].toarray()
@@ -213,7 +222,7 @@ def _interior(stiffness: Circulant, ties: SectorTies) -> Elimination:
 
 
 def _graph(model: FeModel, sectors: Sectors) -> sp.csr_matrix:
-    """Which of a sector's interior nodes meet in a cell."""
+    """Graph of a sector's interior nodes: entries for nodes of the same cell."""
     local = np.full(len(model.nodes), -1)
     local[sectors.nodes[:, 0]] = np.arange(len(sectors.nodes))
     cells = local[model.basis.element_dofs[:, sectors.cells].T]
@@ -225,14 +234,15 @@ def _graph(model: FeModel, sectors: Sectors) -> sp.csr_matrix:
 
 
 def sector_counts(repeats: int) -> tuple[int, ...]:
-    """Possible numbers of sectors of a body with ``repeats`` teeth or pins, most first."""
-    return tuple(z for z in range(repeats, LEAST - 1, -1) if repeats % z == 0)
+    """Possible numbers of sectors of a body with ``repeats`` teeth or pins, falling."""
+    return tuple(z for z in range(repeats, LEAST_SECTORS - 1, -1) if repeats % z == 0)
 
 
 def condense_by_sectors(
     model: FeModel, interface: Interface, counts: Sequence[int]
 ) -> tuple[CyclicCondensation | None, str]:
-    """The condensation by sectors, or None; and which path that is, in words."""
+    """The condensation by one of several numbers of sectors, None where there is none; and the kind
+    of solution with the reason, for the report."""
     if not counts:
         return None, "general: sectors not asked for"
     if interface.expansion is not None:
@@ -240,7 +250,7 @@ def condense_by_sectors(
     sectors = find_sectors(model, counts)
     if sectors is None:
         return None, "general: the FE mesh does not repeat by sectors"
-    parts = cyclic_parts(model, interface, sectors)
-    if parts is None:
+    condensation = cyclic_condensation(model, interface, sectors)
+    if condensation is None:
         return None, "general: no tie that every sector has lies within its sector"
-    return parts, parts.path
+    return condensation, condensation.path

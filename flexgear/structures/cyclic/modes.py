@@ -1,15 +1,15 @@
-"""Fixed-interface modes of a body of equal sectors, from a shift among them.
+"""Fixed-interface modes of a body of equal sectors, by an iteration with a shift among them.
 
-Where to put the shift. A sector whose borders are held vibrates far above the modes that are
-sought, so that motion of the borders tells nearly all. Their harmonics X_h move a sector's ends,
-see `CyclicSolver.shapes`, by e = E_h X_h, and with g = R^T E R, the inertia of ends of
-`cyclic/projection.py`,
+Choice of the shift. The frequencies of a sector with its borders held are far above those of the
+modes that are sought, so that the motion of the borders nearly determines these modes (Guyan
+reduction). Harmonics X_h of the borders move a sector's ends, see `CyclicSolver.shapes`, by
+e = E_h X_h, and with g = R^T E R, the inertia of the ends of `cyclic/projection.py`,
 
     S_h X_h = lambda E_h^H g E_h X_h,   h = 0 ... z // 2,
 
-by a few steps of subspace iteration. Ties that not every sector has are left free. Both motions
-are orthogonal in K, so that with mu, the lowest of a sector held at its borders, the body's n-th
-lies between bounds as Dunkerley's,
+which a few steps of subspace iteration solve. Ties that not every sector has are left free. The
+motion by the borders and that with held borders are orthogonal in K, so that with mu, the lowest
+omega^2 of a sector with held borders, the n-th omega^2 of the body has bounds as Dunkerley's,
 
     1/(1/lambda_n + 1/mu) <= omega_n^2 <= lambda_n.
 
@@ -19,11 +19,11 @@ The modes. With the shift
 
     (K - sigma M) x = M v + B^T rho,   B x = 0
 
-is solved as easily as with sigma = 0, and with sigma among the modes these lie far apart for the
-iteration. K - sigma M is not definite, but the interior of a sector between its borders is while
-its own frequencies lie above; where they do not, sigma is lowered. Signs of pivots tell how many
-modes lie below sigma (Sturm's count): an iteration that passed one over is done again from zero,
-where the lowest come first.
+takes no more work than with sigma = 0, and with sigma among the modes the iteration converges
+faster. K - sigma M is not definite, but its part of a sector's interior is while the sector's
+frequencies with held borders are higher; where they are not, sigma is lowered. Signs of pivots give
+the number of modes below sigma (Sturm's count). If the iteration has missed one, it is repeated
+without a shift, where the lowest modes come first.
 """
 
 from __future__ import annotations
@@ -41,18 +41,19 @@ from flexgear.structures.cyclic.solver import CyclicSolver
 from flexgear.structures.linalg.dense import shared
 from flexgear.structures.linalg.lanczos import Eigenpairs, lowest_modes, most_vectors
 
-_STEPS = 4
-_SPARE = 4  # vectors beyond those that are sought
+_STEPS = 4  # of subspace iterations
+_SPARE = 4  # vectors in addition to those that are sought
 
 
 def lowest_values(solver: CyclicSolver, inertia: Array, count: int) -> Array:
-    """lambda (count,) rising of a body whose sectors' own ties are held."""
+    """Upper bounds lambda (count,), rising, of the lowest omega^2 of a body held at the ties that
+    every sector has; inertia: g (e, e) of a sector's ends."""
     harmonics, z = solver.border_harmonics, solver.count
     b = harmonics.size
     width = min(2 * count // z + _SPARE, b)
     start = np.random.default_rng(20240211).standard_normal((b, width)).astype(complex)
     values = np.empty((len(harmonics), width))
-    harmonics.inverses()  # once, not in every thread
+    harmonics.inverses()  # computed here once and not by every thread
 
     def part(which: slice) -> None:
         for h in range(which.start, which.stop):
@@ -70,7 +71,7 @@ def lowest_values(solver: CyclicSolver, inertia: Array, count: int) -> Array:
 
 
 def held_value(solver: CyclicSolver, mass: Circulant) -> float:
-    """Estimate of mu, the lowest eigenvalue of a held sector."""
+    """Estimate of mu, the lowest omega^2 of a sector with its borders held."""
     whole = mass.sector
     size = whole.shape[0] - solver.border_harmonics.size
     inertia = whole[:size, :size]
@@ -84,7 +85,7 @@ def held_value(solver: CyclicSolver, mass: Circulant) -> float:
 
 
 def _momentum(gain: Array, mass: Array, phase: complex, x: Complex) -> Complex:
-    """E_h^H g E_h x (b, k)."""
+    """E_h^H g E_h x (b, k) of harmonics x (b, k) of the borders; mass: g, phase: of one pitch."""
     b, k = x.shape
     shifted = phase * x
     ends = np.vstack([x, shifted, gain[:, :b] @ x + gain[:, b:] @ shifted])
@@ -100,10 +101,10 @@ def _hermitian(a: Complex) -> Complex:
 
 
 BLOCK = 4  # vectors a step: columns of all sectors make them wide
-_SHARE = 0.75  # of the highest omega^2 sought, about: fewest steps with a ring's modes
-_CERTAIN = 0.95  # of its lower bound: above it a basis would fill with modes nobody seeks
+_SHARE = 0.75  # shift over the highest omega^2 sought, about: fewest steps with a ring's modes
+_CERTAIN = 0.95  # largest shift over the lower bound of that: else many modes above it converge
 _ATTEMPTS = 12
-_NEAR = 1e5  # sigma over a mode's distance from it, at most
+_CLOSEST = 1e5  # largest ratio of sigma to its distance from a mode
 
 
 def cyclic_modes(
@@ -111,7 +112,7 @@ def cyclic_modes(
 ) -> Eigenpairs:
     """The `count` lowest modes with the interface held."""
     shift, solver = 0.0, condensation.solver
-    if condensation.has_short_borders:  # else it spares fewer steps than it costs
+    if condensation.has_short_borders:  # else another factor costs more than the steps it saves
         shift, solver = _shifted(condensation, count)
     pairs = _from_shift(condensation, count, shift, solver, progress)
     if shift and (1 / pairs.values < shift).sum() != min(modes_below(solver), count):
@@ -120,11 +121,11 @@ def cyclic_modes(
 
 
 def modes_below(solver: CyclicSolver) -> int:
-    """Number of modes of the held body below the shift in the solver's K.
+    """Number of modes of the body with held interface below the shift in the solver's K.
 
-    K with its ties has a negative eigenvalue for each, beside one for every tie (Haynsworth 1968,
-    Linear Algebra Appl. 1:73): interiors and own ties give only these, borders those of S_h, others
-    those of -G.
+    K with its ties has one negative eigenvalue for each of these modes and one for every tie
+    (Haynsworth 1968, Linear Algebra Appl. 1:73): only the latter from interiors and ties that every
+    sector has, the rest from the borders' S_h and, for the other ties, from -G.
     """
     units = 1 / np.sqrt(np.abs(np.diag(solver.flexibility)))
     signs = np.linalg.eigvalsh(units[:, None] * solver.flexibility * units)
@@ -138,11 +139,12 @@ def _from_shift(
     solver: CyclicSolver,
     progress: Callable[[float], None],
 ) -> Eigenpairs:
+    """The `count` lowest modes by an iteration with a shift, and the solver with that shift."""
     dofs = condensation.dofs
     most = min(most_vectors(count, BLOCK, dofs), dofs - BLOCK)
     start = np.random.default_rng(20230617).standard_normal((dofs, BLOCK))
     if shift:
-        condensation.solver.border_harmonics.forget()  # beside the basis one set has room
+        condensation.solver.border_harmonics.forget()  # memory for the basis and one set only
 
     def solve(load: Array) -> Array:
         return solver.solve(load.reshape(-1, solver.count, load.shape[1])).reshape(dofs, -1)
@@ -152,7 +154,7 @@ def _from_shift(
 
 
 def _shifted(condensation: CyclicCondensation, count: int) -> tuple[float, CyclicSolver]:
-    """sigma and the solver with it; sigma = 0 where none serves."""
+    """A shift sigma and its solver; zero and the unshifted solver where none is possible."""
     static = condensation.solver
     above = float(lowest_values(static, condensation.motion.inertia, count)[-1])
     held = held_value(static, condensation.fe_mass)
@@ -164,15 +166,17 @@ def _shifted(condensation: CyclicCondensation, count: int) -> tuple[float, Cycli
         except FlexgearError:
             shift *= 0.5
             continue
-        if _far(condensation, solver, shift):
+        if _is_clear_of_modes(condensation, solver, shift):
             return shift, solver
-        shift *= 0.97  # it met a mode
+        shift *= 0.97
     return 0.0, condensation.solver
 
 
-def _far(condensation: CyclicCondensation, solver: CyclicSolver, shift: float) -> bool:
-    """Whether no mode is so near that it would drown the others: |T M x| against |x|."""
+def _is_clear_of_modes(
+    condensation: CyclicCondensation, solver: CyclicSolver, shift: float
+) -> bool:
+    """Whether no mode is so near the shift that rounding would hide the others, by |T M x|/|x|."""
     shape = (condensation.dofs // solver.count, solver.count, 1)
     x = solver.solve(np.random.default_rng(7).standard_normal(shape))
     image = solver.solve(condensation.mass_product(x.reshape(-1, 1)).reshape(shape))
-    return bool(shift * np.linalg.norm(image) <= _NEAR * np.linalg.norm(x))
+    return bool(shift * np.linalg.norm(image) <= _CLOSEST * np.linalg.norm(x))

@@ -5,9 +5,9 @@ With Psi = Psi_t [I 0] + Y N, N = G^{-1} [-H I], H and G of `cyclic/solver.py`, 
     Psi^T M Psi = J^T A J + J^T B N + N^T B^T J + N^T C N,
     A = Psi_t^T M Psi_t,  B = Psi_t^T M Y,  C = Y^T M Y.
 
-A is block-circulant: the fields of sector 0's ties give all. A sector without loads moves by its
-ends alone, x(s) = R e(s) + U(s) c(s), see `CyclicSolver.shapes`, so mass meets ends and no field
-of Y is ever made: with E one sector's part of M,
+A is block-circulant: the fields under sector 0's ties give all. A sector without loads moves by its
+ends alone, x(s) = R e(s) + U(s) c(s), see `CyclicSolver.shapes`, so that products with M need the
+ends only and no field of Y: with E one sector's part of M,
 
     x^T M y = sum_s e_x^T g_y + c_x^T (U^T E R e_y + U^T E U c_y),   g = R^T E R e + R^T E U c.
 """
@@ -29,7 +29,7 @@ from flexgear.structures.linalg.dense import THREADS, shared
 
 Singles = NDArray[np.float32]
 
-_COLUMNS = 32  # of Y worked on at once
+_COLUMNS = 32  # of Y that are processed together
 
 
 def condensed_stiffness(solver: CyclicSolver, ties: SectorTies) -> Array:
@@ -42,11 +42,11 @@ def condensed_stiffness(solver: CyclicSolver, ties: SectorTies) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class SectorMotion:
-    """Inertia of a sector's ends, and its motion at the recovered of its dofs (r,).
+    """Inertia of a sector's ends, and motion of those of its dofs that are recovered (r,).
 
-    rows: which these are, the first nodes of the mesh; shapes: R (r, e) and fields: U (r, u) there;
-    inertia: R^T E R; mixed: R^T E U and U^T E U. By sector where of U, with the others it is of.
-    periodic: ends of Psi_t (e, z, t) under sector 0's ties.
+    rows: numbers of these dofs; shapes: R (r, e); fields: by sector, numbers (u,) of its other ties
+    and U (r, u); inertia: R^T E R (e, e); mixed: by sector, R^T E U (e, u) and U^T E U (u, u);
+    periodic: ends (e, z, t) of Psi_t under sector 0's ties.
     """
 
     rows: Ints
@@ -60,7 +60,7 @@ class SectorMotion:
 def sector_motion(
     solver: CyclicSolver, ties: SectorTies, mass: Circulant, recovered: int
 ) -> SectorMotion:
-    """Motion of an FE mesh whose first dofs are recovered."""
+    """Motion of the sectors of an FE mesh; recovered: number of its first dofs to recover."""
     shapes, local = solver.shapes()
     inertia, mixed = _sector_mass(shapes, local, mass.extended())
     vertices = ties.sectors.nodes[:, 0] < recovered // 3
@@ -72,25 +72,25 @@ def sector_motion(
 def project_constraint_modes(
     solver: CyclicSolver, ties: SectorTies, motion: SectorMotion, recovery: Singles
 ) -> Array:
-    """Psi^T M Psi (b, b); fills in Psi at the mesh's first dofs, recovery (r, b)."""
+    """Psi^T M Psi (b, b); writes Psi at the mesh's first dofs to recovery (r, b)."""
     t, z, m = ties.rows.shape[0], ties.sectors.count, ties.other_size
     periodic = motion.periodic
-    products = _correlated(periodic, _times(motion.inertia, periodic)).transpose(0, 2, 1)
-    others, across, other = _of_others(solver, motion, periodic)
+    a = _correlated(periodic, _times(motion.inertia, periodic)).transpose(0, 2, 1)
+    c, b, y = _other_products(solver, motion, periodic)
 
-    share = solver.other_share()
-    cross = np.vstack([across, np.zeros((m, m))]) @ share
-    out = cross + cross.T + share.T @ others @ share
-    out[: t * z, : t * z] += circulant(products)
+    n = solver.other_share()
+    cross = np.vstack([b, np.zeros((m, m))]) @ n
+    out = cross + cross.T + n.T @ c @ n
+    out[: t * z, : t * z] += circulant(a)
     fields = _times(motion.shapes, periodic)
-    _recover(ties, motion.rows, fields, other, ties.joined_rows(share), recovery)
+    _recover(ties, motion.rows, fields, y, ties.joined_rows(n), recovery)
     return _in_body(out, ties)
 
 
-def _of_others(
+def _other_products(
     solver: CyclicSolver, motion: SectorMotion, periodic: Array
 ) -> tuple[Array, Array, Array]:
-    """Y^T M Y (m, m), Psi_t^T M Y (t z, m) and Y at the recovered dofs (r, z, m)."""
+    """C = Y^T M Y (m, m), B = Psi_t^T M Y (t z, m) and Y at the recovered dofs (r, z, m)."""
     inertia, mixed, local = motion.inertia, motion.mixed, motion.fields
     ends = solver.other_ends()
     e, z, m = ends.shape
@@ -120,7 +120,7 @@ def _of_others(
 def _sector_mass(
     shapes: Array, local: dict[int, tuple[Ints, Array]], mass: sp.csr_matrix
 ) -> tuple[Array, dict[int, tuple[Array, Array]]]:
-    """R^T E R, and by sector R^T E U and U^T E U."""
+    """R^T E R (e, e), and by sector R^T E U (e, u) and U^T E U (u, u); local: U of each sector."""
     inertia = np.empty((shapes.shape[1], shapes.shape[1]))
 
     def part(columns: slice) -> None:
@@ -133,7 +133,7 @@ def _sector_mass(
     loads = mass @ fields
     beside = np.empty((shapes.shape[1], fields.shape[1]))
 
-    def of_fields(columns: slice) -> None:  # together: each alone would read all shapes
+    def of_fields(columns: slice) -> None:  # many columns for one pass over the shapes
         beside[:, columns] = shapes.T @ loads[:, columns]
 
     shared(fields.shape[1], of_fields, _COLUMNS)
@@ -145,7 +145,7 @@ def _sector_mass(
 
 
 def _times(a: Array, x: Array) -> Array:
-    """a (r, n) times x (n, z, k)."""
+    """Product (r, z, k) of a (r, n) and x (n, z, k)."""
     flat = x.reshape(len(x), -1)
     out = np.empty((len(a), flat.shape[1]))
 
@@ -157,7 +157,7 @@ def _times(a: Array, x: Array) -> Array:
 
 
 def _correlated(x: Array, y: Array) -> Array:
-    """sum_s x(s - j)^T y(s) (a, z, c) over all j of x (n, z, a) and y (n, z, c)."""
+    """Correlation sum_s x(s - j)^T y(s) (a, z, c) for all j, of x (n, z, a) and y (n, z, c)."""
     transforms = (scipy.fft.rfft(f, axis=1, workers=THREADS).transpose(1, 0, 2) for f in (x, y))
     first, second = transforms
     product = first.conj().transpose(0, 2, 1) @ second
@@ -165,15 +165,16 @@ def _correlated(x: Array, y: Array) -> Array:
 
 
 def circulant(blocks: Array) -> Array:
-    """(t z, t z) in the order (tie, sector) from what sector 0 does to the others (t, t, z)."""
+    """Block-circulant matrix (t z, t z) in the order (tie, sector), from its blocks (t, t, z)
+    between every sector and sector 0."""
     t, _, z = blocks.shape
     s = np.arange(z)
     return blocks[:, :, (s[:, None] - s) % z].transpose(0, 2, 1, 3).reshape(t * z, t * z)
 
 
 def _in_body(matrix: Array, ties: SectorTies) -> Array:
-    """A symmetric matrix of [periodic dofs in sector axes, other dofs], on the dofs of the
-    interface in their order."""
+    """Symmetric matrix (b, b) on the dofs of the interface, from one on [periodic dofs in sector
+    axes, other dofs]."""
     out = ties.joined_rows(ties.joined_rows(matrix).T)
     return 0.5 * (out + out.T)
 
@@ -181,10 +182,10 @@ def _in_body(matrix: Array, ties: SectorTies) -> Array:
 def _recover(
     ties: SectorTies, rows: Ints, periodic: Array, other: Array, share: Array, recovery: Singles
 ) -> None:
-    """Psi at vertices from Psi_t (r, z, t) of sector 0, Y (r, z, m) and N (m, b).
+    """Write Psi at the vertices ``rows`` to recovery, from periodic, Psi_t (r, z, t) of sector 0's
+    ties, other, Y (r, z, m), and share, N (m, b).
 
-    The field of sector j's ties is that of sector 0's, j pitches on, by their motion in sector j's
-    axes.
+    The field under sector j's ties is that under sector 0's, turned by j pitches.
     """
     nodes, z = ties.sectors.nodes[rows[::3] // 3], ties.sectors.count  # (v, z)
     turns, dofs = ties.sectors.turns(), ties.periodic_dofs.T  # (z, t)

@@ -1,44 +1,44 @@
-"""A body as z equal sectors: which nodes and cells are images of one another, matrices, fields.
+"""Equal sectors of a body: nodes and cells that are images of one another, matrices, borders.
 
-Sector s is sector 0 turned by s 2 pi / z about the z-axis. Its cells touch own nodes and the nodes
-where sector s + 1 begins; these count as the border of s + 1:
+Sector s is sector 0 turned by s 2 pi / z about the z-axis. The nodes of its cells are its interior,
+its border with sector s - 1, and the border of sector s + 1, which belongs to that sector:
 
-    own nodes of s = [interior, border],   nodes of its cells = own nodes and the border of s + 1.
+    nodes of sector s = [interior, border],   nodes of its cells = [interior, border, next border].
 
-Whether a mesh is periodic is found from coordinates and cells alone, so a generated and a user's
-mesh are judged alike. Material is one and isotropic, so then K and M are block-circulant in axes
-that turn with the sectors.
+Whether an FE mesh is periodic follows from its coordinates and cells alone, for generated and
+users' meshes alike. The body has one isotropic material, so that K and M of a periodic mesh are
+block-circulant in axes that turn with the sectors.
 
-A field in sector form is x (3n, z, k): local dof, sector, vector, each sector in its own axes,
-which turn with it. Then with the next sector's border b(s + 1)
+A field in sector form is x (3n, z, k): local dof, sector, vector; components along the axes of each
+sector. With the next sector's border x_b(s + 1)
 
     (A x)(s) = A_0 x(s) + A_1 x_b(s + 1),   plus  A_1^T x(s)  on the border of s + 1,
 
-and A_0, A_1 are the same for all sectors. Mass acts on x, y and z alike; across a border it meets
-components in the neighbour's axes, so that A_1 has Q, the turn by one pitch, for every node.
+and A_0, A_1 are the same for all sectors. Mass acts on x, y and z alike; x_b(s + 1) has components
+along the next sector's axes, so that A_1 has Q, the rotation by one pitch, for every node.
 
-Borders: their rigid motion, and all of them together by harmonics.
-
-The condensed matrices of one sector keep its rigid motion to the last digit. Where a large body
-bends softly, its sectors move nearly as rigid pieces, and rounding of the size of a sector's own
-stiffness would outweigh what strain there is. Of a free sector condensed to its borders, S x_b,
-with B^ the motion its ties take from them and R rigid motion (R_b on the borders),
+Rigid motion of the borders. Where a large body bends softly, its sectors move nearly as rigid
+bodies, and rounding errors of a sector's stiffness would exceed the forces of its small strain. So
+the condensed matrices of a sector are corrected to reproduce rigid motion exactly. Of a free sector
+condensed to its borders, S x_b, with B^ x_b the motion of its ties and R rigid motion (R_b on the
+borders),
 
     S R_b = 0,   B^ R_b = B R
 
-hold exactly, if what both of its neighbours add at a border is shared out rightly; only the sum
-of the two shares counts. With R_b^T R_b = I these are restored by the smallest changes that do so,
+hold exactly, if the stiffness that two neighbours add at a border is divided correctly between
+them; in the body only the sum of the two parts counts. With R_b^T R_b = I the smallest corrections
+that restore these equations are
 
     S <- (I - R_b R_b^T) S (I - R_b R_b^T),   B^ <- B^ + (B R - B^ R_b) R_b^T.
 
-All borders together are solved by a Fourier transform over the sectors. One sector's condensed
-matrix on [its border, the next border] is [S_00 S_01; S_10 S_11]. With x(s) = 1/z sum_h X_h e^{i h
-s 2 pi/z} the borders separate by harmonics,
+Harmonics of the borders. One sector's condensed matrix on [its border, the next border] is
+[S_00 S_01; S_10 S_11]. With x(s) = 1/z sum_h X_h e^{i h s 2 pi/z} the equations of all borders
+separate,
 
     S_h = S_00 + S_11 + S_01 e^{i h 2 pi/z} + S_10 e^{-i h 2 pi/z},   S_h X_h = R_h,
 
-Hermitian and definite where the sectors are held; harmonics h and z - h are conjugates, so
-h = 0 ... z // 2 suffice. Source: Thomas 1979, Int. J. Numer. Methods Eng. 14:81.
+with S_h Hermitian, and definite where the sectors are held; harmonics h and z - h are conjugates,
+so h = 0 ... z // 2 suffice. Source: Thomas 1979, Int. J. Numer. Methods Eng. 14:81.
 """
 
 from __future__ import annotations
@@ -63,17 +63,19 @@ from flexgear.structures.linalg.dense import (
     signed_hermitian_inverse,
 )
 
-LEAST = 3  # with two sectors the one before is also the one after
-_TOLERANCE = 1e-9  # of the radius: how far an image may lie from its node
-_PROBED = 64  # nodes tried first
-_WINDOWS = 8  # angles at which a sector of unknown make may begin
+LEAST_SECTORS = 3  # with two sectors the one before is also the one after
+_TOLERANCE = 1e-9  # largest distance of an image from its node, over the radius
+_SAMPLED = 64  # nodes whose images are checked before all others
+_WINDOWS = 8  # angles that are tried as the beginning of the first sector
 
 
 @dataclass(frozen=True, eq=False)
 class Sectors:
-    """Nodes and cells of a periodic FE mesh, sector by sector. nodes: (n, z) node of the mesh that
-    is local node a of sector s; the last `border` of the n local nodes are those where the previous
-    sector ends; cells: (c,) those of sector 0."""
+    """Nodes and cells of the ``count`` equal sectors of an FE mesh.
+
+    nodes: (n, z) numbers in the mesh of the local nodes of every sector; the last ``border`` of the
+    n local nodes are shared with the previous sector; cells: (c,) cells of sector 0.
+    """
 
     count: int
     nodes: Ints = field(repr=False)
@@ -82,7 +84,7 @@ class Sectors:
 
     @property
     def interior(self) -> int:
-        """Number of local nodes that belong to cells of this sector alone."""
+        """Number of local nodes that are not on the border."""
         return len(self.nodes) - self.border
 
     @property
@@ -91,13 +93,13 @@ class Sectors:
         return 2 * np.pi / self.count
 
     def turns(self) -> Array:
-        """Axes (z, 3, 3) of the sectors: components in the body are turns[s] @ local ones."""
+        """Rotations (z, 3, 3) of components along the sectors' axes to the body's."""
         return rotation(self.pitch * np.arange(self.count, dtype=float))
 
     @cached_property
     def axes(self) -> sp.csr_matrix:
-        """T (3N, 3n z): dof vectors of the mesh are T times fields in sector form, which are T^T
-        times dof vectors; columns by local dof, then sector."""
+        """Orthogonal matrix T (3N, 3n z) from fields in sector form to vectors on the mesh's dofs;
+        columns by local dof, then sector."""
         n, z = self.nodes.shape
         axis = np.arange(3)
         rows = 3 * self.nodes[..., None, None] + axis[:, None]
@@ -116,8 +118,8 @@ class Sectors:
 
 
 def find_sectors(model: FeModel, counts: Iterable[int]) -> Sectors | None:
-    """Sectors of a body for the first of ``counts`` that fits its FE mesh, with the smallest border
-    of several choices; None where none does."""
+    """Sectors of a body, as many as the first of ``counts`` that its FE mesh allows, with the
+    smallest border of several choices; None where it allows none."""
     for count in counts:
         image, dofs = _image(model.nodes, 2 * np.pi / count), model.basis.element_dofs
         cell_image = None if image is None else _cell_image(dofs.T.astype(np.int64), image)
@@ -132,12 +134,12 @@ def find_sectors(model: FeModel, counts: Iterable[int]) -> Sectors | None:
 
 
 def _image(nodes: Array, angle: float) -> Ints | None:
-    """Image (n,) of each node under rotation by ``angle``; None unless every node has one."""
+    """Node (n,) at the place of each node turned by ``angle`` about z; None unless all have one."""
     turned = nodes @ rotation(angle).T
     tolerance = _TOLERANCE * float(np.hypot(nodes[:, 0], nodes[:, 1]).max())
     tree = cKDTree(nodes)
-    probes = turned[:: max(1, len(nodes) // _PROBED)]
-    if tree.query(probes)[0].max() > tolerance:
+    sampled = turned[:: max(1, len(nodes) // _SAMPLED)]
+    if tree.query(sampled)[0].max() > tolerance:
         return None
     distance, image = tree.query(turned)
     if distance.max() > tolerance or len(np.unique(image)) != len(image):
@@ -146,11 +148,12 @@ def _image(nodes: Array, angle: float) -> Ints | None:
 
 
 def _cell_image(cells: Ints, image: Ints) -> Ints | None:
-    """Image (m,) of each cell (m, a); None unless every one has the nodes of another."""
-    number = np.random.default_rng(0).integers(1 << 62, size=len(image))
+    """Cell (m,) whose nodes are the images of those of each cell (m, a); None unless all have
+    one."""
+    hash_of_node = np.random.default_rng(0).integers(1 << 62, size=len(image))
     with np.errstate(over="ignore"):
-        key = number[cells].sum(axis=1)
-        turned = number[image[cells]].sum(axis=1)
+        key = hash_of_node[cells].sum(axis=1)
+        turned = hash_of_node[image[cells]].sum(axis=1)
     order = np.argsort(key)
     target = order[np.minimum(np.searchsorted(key[order], turned), len(order) - 1)]
     same = np.sort(image[cells], axis=1) == np.sort(cells[target], axis=1)
@@ -158,7 +161,7 @@ def _cell_image(cells: Ints, image: Ints) -> Ints | None:
 
 
 def orbits(start: Ints, image: Ints, count: int) -> Ints:
-    """(k, z): start, its image, its image's image ..."""
+    """Images (k, z) of numbers start (k,) after 0 to z - 1 applications of ``image``."""
     out = np.empty((len(start), count), dtype=np.int64)
     out[:, 0] = start
     for s in range(1, count):
@@ -167,11 +170,11 @@ def orbits(start: Ints, image: Ints, count: int) -> Ints:
 
 
 def _choices(model: FeModel, count: int, cell_image: Ints) -> Iterator[Ints]:
-    """Possible cells of a first sector: lowest numbers (as generators count), then windows of
-    angle."""
+    """Possible sets of cells of the first sector: those with the lowest numbers, by which
+    generators number sectors, then those whose centres lie in windows of angle."""
     every = np.arange(len(cell_image))
     lowest = np.flatnonzero(orbits(every, cell_image, count).min(axis=1) == every)
-    if len(lowest) * count != len(every):  # some cell turns into itself before a full turn
+    if len(lowest) * count != len(every):  # a cell is its own image before a full turn
         return
     yield lowest
     images = orbits(lowest, cell_image, count)
@@ -179,14 +182,14 @@ def _choices(model: FeModel, count: int, cell_image: Ints) -> Iterator[Ints]:
     angle = np.arctan2(centre[:, 1], centre[:, 0])[images]
     pitch = 2 * np.pi / count
     for window in range(_WINDOWS):
-        # an odd share keeps borders away from the symmetry lines where centres lie
+        # centres lie on lines of symmetry; 0.4567 keeps the borders of windows away from these
         begin = (window + 0.4567) * pitch / _WINDOWS
         yield images[every[: len(images)], np.argmin((angle - begin) % (2 * np.pi), axis=1)]
 
 
 def _sectors(element_dofs: Ints, count: int, image: Ints, cells: Ints) -> Sectors | None:
-    """Sectors from the nodes of the first one's cells; None where cells touch other sectors than
-    neighbours."""
+    """Sectors from the nodes of the first one's cells; None where cells connect sectors that are
+    not neighbours."""
     of_cells = np.zeros(len(image), dtype=bool)
     of_cells[element_dofs] = True
     ahead = np.zeros_like(of_cells)
@@ -205,14 +208,14 @@ def _sectors(element_dofs: Ints, count: int, image: Ints, cells: Ints) -> Sector
 
 @dataclass(frozen=True, eq=False)
 class Circulant:
-    """A block-circulant matrix by two blocks, CSR: A_0 (n, n) couples a sector with itself, A_1
-    (n, b) with the border of the next sector, the last b of its n dofs."""
+    """A block-circulant matrix: sector, A_0 (n, n) CSR, within a sector; coupling, A_1 (n, b) CSR,
+    to the border of the next sector, the last b of its n dofs."""
 
     sector: sp.csr_matrix = field(repr=False)
     coupling: sp.csr_matrix = field(repr=False)
 
     def product(self, x: Array) -> Array:
-        """A x in sector form, (n, z, k)."""
+        """A x (n, z, k) of a field x in sector form."""
         n, b = self.coupling.shape
         flat, border = np.ascontiguousarray(x).reshape(n, -1), slice(n - b, None)
         next_border = np.roll(x[border], -1, axis=1)
@@ -221,7 +224,7 @@ class Circulant:
         return out
 
     def extended(self) -> sp.csr_matrix:
-        """[A_0 A_1; A_1^T 0], a matrix of one sector whose sum over sectors is A."""
+        """[A_0 A_1; A_1^T 0], the matrix of one sector; the sum over all sectors is A."""
         return sp.bmat([[self.sector, self.coupling], [self.coupling.T, None]], format="csr")
 
     def less(self, factor: float, other: Circulant) -> Circulant:
@@ -232,7 +235,7 @@ class Circulant:
 
 
 def sector_matrices(model: FeModel, sectors: Sectors) -> tuple[Circulant, Circulant]:
-    """Stiffness and mass of a body of equal sectors, assembled over one sector only."""
+    """Stiffness and mass of a body of equal sectors, assembled over one sector."""
     n, b = len(sectors.nodes), sectors.border
     part, numbers = model.part(sectors.cells)
     in_part = np.empty(len(model.nodes), dtype=np.int64)
@@ -248,16 +251,16 @@ def sector_matrices(model: FeModel, sectors: Sectors) -> tuple[Circulant, Circul
 
 
 def _circulant(matrix: sp.csr_matrix, n: int, b: int) -> Circulant:
-    """Blocks from the matrix of one sector's cells on own dofs and the next border; the block of
-    the next border is added to each sector's own border."""
+    """Block-circulant matrix from that of one sector's cells on its n dofs and the b dofs of the
+    next border, whose diagonal block is added to the sector's own border."""
     at = sp.csr_matrix((np.ones(b), (np.arange(n - b, n), np.arange(b))), (n, b))
     sector = matrix[:n, :n] + at @ matrix[n:, n:] @ at.T
     return Circulant(sector.tocsr(), matrix[:n, n:].tocsr())
 
 
 def rigid_fields(nodes: Array, sectors: Sectors) -> Array:
-    """Rigid motion R (3n + 3b, 6) of one sector: own nodes and the next border, each in the axes of
-    its sector, orthonormal on the borders; nodes (N, 3), m."""
+    """Rigid motion R (3n + 3b, 6) of a sector's nodes and of the next border, along the axes of
+    either sector, orthonormal on the borders; nodes (N, 3), m."""
     sector_nodes, ahead = sectors.nodes[:, 0], sectors.nodes[sectors.interior :, 1]
     points = nodes[np.concatenate([sector_nodes, ahead])]
     fields = rigid_motion(points - points[sectors.interior :].mean(axis=0))
@@ -268,14 +271,15 @@ def rigid_fields(nodes: Array, sectors: Sectors) -> Array:
 
 
 def without_rigid(stiffness: Array, rigid: Array) -> Array:
-    """S (2b, 2b) with S R_b = 0."""
+    """The condensed stiffness S (2b, 2b), corrected to S R_b = 0; rigid: R_b (2b, 6)."""
     stiffness = _balanced(stiffness, rigid)
     half = stiffness - rigid @ (rigid.T @ stiffness)
     return half - (half @ rigid) @ rigid.T
 
 
 def _balanced(stiffness: Array, rigid: Array) -> Array:
-    """S with its share X in S_00 + S_11 moved between the two so that S_00 R_0 + S_01 R_1 = 0."""
+    """S with a part X moved from S_00 to S_11, which leaves their sum, so that
+    S_00 R_0 + S_01 R_1 = 0."""
     b = len(stiffness) // 2
     q, triangle = np.linalg.qr(rigid[:b])
     y = np.linalg.solve(triangle.T, (stiffness[:b] @ rigid).T).T
@@ -288,22 +292,22 @@ def _balanced(stiffness: Array, rigid: Array) -> Array:
 
 
 def with_rigid(ties: Array, rigid: Array, motion: Array) -> Array:
-    """B^ (r, 2b) with B^ R_b = B R (r, 6)."""
+    """The motion of ties B^ (r, 2b), corrected to B^ R_b = motion; motion: B R (r, 6)."""
     return ties + (motion - ties @ rigid) @ rigid.T
 
 
-_PANEL = 256  # rows of an inverse that are kept together up to the diagonal: it is Hermitian
-_LARGE = 2e8  # bytes of inverses that are worth to be made twice
+_PANEL = 256  # rows of a panel
+_LARGE = 2e8  # bytes of inverses that ``forget`` frees
 
 
 class Harmonics:
-    """Inverse of every S_h (b, b), the lower triangle by panels of rows.
+    """Inverses of all S_h (b, b), which take most of the memory where borders are wide.
 
-    Of wide borders the inverses are the largest part of all factors.
+    They are Hermitian: of each only panels of rows are stored, up to their last diagonal entry.
     """
 
     def __init__(self, condensed: Array, count: int, definite: bool = True) -> None:
-        """condensed: (2b, 2b) of one sector; count: z; definite: whether all S_h are."""
+        """condensed: S (2b, 2b) of one sector; count: z; definite: whether all S_h are."""
         b = len(condensed) // 2
         self.size, self.count = b, count
         self._panels = [slice(begin, min(begin + _PANEL, b)) for begin in range(0, b, _PANEL)]
@@ -313,12 +317,12 @@ class Harmonics:
         self.inverses()
 
     def forget(self) -> None:
-        """Free the memory of large inverses; the next solution computes them again."""
+        """Free the memory of large inverses; their next use computes them again."""
         if self._inverse is not None and self._inverse.nbytes > _LARGE:
             self._inverse = None
 
     def inverses(self) -> Complex:
-        """Inverses (harmonics, entries of all panels): one array goes back to the system whole."""
+        """Inverses (harmonics, entries of all panels), one array so that it is freed as a whole."""
         if self._inverse is not None:
             return self._inverse
         b = self.size
@@ -339,7 +343,7 @@ class Harmonics:
 
     @property
     def times(self) -> Ints:
-        """(harmonics,) 2 for harmonics with a conjugate, else 1."""
+        """Multiplicity (harmonics,): 2 for harmonics with a conjugate, else 1."""
         return np.where(2 * np.arange(len(self)) % self.count == 0, 1, 2)
 
     @property
@@ -368,12 +372,12 @@ class Harmonics:
         adjoint = np.ascontiguousarray(right.conj().T)
         for rows, panel in self._of_panels(self.inverses()[h]):
             x[rows] = panel @ right[: rows.stop]
-            if rows.start:  # what the panel is above the diagonal
+            if rows.start:  # its conjugate transpose above the diagonal
                 x[: rows.start] += (adjoint[:, rows] @ panel[:, : rows.start]).conj().T
         return x
 
     def _of_panels(self, entries: Complex) -> Iterator[tuple[slice, Complex]]:
-        """Rows of each panel, and the panel up to its diagonal block, of one harmonic's entries."""
+        """Rows and entries of each panel, with its diagonal block, of one harmonic's entries."""
         begin = 0
         for rows in self._panels:
             shape = rows.stop - rows.start, rows.stop
@@ -382,7 +386,8 @@ class Harmonics:
             begin = end
 
     def _keep_lower(self, matrix: Complex, entries: Complex) -> int:
-        """The inverse of a Hermitian matrix into its panels; its negative eigenvalues."""
+        """Store the inverse of a Hermitian matrix in panels; returns the number of its negative
+        eigenvalues. FlexgearError where it is not regular."""
         negative = 0
         try:
             if self._definite:

@@ -8,10 +8,10 @@ rotation; pin i (1-based) at 2π(i-1)/N or where ``planet_angles`` say. The driv
     webs | plate | seat "bearing_far"
 
 Plates, hub and seats are rings round one bore, through which the sun's shaft passes. Pins are one
-piece with both plates. A web lies between two planets: bounded by the plates' edge, where it is
+piece with both plates. A web is between two planets: bounded by the plates' edge, where it is
 web_width wide (less if the planets need the room), by arcs about the two pins that clear the
 planets' tips by web_clearance or more, and by a flat at web_inner_radius. In a gap wider than that
-of equally spaced planets it has the shape that it has there, and stands in the middle.
+of equally spaced planets it has the same shape as there, in the middle of the gap.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from flexgear.model.bodies import Fidelity
 from flexgear.model.errors import InputError
 
 SAME_ANGLE = 1e-9  # rad; gaps that differ by less are meshed alike
-# gmsh fails on pins, or never ends, about a third thinner
-_SLENDER = 25.0  # length between the plates over the diameter of a pin, at most
-_THIN = 15.0  # thickness of a plate over that, at most
-_CASE_KEYS = {  # where the case holds what is not a plain key of [stage.carrier.fe]
+# gmsh fails on pins about a third thinner, or does not end
+_SLENDER = 25.0  # largest length of a pin between the plates over its diameter
+_THIN = 15.0  # largest thickness of a plate over the diameter of a pin
+_CASE_KEYS = {  # keys that are not plain ones of [stage.carrier.fe]
     "planets": "stage.planets",
     "seat_drive_diameter": "stage.carrier.fe.seat_drive.diameter",
     "seat_far_diameter": "stage.carrier.fe.seat_far.diameter",
@@ -41,10 +41,9 @@ _CASE_KEYS = {  # where the case holds what is not a plain key of [stage.carrier
 class Web:
     """A web on the middle line between two planets; m and rad.
 
-    phi: half the angle between the planets whose room it leaves free. It is `width` wide at the
-    plates' edge, bounded by arcs about the two pins and by a flat at the radius `start`.
-    clear: radius about a pin that the planet needs; inner_radius: where the web
-    begins, None: where it is a third of its width thick.
+    phi: half the angle between the planets; width: at the plates' edge; clear: radius about a pin
+    that the planet needs; inner_radius: where the web begins, None: where its thickness is a third
+    of its width.
     """
 
     phi: float
@@ -56,23 +55,22 @@ class Web:
 
     @property
     def arc_radius(self) -> float:
-        """Radius about each pin outside which the web lies, m.
-
-        The larger of what the planet needs and the distance from the pin to the web's corner on
-        the plates' edge at τ = width/2 from the middle line.
-        """
+        """Radius of the arcs about the pins that bound the web, m: the larger of ``clear`` and the
+        distance from the pin to the web's corner on the plates' edge, width/2 from the middle
+        line."""
         off = self.phi - asin(min(self.width / 2.0 / self.edge, 1.0))
         corner = hypot(self.edge * cos(off) - self.center_distance, self.edge * sin(off))
         return max(self.clear, corner if off > 0.0 else 0.0)
 
     def half_thickness(self, radius: float) -> float:
-        """h(ρ) on the middle line at θ = φ: (ρ - R cos φ)² + (R sin φ - h)² = r_arc², m."""
+        """Half thickness h, m, at the radius ρ on the middle line θ = φ, R the centre distance:
+        (ρ - R cos φ)² + (R sin φ - h)² = r_arc²."""
         free = self.arc_radius**2 - (radius - self.center_distance * cos(self.phi)) ** 2
         return self.center_distance * sin(self.phi) - sqrt(max(free, 0.0))
 
     @property
     def start(self) -> float:
-        """Inner radius of the web: as given, or where it is a third of its width thick, m."""
+        """Inner radius of the web, m: ``inner_radius`` or its default."""
         if self.inner_radius is not None:
             return self.inner_radius
         side = self.center_distance * sin(self.phi) - self.width / 6.0
@@ -89,13 +87,12 @@ class Web:
 
 @dataclass(frozen=True)
 class CarrierFeMeshParameters:
-    """Everything the carrier's FE mesh depends on; m and rad.
+    """All parameters of the carrier's FE mesh; m and rad.
 
-    planet_angles: where each pin stands; None: equally spaced, the first at 0;
-    gear_face_width, planet_tip_radius: only for clearance checks and the shape of the webs;
-    pin_seat_width: axial length, centred at z = 0, of the patches pin_i; None: all between the
-    plates; web_inner_radius: None lets the web begin where it is a third of its width thick;
-    hub_length: from the drive-side plate to the hub's end face, the seat included.
+    planet_angles: of the pins; None: equally spaced, the first at 0; gear_face_width,
+    planet_tip_radius: only for clearance checks and the shape of the webs; pin_seat_width: axial
+    length, centred at z = 0, of the patches pin_i; None: all between the plates; web_inner_radius:
+    see ``Web``; hub_length: from the drive-side plate to the hub's end face, with the seat.
     """
 
     planets: int = 5
@@ -125,7 +122,7 @@ class CarrierFeMeshParameters:
     where: str = "case"
 
     def in_units_of(self, unit: float) -> CarrierFeMeshParameters:
-        """The same carrier with all lengths over a unit, m: every number but counts and angles."""
+        """The carrier with all lengths (numbers but counts and angles) divided by a unit, m."""
         lengths: dict[str, Any] = {
             k: v / unit for k, v in vars(self).items() if isinstance(v, float)
         }
@@ -138,15 +135,14 @@ class CarrierFeMeshParameters:
 
     @property
     def seat_width(self) -> float:
-        """Axial length of the patches pin_i, m; all the gap where next to nothing would be left."""
+        """Axial length of the patches pin_i, m: the whole gap where the rest would be a sliver."""
         width = self.plate_gap if self.pin_seat_width is None else self.pin_seat_width
         rest = (self.plate_gap - width) / 2.0
         return self.plate_gap if 0.0 < rest < 0.05 * self.pin_diameter else width
 
     @property
     def hub_diameter(self) -> float:
-        """Outer diameter of the hub, m, without a small step to the seat, which would make
-        slivers."""
+        """Outer diameter of the hub, m: that of the seat where the step would make slivers."""
         step = abs(self.hub_outer_diameter - self.seat_drive_diameter) / 2.0
         return (
             self.seat_drive_diameter
@@ -173,15 +169,15 @@ class CarrierFeMeshParameters:
 
     @property
     def angles(self) -> Array:
-        """Where pin i stands in the carrier (N,), rad."""
+        """Angles of the pins (N,), rad."""
         if self.planet_angles is None:
             return 2.0 * pi * np.arange(self.planets) / self.planets
         return np.array(self.planet_angles, dtype=float)
 
     @property
     def half_gaps(self) -> tuple[tuple[float, ...], Ints, Ints]:
-        """Half angles between neighbouring pins, each once; the pins in the order in which they
-        stand (N,); and which half angle follows each of these pins (N,)."""
+        """Different half angles between neighbouring pins, rad; pins in the order of their angles
+        (N,); and index of the half angle that follows each of these pins (N,)."""
         around = self.angles % (2.0 * pi)
         order = np.argsort(around)
         if self.planet_angles is None:
@@ -197,10 +193,8 @@ class CarrierFeMeshParameters:
         return tuple(kinds), order, which
 
     def web(self, half_gap: float) -> Web:
-        """The web between planets that stand twice half_gap (rad) apart.
-
-        In a gap wider than at equal spacing the web keeps the shape that equal spacing gives it.
-        """
+        """The web between planets at an angle of twice half_gap, rad; in wider gaps than at equal
+        spacing it has the shape of equal spacing."""
         return Web(
             phi=min(half_gap, pi / self.planets),
             center_distance=self.center_distance,
@@ -211,10 +205,10 @@ class CarrierFeMeshParameters:
         )
 
     def check(self) -> None:
-        """Raise InputError, naming the key and the remedy, if no carrier can be made."""
+        """InputError with key and remedy where no carrier can be made."""
         reject, mm = self._reject, 1e3
         if self.planets < 2:
-            reject("planets", "a carrier FE mesh wants two planets or more", "raise it")
+            reject("planets", "a carrier's FE mesh needs two planets or more", "raise it")
         overlap = 2.0 * (
             self.planet_tip_radius - self.center_distance * sin(min(self.half_gaps[0]))
         )
@@ -255,6 +249,7 @@ class CarrierFeMeshParameters:
             self._check_web(self.web(half))
 
     def _check_web(self, web: Web) -> None:
+        """InputError where a web cannot be made."""
         start, mm = web.start, 1e3
         tip = f"planets of {self.planet_tip_radius * mm:.1f} mm tip radius"
         if abs(web.edge - self.center_distance) >= web.arc_radius:
@@ -279,5 +274,6 @@ class CarrierFeMeshParameters:
             )
 
     def _reject(self, key: str, problem: str, remedy: str) -> NoReturn:
+        """Raise InputError for a parameter."""
         key = _CASE_KEYS.get(key, f"stage.carrier.fe.{key}")
         raise InputError(self.where, key, problem, remedy)

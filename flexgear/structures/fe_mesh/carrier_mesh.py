@@ -1,9 +1,9 @@
 """FE mesh of the planet carrier by gmsh: half sectors, mirrored, turned to every pin, joined.
 
-gmsh (OpenCASCADE) meshes the half sector from a pin at θ = 0 to the middle of the gap to the next
-with straight tetrahedra. With equally spaced planets its mirror image and N rotations make the
-carrier exactly N-fold periodic and mirror-symmetric, else every gap that differs has a half sector
-of its own. These fit together: the mesh of the plane θ = 0, where they meet, is the same in all.
+gmsh (OpenCASCADE) meshes the half sector from a pin at θ = 0 to the middle of the next gap with
+straight tetrahedra. For equally spaced planets its mirror image and N rotations make a carrier that
+is exactly N-fold periodic and mirror-symmetric. Otherwise there is a half sector for each different
+gap; all of them have the same mesh in the plane θ = 0, where they are joined.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from flexgear.structures.fe_mesh.session import gmsh_session, meshing_unit
 
 _SIZE = {"quick": 1.6, "standard": 0.85, "fine": 0.5}  # cell size over mean plate thickness
 _ROUND = {"quick": 8, "standard": 16, "fine": 24}  # least number of straight sides of a circle
-_SAMPLES = 33  # points on a curve for its distance to others
-_FLATTEST = 1e-3  # det [e1 e2 e3]/(|e1||e2||e3|) of a cell that is good enough
-_REFINEMENTS = (1.0, 1.3, 1.6, 2.0, 2.5)  # of the cell size, until the FE mesh is sound
 _ROUND_BORE = 8  # the same for holes much thinner than a pin
+_SAMPLES = 33  # points on a curve for its distance to others
+_FLATTEST = 1e-3  # least det [e1 e2 e3]/(|e1||e2||e3|) of a cell
+_REFINEMENTS = (1.0, 1.3, 1.6, 2.0, 2.5)  # divisors of the cell size that are tried in turn
 
 
 def carrier_fe_mesh(p: CarrierFeMeshParameters) -> FeMesh:
@@ -46,11 +46,11 @@ def _in_gmsh(p: CarrierFeMeshParameters) -> FeMesh:
     with gmsh_session("carrier") as gmsh:
         for fe_meshes in _half_sectors(gmsh, p):
             halves = [FeMesh(points, cells, "tet", {}) for points, cells in fe_meshes]
-            factor = _pin_factor(p, halves[0])  # one for all: they meet in a pin's plane
-            bulged = [(_rounded(p, half.points, factor), half.cells) for half in halves]
-            if all(corner_jacobians(*half, "tet")[1].min() > _FLATTEST for half in bulged):
-                rounded = [FeMesh(*half, "tet", {}) for half in bulged]
-                return _complete(p, rounded, [_half_patches(p, half) for half in halves])
+            factor = _pin_factor(p, halves[0])  # one for all, which share the plane θ = 0
+            rounded = [(_rounded(p, half.points, factor), half.cells) for half in halves]
+            if all(corner_jacobians(*half, "tet")[1].min() > _FLATTEST for half in rounded):
+                true_pins = [FeMesh(*half, "tet", {}) for half in rounded]
+                return _complete(p, true_pins, [_half_patches(p, half) for half in halves])
     raise InputError(
         p.where,
         "stage.carrier.fe",
@@ -60,13 +60,14 @@ def _in_gmsh(p: CarrierFeMeshParameters) -> FeMesh:
 
 
 def _half_patches(p: CarrierFeMeshParameters, half: FeMesh) -> dict[str, Ints]:
-    """Patches of the half sector, found by their exact surfaces; keys without pin numbers."""
+    """Patches of the half sector by their exact surfaces; "pin" without a number."""
     facets = half.boundary
     at = half.points[facets]
     gap, tolerance = p.plate_gap / 2.0, 1e-7 * p.plate_diameter
     z_drive, z_far = -gap - p.plate_thickness_drive, gap + p.plate_thickness_far
 
     def cylinder(x: float, radius: float, low: float, high: float, name: str) -> Ints:
+        """Facets on a cylinder about (x, 0) between two heights z."""
         off = np.abs(np.hypot(at[..., 0] - x, at[..., 1]) - radius).max(axis=1)
         z = at[..., 2]
         inside = (z.min(axis=1) > low - tolerance) & (z.max(axis=1) < high + tolerance)
@@ -90,10 +91,10 @@ def _half_patches(p: CarrierFeMeshParameters, half: FeMesh) -> dict[str, Ints]:
 
 
 def _pin_factor(p: CarrierFeMeshParameters, half: FeMesh) -> float:
-    """Factor on the pins' radius that gives each pin its true volume.
+    """Factor on the radius of the pins' vertices that gives each pin its true volume.
 
-    A polygon inscribed in a circle has too small a section: bending stiffness is proportional to
-    the square of the area, and 16 straight sides would lose 5 %.
+    A polygon inscribed in a circle has a smaller area, to the square of which bending stiffness is
+    proportional: 16 straight sides would reduce it by 5 %.
     """
     radius, gap = p.pin_diameter / 2.0, p.plate_gap / 2.0
     centre = half.points[half.cells].mean(axis=1)
@@ -101,15 +102,15 @@ def _pin_factor(p: CarrierFeMeshParameters, half: FeMesh) -> float:
     pin_cells = half.cells[pin & (np.abs(centre[:, 2]) < gap)]
     exact = pi * (radius**2 - p.pin_bore**2 / 4.0) * gap  # half of π r² times the length 2 gap
 
-    def missing(factor: float) -> float:
+    def excess(factor: float) -> float:
         e = _rounded(p, half.points, factor)[pin_cells]
         return float(np.linalg.det(e[:, 1:] - e[:, :1]).sum() / 6.0 - exact)
 
-    return 1.0 if missing(1.0) >= 0.0 else float(brentq(missing, 1.0, 1.5))
+    return 1.0 if excess(1.0) >= 0.0 else float(brentq(excess, 1.0, 1.5))
 
 
 def _rounded(p: CarrierFeMeshParameters, points: Array, factor: float) -> Array:
-    """Vertices (n, 3) with those on the pin's surface at `factor` times its radius."""
+    """Vertices (n, 3), those on the pin's surface moved to ``factor`` times its radius."""
     x, y, z = points[:, 0] - p.center_distance, points[:, 1], points[:, 2]
     tolerance = 1e-7 * p.plate_diameter
     skin = np.abs(np.hypot(x, y) - p.pin_diameter / 2.0) < tolerance
@@ -123,11 +124,8 @@ def _rounded(p: CarrierFeMeshParameters, points: Array, factor: float) -> Array:
 def _half_sectors(
     gmsh: ModuleType, p: CarrierFeMeshParameters
 ) -> Iterator[list[tuple[Array, Ints]]]:
-    """Vertices (n, 3) m and right-handed cells (m, 4) of each of p.half_gaps; in a gmsh session.
-
-    One after the other all FE meshes that are sound, the coarsest first; a finer one is made only
-    where it is asked for.
-    """
+    """FE meshes of the half sectors, the coarsest first: vertices (n, 3) and right-handed cells
+    (m, 4) for each of p.half_gaps. Those that gmsh cannot make are skipped."""
     halves = [_solids(gmsh.model.occ, p, phi) for phi in p.half_gaps[0]]
     gmsh.model.occ.synchronize()
     for refinement in _REFINEMENTS:
@@ -184,7 +182,7 @@ def _solids(occ: ModuleType, p: CarrierFeMeshParameters, phi: float) -> list[int
 
 
 def _same_plane(gmsh: ModuleType, p: CarrierFeMeshParameters, halves: list[list[int]]) -> None:
-    """Let the faces at θ = 0 of every half sector take the mesh of the first one's."""
+    """Copy the mesh of the first half sector's faces at θ = 0 to those of the others."""
     if len(halves) == 1:
         return
     faces, centres = [], []
@@ -203,7 +201,7 @@ def _same_plane(gmsh: ModuleType, p: CarrierFeMeshParameters, halves: list[list[
 
 
 def _generate(gmsh: ModuleType) -> bool:
-    """Mesh and improve; False where chords of neighbouring curves cross."""
+    """Mesh and improve; whether that succeeded, which it does not where chords cross."""
     try:
         gmsh.model.mesh.generate(3)
     except Exception:  # gmsh raises nothing more specific
@@ -212,9 +210,9 @@ def _generate(gmsh: ModuleType) -> bool:
     if any(list(kinds) != [4] for kinds, _, _ in volumes):
         return False
     if max(nodes.max() for _, _, (nodes,) in volumes) > gmsh.model.mesh.getNodes()[0].max():
-        return False  # a volume was left half done
+        return False  # gmsh has not finished a volume
     if _flattest(gmsh) < 1e-4:
-        return False  # and Netgen would crash on cells without volume
+        return False  # Netgen crashes on cells without volume
     gmsh.model.mesh.optimize("Netgen")
     gmsh.model.mesh.optimize("")
     return _flattest(gmsh) > _FLATTEST
@@ -230,7 +228,8 @@ def _flattest(gmsh: ModuleType) -> float:
 def _set_sizes(
     gmsh: ModuleType, p: CarrierFeMeshParameters, halves: list[list[int]], refinement: float
 ) -> None:
-    """Number of straight sides of every curve; what half sectors have in common has the same."""
+    """Set cell sizes, and the number of straight sides of every curve, the same for curves that
+    half sectors have in common."""
     size = _SIZE[p.fidelity] * p.plate_thickness / refinement
     option = gmsh.option.setNumber
     option("Mesh.MeshSizeMax", size)
@@ -254,7 +253,7 @@ def _set_sizes(
 
 
 def _samples(gmsh: ModuleType, volumes: list[int]) -> dict[int, Array]:
-    """Points (_SAMPLES, 3) along every curve of some volumes."""
+    """Points (_SAMPLES, 3) along every curve of volumes, by the curve's tag."""
     faces = gmsh.model.getBoundary([(3, v) for v in volumes], combined=False, oriented=False)
     edges = gmsh.model.getBoundary(faces, combined=False, oriented=False)
     samples = {}
@@ -272,7 +271,7 @@ def _sides(
     size: float,
     refinement: float,
 ) -> dict[int, int]:
-    """Straight sides of each curve; a chord keeps clear of the neighbouring curves."""
+    """Number of straight sides of each curve, enough that no chord meets a neighbouring curve."""
     side_of = {}
     ends = {c: {abs(tag) for _, tag in gmsh.model.getBoundary([(1, c)])} for c in samples}
     for curve, at in samples.items():
@@ -298,13 +297,13 @@ def _sides(
             chord = pi * p.pin_diameter / _ROUND[p.fidelity]
             for diameter, longest in ((p.pin_bore, p.pin_bore), (p.pin_diameter, 2.0 * chord)):
                 if diameter and np.abs(off - diameter).max() < 1e-7 * p.plate_diameter:
-                    sides = max(sides, ceil(length / longest))  # else facets would span it
+                    sides = max(sides, ceil(length / longest))  # else facets would cross the pin
         side_of[curve] = sides
     return side_of
 
 
 def _tetrahedra(gmsh: ModuleType, volumes: list[int]) -> tuple[Array, Ints]:
-    """Vertices in use (n, 3) and right-handed cells (m, 4) of some volumes of the gmsh model."""
+    """Vertices (n, 3) and right-handed cells (m, 4) of volumes of the gmsh model."""
     nodes = [gmsh.model.mesh.getElementsByType(4, volume)[1] for volume in volumes]
     tags, xyz, _ = gmsh.model.mesh.getNodes()
     used, cells = np.unique(np.concatenate(nodes).astype(np.int64), return_inverse=True)
@@ -319,7 +318,7 @@ def _tetrahedra(gmsh: ModuleType, volumes: list[int]) -> tuple[Array, Ints]:
 
 
 def _half_web(occ: ModuleType, p: CarrierFeMeshParameters, phi: float) -> tuple[int, int]:
-    """Half a web on the pin's side of the middle line θ = φ, extruded over the gap."""
+    """Half of a web, on the pin's side of the middle line θ = φ, extruded over the gap."""
     web, z = p.web(phi), -p.plate_gap / 2.0
     edge, start, at = web.edge, web.start, phi - web.phi
     corner, half = phi - web.edge_angle, web.half_thickness(start)
@@ -344,8 +343,8 @@ def _half_web(occ: ModuleType, p: CarrierFeMeshParameters, phi: float) -> tuple[
 def _complete(
     p: CarrierFeMeshParameters, halves: list[FeMesh], patches: list[dict[str, Ints]]
 ) -> FeMesh:
-    """Every pin with the half sector of the gap that follows it and the mirror image of that of
-    the gap before; vertices that two of them share have one number, the first one's."""
+    """The carrier: for every pin the half sector of the gap after it and the mirror image of that
+    of the gap before it, with common vertices welded."""
     kinds, order, following = p.half_gaps
     before, tolerance, count = np.roll(following, 1), 1e-7 * p.plate_diameter, p.planets
     exact = [
@@ -358,7 +357,8 @@ def _complete(
     points, number = welded(np.concatenate(places), tolerance)
 
     def sector(i: int, rows: list[Ints]) -> Ints:
-        """Rows of the two half sectors at a pin; mirrored ones keep right-handed order."""
+        """Vertex numbers of rows of the two half sectors at pin i; mirrored rows are reordered to
+        stay right-handed."""
         mirrored = rows[before[i]].copy()
         mirrored[:, [0, 1]] = mirrored[:, [1, 0]]
         halves = [starts[i] + rows[following[i]], starts[count + i] + mirrored]
@@ -379,7 +379,7 @@ def _complete(
 
 
 def _on_planes(points: Array, phi: float, tolerance: float) -> Array:
-    """The half sector 0 <= θ <= φ with its vertices on θ = 0 and θ = φ moved there exactly."""
+    """Vertices of the half sector 0 <= θ <= φ, those near θ = 0 or θ = φ moved exactly there."""
     points = points.copy()
     web = np.abs(points @ [-sin(phi), cos(phi), 0.0]) < tolerance
     points[np.abs(points[:, 1]) < tolerance, 1] = 0.0

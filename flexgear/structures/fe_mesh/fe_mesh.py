@@ -1,17 +1,16 @@
-"""The finite-element mesh that every body is made from: vertices, cells, named patches.
+"""Finite-element meshes of bodies: vertices, cells, named patches.
 
-Numbering, stated here once for the whole package:
+Numbering in the whole package:
 
-* ``cells`` follow scikit-fem: ``skfem.MeshHex1(points.T, cells.T)`` and
-  ``skfem.MeshTet1(points.T, cells.T)`` take them as they are, and det(dx/dξ) is positive.
+* ``cells`` have the order of ``skfem.MeshHex1(points.T, cells.T)`` and
+  ``skfem.MeshTet1(points.T, cells.T)``; det(dx/dξ) is positive.
 * scikit-fem numbers a hexahedron by its reference coordinates (1,1,1), (1,1,0), (1,0,1), (0,1,1),
   (1,0,0), (0,1,0), (0,0,1), (0,0,0). VTK, gmsh, Abaqus and CalculiX go round the bottom face
   counter-clockwise seen from inside the cell, then round the top. ``HEX_TO_VTK`` and
   ``HEX_FROM_VTK`` convert and keep the cell right-handed: ``vtk_cells = cells[:, HEX_TO_VTK]``.
   (scikit-fem's own export mapping gives left-handed cells instead.)
-* A facet is a row of vertex ids in cyclic order. Facets on the surface have the normal
-  (p1 - p0) x (p2 - p0) pointing out of the body; facets of an interior section may point either
-  way but do so alike within a patch.
+* A facet is a row of vertex ids in cyclic order. The normal (p1 - p0) x (p2 - p0) of a facet on the
+  surface points out of the body; normals of an interior section have one sense within a patch.
 """
 
 from __future__ import annotations
@@ -96,12 +95,12 @@ class FeMesh:
 
     @cached_property
     def every_facet(self) -> Ints:
-        """(m·6, 4) or (m·4, 3) facets of all cells, outward from their cell; shared ones twice."""
+        """Facets (m·6, 4) or (m·4, 3) of all cells, outward from their cell; shared ones twice."""
         return facets_of(self.vtk_cells)
 
     @cached_property
     def boundary(self) -> Ints:
-        """(k, 3 or 4) facets that belong to one cell only, normals outward."""
+        """Facets (k, 3 or 4) that belong to one cell only, with outward normals."""
         return outer(self.every_facet)
 
     def quality(self) -> float:
@@ -136,19 +135,15 @@ class FeMesh:
         """Volume of the body, m³."""
         return float(self.quadrature()[1].sum())
 
-    def facet_areas(self, name: str) -> Array:
-        """Areas of the facets of a patch (k,) m²; a quadrilateral as its two triangles."""
-        return facet_areas(self.points, self.facets[name])
-
     def centre(self, name: str) -> Array:
-        """Centre of area of a patch (3,) m; quadrilaterals as triangles."""
+        """Centroid (3,) m of a patch; quadrilaterals as two triangles."""
         ids = triangles(self.facets[name])
         areas = facet_areas(self.points, ids)
         return np.asarray(areas @ self.points[ids].mean(axis=1) / areas.sum())
 
 
 def facets_of(vtk_cells: Ints) -> Ints:
-    """(m·6, 4) or (m·4, 3) facets of cells in VTK order, outward from their cell."""
+    """Facets (m·6, 4) or (m·4, 3) of cells in VTK order, outward from their cell."""
     table = np.array(FACETS_VTK["hex" if vtk_cells.shape[1] == 8 else "tet"])
     return vtk_cells[:, table].reshape(-1, table.shape[1])
 
@@ -173,20 +168,20 @@ def corner_jacobians(points: Array, vtk_cells: Ints, kind: Kind) -> tuple[Array,
 
 
 def facet_areas(points: Array, ids: Ints) -> Array:
-    """Areas (k,) of triangles or quadrilaterals given as cyclic vertex ids (k, 3 or 4)."""
+    """Areas (k,) m² of facets by their vertex ids (k, 3 or 4); quadrilaterals as two triangles."""
     p = points[triangles(ids)]
     twice = np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1)
     return np.asarray(twice.reshape(-1, len(ids)).sum(axis=0) / 2.0)
 
 
 def triangles(ids: Ints) -> Ints:
-    """(t, 3) of facets (k, 3 or 4): the first halves of quadrilaterals, then the second."""
+    """Triangles (t, 3) of facets (k, 3 or 4): first halves of quadrilaterals, then second ones."""
     return ids if ids.shape[1] == 3 else np.concatenate([ids[:, [0, 1, 2]], ids[:, [0, 2, 3]]])
 
 
 def welded(points: Array, tolerance: float) -> tuple[Array, Ints]:
-    """Points (n, d), those nearer to each other than a tolerance as the first of them, and which of
-    these each is (n,)."""
+    """Different points (k, d) among points (n, d), those within a tolerance of each other counted
+    once, and number of the different point for each (n,)."""
     pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray").T
     near = coo_array((np.ones(pairs.shape[1]), tuple(pairs)), shape=(len(points),) * 2)
     _, number = connected_components(near, directed=False)
@@ -195,7 +190,8 @@ def welded(points: Array, tolerance: float) -> tuple[Array, Ints]:
 
 
 def facet_keys(ids: Ints, n: int) -> Ints:
-    """One integer a facet, the same for any order: three smallest ids name a facet of a cell."""
+    """Keys (k,) of facets (k, 3 or 4) of n vertices, which do not depend on the order of their ids:
+    the three smallest ids are unique. FlexgearError for more than two million vertices."""
     s = np.sort(ids, axis=1)[:, :3]
     if n < 2_000_000:
         return (s[:, 0] * n + s[:, 1]) * n + s[:, 2]

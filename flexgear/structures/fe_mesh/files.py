@@ -1,4 +1,4 @@
-"""FE meshes in files: vtu and msh through meshio, inp (Abaqus, CalculiX) by ``inp.py``.
+"""FE meshes in files: vtu and msh by meshio, inp (Abaqus, CalculiX) by ``inp.py``.
 
 Named patches
   msh  physical groups of triangles or quadrilaterals (format 2.2 on writing)
@@ -43,7 +43,7 @@ from flexgear.structures.fe_mesh.inp import InpDeck, read_inp, write_inp
 UNITS = {"m": 1.0, "mm": 1e-3}
 _SUFFIXES = (".msh", ".vtu", ".inp")
 _MARK = "flexgear FE mesh of "
-_COMMENTS = {  # what stands round one in the last line of a file
+_COMMENTS = {  # text before and after a comment in the last line of a file
     ".vtu": ("\n<?", "?>"),
     ".msh": ("$Comments\n", "\n$EndComments"),
     ".inp": ("** ", ""),
@@ -60,10 +60,9 @@ _IGNORED = ("vertex", "line", "line3")
 
 
 def write_fe_mesh(fe_mesh: FeMesh, path: Path | str, case: str = "") -> None:
-    """Write vtu, msh or inp with the named patches, in m; the file appears whole or not at all.
+    """Write vtu, msh or inp with the named patches, in m; the file is written whole or not at all.
 
-    case: name of the case, written as a comment in the last line, from which ``fe_mesh_case`` reads
-    it.
+    case: name of the case, for a comment in the last line that ``fe_mesh_case`` reads.
     """
     path = Path(path)
     require_format(path)
@@ -95,12 +94,12 @@ def read_fe_mesh(
     expected_size: float | None = None,
     stems: Sequence[str] = (),
 ) -> FeMesh:
-    """A user's own FE mesh with its named groups as patches, converted to m.
+    """A user's FE mesh with its named groups as patches, converted to m.
 
     unit: of the file's lengths; expected_size: largest dimension of the body in m, if known; stems:
-    of numbered names whose node sets are read too, required or not. Second-order cells are reduced
-    to their corners when straight-sided. Left-handed cells are renumbered; facets on the surface
-    are turned outward. Errors in the file raise InputError.
+    of numbered names whose node sets are read even if they are not required. Straight-sided
+    second-order cells are reduced to their corners. Left-handed cells are renumbered; facets on the
+    surface get outward normals. InputError for a file of which no FE mesh can be made.
     """
     path = Path(path)
     require_format(path, "fe_mesh_file")
@@ -124,7 +123,7 @@ def read_fe_mesh(
 
 
 def require_format(path: Path, where: str = "export") -> None:
-    """InputError if the suffix is not one of a supported FE mesh format."""
+    """InputError unless the suffix is that of a supported format of FE meshes."""
     if path.suffix not in _SUFFIXES:
         problem = f"{path.suffix or 'no suffix'} is no format of FE meshes here"
         raise InputError(where, str(path), problem, f"use {_list(_SUFFIXES)}")
@@ -233,12 +232,12 @@ def _solid_cells(deck: InpDeck, path: Path) -> tuple[Kind, Ints]:
 
 
 def _require_straight(points: Array, rows: Ints, kind: Kind, name: str, path: Path) -> None:
-    """Mid-side nodes must lie in the middle of straight edges; VTK order of edges."""
+    """InputError unless mid-side nodes (VTK order of edges) are in the middle of straight edges."""
     edges = np.array(EDGES_VTK[kind])
     ends, first = points[rows[:, edges]], 4 if kind == "tet" else 8
     middle = points[rows[:, first : first + len(edges)]]
     off = _off(ends, middle)
-    if kind == "tet":  # gmsh's order of the last two differs in some files: take the better one
+    if kind == "tet":  # some files have gmsh's order of the last two
         off = min(off, _off(ends, middle[:, [0, 1, 2, 3, 5, 4]]))
     if off > 1e-3:
         problem = f"curved {name} cells: mid-side nodes are up to {off * 100:.1f} % of the edge off"
@@ -247,12 +246,15 @@ def _require_straight(points: Array, rows: Ints, kind: Kind, name: str, path: Pa
 
 
 def _off(ends: Array, middle: Array) -> float:
+    """Largest distance of mid-side nodes from the middles of their edges, over the edges'
+    length."""
     length = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2)
     distance = np.linalg.norm(middle - ends.mean(axis=2), axis=2)
     return float((distance / np.maximum(length, np.finfo(float).tiny)).max())
 
 
 def _check_size(points: Array, unit: str, expected: float | None, path: Path) -> None:
+    """InputError where the size of the body is implausible, with the unit that fits."""
     size = float(np.ptp(points, axis=0).max())
     low, high = (0.02, 50.0) if expected is None else (0.5 * expected, 2.0 * expected)
     if low <= size <= high:
@@ -267,6 +269,7 @@ def _check_size(points: Array, unit: str, expected: float | None, path: Path) ->
 
 
 def _check_pieces(cells: Ints, n: int, path: Path) -> None:
+    """InputError where the cells of n vertices are not connected."""
     ring = np.roll(cells, 1, axis=1)
     graph = coo_array((np.ones(cells.size), (cells.ravel(), ring.ravel())), shape=(n, n))
     pieces, _ = connected_components(graph, directed=False)
@@ -276,7 +279,7 @@ def _check_pieces(cells: Ints, n: int, path: Path) -> None:
 
 
 def _right_handed(points: Array, cells: Ints, kind: Kind, path: Path) -> Ints:
-    """Renumber left-handed cells; cells with corners of both signs are an error."""
+    """Cells with left-handed ones renumbered; InputError for cells with corners of both signs."""
     determinant, _ = corner_jacobians(points, cells, kind)
     left = np.asarray(np.all(determinant < 0.0, axis=1))
     mirrored = cells[:, [4, 5, 6, 7, 0, 1, 2, 3] if kind == "hex" else [0, 2, 1, 3]]
@@ -297,7 +300,11 @@ def _patches(
     stems: Sequence[str],
     path: Path,
 ) -> dict[str, Ints]:
-    """Named groups as facets of the body; node sets only for names of groups."""
+    """Named groups as facets of the body; node sets only if required or numbered by a stem.
+
+    number: vertex of the body for each point of the file, −1 for none. InputError for groups that
+    do not fit the cells and for missing ones.
+    """
     n, sides = len(body.points), 4 if body.kind == "hex" else 3
     every = body.every_facet
     keys, first, count = np.unique(facet_keys(every, n), return_index=True, return_counts=True)
@@ -316,8 +323,8 @@ def _patches(
             raise InputError(str(path), name, problem, "mesh surface and volume together")
         outward = np.where((count[at] == 1)[:, None], every[first[at]], ids)
         patches[name] = outward[np.unique(patch_keys, return_index=True)[1]]
-    meant = re.compile(rf"(?:{'|'.join(stems)})_\d+")
-    for name in [*required, *filter(meant.fullmatch, deck.node_sets)]:
+    numbered = re.compile(rf"(?:{'|'.join(stems)})_\d+")
+    for name in [*required, *filter(numbered.fullmatch, deck.node_sets)]:
         if name not in patches and name in deck.node_sets:
             inside = np.zeros(n, dtype=bool)
             members = number[deck.node_sets[name]]

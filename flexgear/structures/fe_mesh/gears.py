@@ -1,4 +1,4 @@
-"""FE meshes of gears with their teeth and rims: what all have in common, planet, ring.
+"""FE meshes of ring and planet with their teeth and rims.
 
 Frame: origin at the gear's centre and mid-face, z the axis of rotation; the middle of tooth j
 (0-based) is at the angle 2πj/z at z = 0; patches are numbered from 1 (tooth_root_001 is j = 0).
@@ -68,9 +68,9 @@ GROWTH = {"quick": 1.4, "standard": 1.3, "fine": 1.15}
 class ToothedFeMeshParameters:
     """Parameters of the FE mesh of a gear; m and rad. Defaults are those of a ring.
 
-    Coefficients addendum, dedendum, root_fillet and profile_shift are multiples of the normal
-    module; the sign of profile_shift is stated in gears/tooth.py. tool: that cuts it. where: source
-    of the values. part: of the stage, "ring" or "planet", as keys in messages name it.
+    addendum, dedendum, root_fillet and profile_shift are multiples of the normal module; the sign
+    of profile_shift is stated in gears/tooth.py. tool: of the teeth; where: source of the case;
+    part: member of the stage in keys of messages, "ring" or "planet".
     """
 
     part: ClassVar[str]
@@ -91,7 +91,7 @@ class ToothedFeMeshParameters:
 
     @cached_property
     def tooth(self) -> ToothGeometry:
-        """The tooth; InputError, with key and remedy, where its profile cannot be drawn."""
+        """The tooth. InputError with key and remedy where it has no profile."""
         try:
             tooth = tooth_geometry(self, self, internal=self.part == "ring")
         except Refusal as fault:
@@ -109,13 +109,13 @@ class ToothedFeMeshParameters:
 
     @property
     def helix_rate(self) -> float:
-        """κ = h tan β/r_ref, rad/m."""
+        """Helix rate κ = h tan β/r_ref, rad/m."""
         sign = 1.0 if self.hand == "right" else -1.0
         return sign * tan(self.helix_angle) / self.tooth.reference_radius
 
     @property
     def least_layers(self) -> int:
-        """Layers along the face that teeth and helix need at least."""
+        """Least number of layers along the face for teeth and helix."""
         pitches = abs(self.helix_rate) * self.face_width / self.tooth.pitch_angle
         least = DIVISIONS[self.fidelity][1]
         return max(least, ceil(_PITCH_LAYERS[self.fidelity] * pitches))
@@ -125,13 +125,13 @@ class ToothedFeMeshParameters:
         raise InputError(self.where, f"stage.{self.part}.{key}", problem, remedy)
 
     def check(self) -> None:
-        """Raise InputError, naming the key and the remedy, if no gear can be made."""
+        """InputError with key and remedy where no gear can be made."""
         _ = self.tooth
 
 
 def layer_positions(face_width: float, bands: tuple[Band, ...], least: int) -> Array:
-    """Layer borders from -b/2 to b/2: at every band's edge, and no layer thicker than b/least
-    where at least one more fits; bands at the ends count as layers, the middle shares the rest."""
+    """Layer borders from -b/2 to b/2, m, with one at every edge of a band: ``least`` layers or
+    more, thin where the bands leave long spans, and none thicker than 2.5 b/least."""
     half = face_width / 2.0
     marks = [-half, half]
     for edge in sorted({e for band in bands for e in band}):
@@ -153,7 +153,7 @@ def layer_positions(face_width: float, bands: tuple[Band, ...], least: int) -> A
 def _toothed(
     section: ToothedSection, twist: Array | float, z: Array, walls: Mapping[str, Wall]
 ) -> FeMesh:
-    """A section over layers with the patches of its teeth, more walls and ends."""
+    """FE mesh of a section extruded over layers z, with patches of teeth, other walls and ends."""
     teeth: dict[str, Wall] = {
         f"tooth_{name}_{j:03d}": (edges, None)
         for name in ("flank", "backflank", "root")
@@ -164,7 +164,7 @@ def _toothed(
 
 @dataclass(frozen=True)
 class PlanetFeMeshParameters(ToothedFeMeshParameters):
-    """Everything the planet's FE mesh depends on; m and rad. Defaults are those of a planet of the
+    """All parameters of the planet's FE mesh; m and rad. Defaults are those of a planet of the
     default ring."""
 
     part = "planet"
@@ -181,11 +181,11 @@ class PlanetFeMeshParameters(ToothedFeMeshParameters):
 
     @property
     def bore_radius(self) -> float:
-        """m."""
+        """Radius of the bore, m."""
         return self.bore_diameter / 2.0
 
     def check(self) -> None:
-        """Raise InputError, naming the key and the remedy, if no planet can be made."""
+        """InputError with key and remedy where no planet can be made."""
         super().check()
         rim = self.tooth.root_radius - self.bore_radius
         if self.bore_diameter <= 0.0:
@@ -197,7 +197,7 @@ class PlanetFeMeshParameters(ToothedFeMeshParameters):
 
 
 def planet_fe_mesh(p: PlanetFeMeshParameters) -> FeMesh:
-    """Hexahedra of the planet with its teeth and the patches listed in the module's head."""
+    """FE mesh of the planet with the patches of the module's docstring."""
     p.check()
     section = toothed_section(p.tooth, p.bore_radius, DIVISIONS[p.fidelity][0], GROWTH[p.fidelity])
     z = layer_positions(p.face_width, (), p.least_layers)
@@ -210,10 +210,10 @@ BLOCK = 1.7  # inner border of a bolt's block, in bolt radii from the bolt's axi
 
 @dataclass(frozen=True)
 class RingFeMeshParameters(ToothedFeMeshParameters):
-    """Everything the ring's FE mesh depends on; m and rad.
+    """All parameters of the ring's FE mesh; m and rad.
 
     fits: (z_low, z_high) of each housing fit's band, splines likewise. Bolt k is at
-    first_bolt_angle + 2πk/bolts on the bolt circle, and named from first_bolt on. other_bolts:
+    first_bolt_angle + 2πk/bolts on the bolt circle; its number is first_bolt + k. other_bolts:
     (number, circle diameter, diameter) of more circles, without holes.
     """
 
@@ -242,14 +242,14 @@ class RingFeMeshParameters(ToothedFeMeshParameters):
 
     @property
     def bands(self) -> list[tuple[NodeName, Band]]:
-        """Bands of the outer cylinder by the names of their groups."""
+        """Names and bands of the groups on the outer cylinder."""
         fits = [(NodeName.of("fit", k), band) for k, band in enumerate(self.fits, 1)]
         return fits + [(NodeName.of("spline", k), band) for k, band in enumerate(self.splines, 1)]
 
     @property
     def straight_radius(self) -> float:
-        """Radius beyond which the section is not twisted, m: inside bolt holes, whose axes are
-        straight; without any, the rim is a body of revolution and all of it may be twisted."""
+        """Radius beyond which the section is not twisted, m: inside the bolt holes, whose axes are
+        straight; infinite without holes, as the rim is then a body of revolution."""
         if not self.has_holes:
             return np.inf
         return self.bolt_circle_diameter / 2.0 - BLOCK * self.bolt_diameter / 2.0
@@ -260,7 +260,7 @@ class RingFeMeshParameters(ToothedFeMeshParameters):
         return self.bolt_holes and self.bolts > 0
 
     def check(self) -> None:
-        """Raise InputError, naming the key and the remedy, if no ring can be made."""
+        """InputError with key and remedy where no ring can be made."""
         super().check()
         tooth, width = self.tooth, self.face_width
         if self.rim_thickness < self.normal_module:
@@ -305,12 +305,12 @@ class RingFeMeshParameters(ToothedFeMeshParameters):
                 band = f"a band from {low * 1e3:.1f} to {high * 1e3:.1f} mm"
                 problem = f"{band} is not on the face of ±{width * 5e2:.1f} mm"
                 self.reject(f"fe.{name.kind}s", problem, "move it or make it narrower")
-        if self.has_holes:  # whether there is room for them shows in the section
-            _section(self)
+        if self.has_holes:
+            _section(self)  # raises where there is no room for them
 
 
 def ring_fe_mesh(p: RingFeMeshParameters) -> FeMesh:
-    """Hexahedra of the ring gear with its teeth and the patches listed in the module's head."""
+    """FE mesh of the ring with the patches of the module's docstring."""
     p.check()
     section = _section(p)
     z = layer_positions(p.face_width, p.fits + p.splines, p.least_layers)
@@ -327,6 +327,7 @@ def ring_fe_mesh(p: RingFeMeshParameters) -> FeMesh:
 
 
 def _section(p: RingFeMeshParameters) -> ToothedSection:
+    """Section of the ring, with its bolt holes."""
     divisions, growth = DIVISIONS[p.fidelity][0], GROWTH[p.fidelity]
     if not p.has_holes:
         return toothed_section(p.tooth, p.outer_radius, divisions, growth)
@@ -343,7 +344,7 @@ def _section(p: RingFeMeshParameters) -> ToothedSection:
 
 
 def _twist(p: RingFeMeshParameters, radius: Array) -> Array:
-    """κ f(r), rad/m: f = 1 to the root circle, 0 from the straight radius on, C¹ between."""
+    """Twist κ f(r), rad/m: f = 1 to the root circle, 0 beyond the straight radius, C¹ between."""
     root = p.tooth.root_radius
     t = np.clip((radius - root) / (p.straight_radius - root), 0.0, 1.0)
     return p.helix_rate * (1.0 - 3.0 * t**2 + 2.0 * t**3)

@@ -1,8 +1,8 @@
-"""Named groups of a body's FE mesh, and where the case has them: one table for reading a user's
-file, for checking its place, and for `flexgear mesh --groups`.
+"""Named groups of a body's FE mesh and their positions in the case: for reading a user's file, for
+checking its placement, and for `flexgear mesh --groups`.
 
-Frame of the case: origin on the axis at mid-face, z the axis (docs/conventions.md). What a group
-is, in detail: gears.py and carrier.py.
+Frame of the case: origin on the axis at mid-face, z the axis (docs/conventions.md). Definitions of
+the groups: gears.py and carrier.py.
 """
 
 from __future__ import annotations
@@ -48,11 +48,10 @@ _MEANINGS = {
 class Family:
     """Groups of one kind.
 
-    stem: what they are called without a number; names: of all that the case has; places: (n, 3) m,
-    the centre of each, not a number where the case leaves a coordinate open; says: the key that
-    says how many there are; needed: whether a file must have them; radial: how far the centre may
-    be off along the radius, m; side: the side of mid-face it is on, 0 for either; twist: dθ/dz
-    along the group, rad/m, None if any.
+    stem: name without a number; names: of all groups in the case; places: centres (n, 3) m, NaN for
+    coordinates that the case does not state; says: key of the case that determines their number;
+    needed: whether a file must have them; radial: tolerance of the centre along the radius, m;
+    side: sign of z, 0 for either; twist: dθ/dz along the group, rad/m, None if not checked.
     """
 
     stem: str
@@ -66,21 +65,21 @@ class Family:
 
     @property
     def meaning(self) -> str:
-        """In words."""
+        """Description for `flexgear mesh --groups`."""
         return _MEANINGS[self.stem]
 
     @property
     def numbered(self) -> bool:
-        """Whether the names are the stem and a number."""
+        """Whether the names have numbers."""
         return self.names != (self.stem,)
 
 
 @dataclass(frozen=True, eq=False)
 class Groups:
-    """All named groups of a body and the lengths that tolerances of their place follow from.
+    """All named groups of a body and the lengths that determine tolerances of their positions.
 
-    body: "ring", "planet" or "carrier"; radius: where teeth or pins stand, m; pitch: of its teeth,
-    of a carrier the ring's, round the reference circle, m; face_width: m.
+    body: "ring", "planet" or "carrier"; radius: of the circle of teeth or pins, m; pitch: of the
+    teeth, for a carrier those of the ring, round the reference circle, m; face_width: m.
     """
 
     body: str
@@ -95,7 +94,8 @@ class Groups:
         return [name for f in self.families if f.needed for name in f.names]
 
     def point(self, place: Array) -> str:
-        """Coordinates that are stated, in mm, to about a thousandth of a pitch."""
+        """Coordinates of a position that are not NaN as text, in mm to about a thousandth of a
+        pitch."""
         decimals = max(0, ceil(-log10(1e3 * 1e-3 * min(self.pitch, self.face_width))))
         stated = [
             f"{axis} {round(1e3 * float(value), decimals) + 0.0:.12g}"
@@ -114,13 +114,13 @@ class Groups:
 
 
 def _at(stem: str, place: tuple[float, ...], says: str, **limits: Any) -> Family:
-    """A group alone of its kind."""
+    """Family of one group without a number."""
     return Family(stem, (stem,), np.array([place]), says, **limits)
 
 
 def ring_groups(p: RingFeMeshParameters, tie: str, supports: Sequence[RingSupport]) -> Groups:
-    """Groups of a ring: teeth for either tie, "root" or "flank", fits, and the surfaces of bolts:
-    walls of holes, or the bolted face."""
+    """Groups of a ring: teeth for either tie, "root" or "flank", fits, splines, walls of bolt holes
+    and end faces."""
     walls, bolted = [s for s in supports if s.group], {s.end for s in supports if not s.group}
 
     def of_kind(stem: str, key: str, **limits: Any) -> Family:
@@ -143,12 +143,12 @@ def ring_groups(p: RingFeMeshParameters, tie: str, supports: Sequence[RingSuppor
 
 
 def planet_groups(p: PlanetFeMeshParameters, tie: str) -> Groups:
-    """Teeth for either tie, "root" or "flank", and the bore."""
+    """Groups of a planet: teeth for either tie, "root" or "flank", and the bore."""
     return _toothed(p, tie, [_at("bore", _ON_AXIS, "stage.planet.bore_diameter_mm")])
 
 
 def _toothed(p: ToothedFeMeshParameters, tie: str, more: Sequence[Family]) -> Groups:
-    """Base sections and flanks of a gear's teeth, and more groups."""
+    """Groups of a gear: base sections and flanks of its teeth, and ``more``."""
     tooth, middle = p.tooth, (p.tooth.tip_radius + p.tooth.form_radius) / 2.0
     angles = tooth.pitch_angle * np.arange(p.teeth, dtype=float)
     half = float(tooth.half_angle(middle))
@@ -168,8 +168,8 @@ def _toothed(p: ToothedFeMeshParameters, tie: str, more: Sequence[Family]) -> Gr
 
 
 def carrier_groups(p: CarrierFeMeshParameters, angles: Array, pitch: float) -> Groups:
-    """Drive flange, bearing seats and pins; angles: of the pins (N,), rad; pitch: of the ring's
-    teeth, m."""
+    """Groups of a carrier: drive flange, bearing seats and pins at angles (N,), rad; pitch: of the
+    ring's teeth, m."""
     drive, far = (1, -1) if p.drive_side == "+z" else (-1, 1)
     ends = (("drive", drive), ("bearing_drive", drive), ("bearing_far", far))
     key = "stage.carrier.fe.drive_side"

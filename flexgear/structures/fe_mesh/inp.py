@@ -1,8 +1,8 @@
 """Abaqus and CalculiX input decks: nodes, solid elements, sets and surfaces.
 
-Not through meshio, which drops ``*SURFACE`` and element numbers when reading and writes element
-names that CalculiX refuses. Solid elements are right-handed; a named patch is a surface of
-(element, face) pairs, which also names facets inside the body.
+meshio is not used here: it reads neither ``*SURFACE`` nor element numbers, and writes element names
+that CalculiX refuses. Solid elements are right-handed; a named patch is a surface of (element,
+face) pairs, which may be inside the body.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ _TYPES = {  # element name -> meshio's cell type, number of nodes
     "SFM3D8": ("quad8", 8),
 }
 _SUFFIXES = ("RH", "IH", "MH", "R5", "R", "I", "H", "M", "RS", "T")
-MOST_NUMBERS = 10**8  # that one line of a set may generate
+MOST_NUMBERS = 10**8  # largest number of members of a set
 
 
 @dataclass
 class InpDeck:
-    """Content of a deck. points (n, 3) in the deck's unit; blocks: (cell type, (k, v) node
-    positions); groups: name -> facets, each 3 or 4 corner positions, from surfaces and from sets of
-    shell or membrane elements; node_sets: name -> node positions."""
+    """Content of a deck. points (n, 3) in the deck's unit; blocks: cell types and rows (k, v) of
+    points; groups: facets of 3 or 4 points by name, from surfaces and from sets of shell or
+    membrane elements; node_sets: points by name. Points are numbered from 0."""
 
     points: Array
     blocks: list[tuple[str, Ints]]
@@ -52,7 +52,7 @@ class InpDeck:
 
 
 def write_inp(fe_mesh: FeMesh, stream: TextIO) -> None:
-    """C3D8 or C3D4 elements in the set EALL; every patch as ``*SURFACE`` and as node set."""
+    """Write C3D8 or C3D4 elements in the set EALL, and every patch as ``*SURFACE`` and node set."""
     stream.write("*HEADING\nflexgear FE mesh, units m\n*NODE, NSET=NALL\n")
     for i, (x, y, z) in enumerate(fe_mesh.points.tolist(), 1):
         stream.write(f"{i}, {_number(x)}, {_number(y)}, {_number(z)}\n")
@@ -74,18 +74,19 @@ def write_inp(fe_mesh: FeMesh, stream: TextIO) -> None:
 
 
 def _number(x: float) -> str:
-    """All digits where they fit into the 20 characters that CalculiX reads, else 14 of them."""
+    """A number with all digits where CalculiX's limit of 20 characters allows, else with 14."""
     text = repr(x)
     return text if len(text) <= 20 else f"{x:.13e}"
 
 
 def read_inp(path: Path) -> InpDeck:
-    """Parse a deck; anything but nodes, elements, sets and element surfaces is passed over."""
+    """Nodes, elements, sets and element surfaces of a deck; other cards are ignored. InputError for
+    cards that cannot be read."""
     return _Reader(path).read()
 
 
 class _Reader:
-    """Collects the cards of one deck."""
+    """Reader of one deck, card by card."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -176,7 +177,7 @@ class _Reader:
         return deck
 
     def _of(self, which: str) -> list[int]:
-        """Elements by number or by the name of their set."""
+        """Numbers of an element, given by its number, or of the elements of a named set."""
         return [int(which)] if which.isdecimal() else self.element_sets.get(which.upper(), [])
 
     def _shell(self, element: int) -> Ints | None:
@@ -201,7 +202,8 @@ class _Reader:
 
 
 def _cards(path: Path) -> Iterator[tuple[str, dict[str, str], list[list[str]]]]:
-    """(keyword, options, data rows) of each card; a trailing comma continues a keyword line."""
+    """Keyword, options and data rows of each card; a keyword line that ends with a comma continues
+    on the next line."""
     keyword, options, rows = "", {}, []  # type: str, dict[str, str], list[list[str]]
     pending = ""
     with path.open(encoding="utf-8", errors="replace") as stream:

@@ -1,11 +1,10 @@
 """Placement of a user's FE mesh, compared with the positions of its groups in the case.
 
-The centres c of the groups (area-weighted) are compared with their places p in the case. The rigid
-motion x = R c + t that brings them together best, in the least squares of the coordinates that the
-case states, says whether the body as a whole is off. It is refused if that motion turns teeth or
-pins by more than _BODY of a tooth pitch or shifts them by that share of the pitch across the axis
-or of the face width along it; a single group, if it is off by more than _GROUP of these. Where the
-motion mends everything, the keys that carry it out are offered.
+The area-weighted centres c of the groups are compared with their positions p in the case. The rigid
+motion x = R c + t that fits p best (least squares of the coordinates that the case states) is the
+misplacement of the whole body. The FE mesh is refused where this motion exceeds _BODY of a tooth
+pitch across the axis or of the face width along it, and where a single group is off by more than
+_GROUP of these. If the motion corrects all groups, the message states the keys that apply it.
 """
 
 from __future__ import annotations
@@ -29,21 +28,21 @@ from flexgear.structures.fe_mesh.fe_mesh import FeMesh, facet_areas, triangles
 from flexgear.structures.fe_mesh.files import read_fe_mesh
 from flexgear.structures.fe_mesh.groups import Groups
 
-_BODY = 0.02  # of pitch and face width; centres of a whole set of groups are far more exact
-# the same for one group, whose border follows the cells; flanks are half a pitch apart
-_GROUP = 0.2
+_BODY = 0.02  # tolerance of the whole body, in pitches and face widths
+_GROUP = 0.2  # the same of one group, whose border follows the cells; flanks are half a pitch apart
 
 
 @dataclass(frozen=True)
 class Placement:
-    """x = R X + shift: R turns by turn (rad) about the fixed x, then y, then z axis; shift in m."""
+    """Position x = R X + shift of points X of a file: R turns by ``turn`` (rad) about the fixed x,
+    then y, then z axis; shift in m."""
 
     shift: tuple[float, ...] = (0.0, 0.0, 0.0)
     turn: tuple[float, ...] = (0.0, 0.0, 0.0)
 
     @property
     def rotation(self) -> Rotation:
-        """R."""
+        """Rotation R."""
         return Rotation.from_euler("xyz", self.turn)
 
     def of(self, points: Array) -> Array:
@@ -59,7 +58,7 @@ def placed(fe_mesh: FeMesh, placement: Placement) -> FeMesh:
 
 
 def fe_mesh_of_file(source: FeMeshSource, groups: Groups, size: float, where: str) -> FeMesh:
-    """The user's FE mesh, placed as the case states; InputError unless its groups are at their
+    """The user's FE mesh in the case's placement. InputError unless its groups are at their
     positions.
 
     size: largest dimension of the body, m; where: source of the case.
@@ -84,17 +83,17 @@ def fe_mesh_of_file(source: FeMeshSource, groups: Groups, size: float, where: st
 
 
 def check_place(fe_mesh: FeMesh, groups: Groups, placement: Placement, path: str) -> None:
-    """Raise InputError, naming group, positions and remedy, unless every group is where the case
-    has it.
+    """InputError with group, positions and remedy unless every group is at its position in the
+    case.
 
     fe_mesh: in the frame of the case, by `placement`; path: of its file.
     """
     _refuse_extra(fe_mesh, groups, path)
     actual = _ActualPlacement(fe_mesh, groups)
     motion, shift = actual.best_motion()
-    mended = motion.apply(actual.centres) + shift
-    if actual.is_off_as_a_whole(motion, shift) and actual.misfit(mended).max() <= 1.0:
-        worst = int(np.argmax(np.linalg.norm(mended - actual.centres, axis=1)))
+    corrected = motion.apply(actual.centres) + shift
+    if actual.is_off_as_a_whole(motion, shift) and actual.misfit(corrected).max() <= 1.0:
+        worst = int(np.argmax(np.linalg.norm(corrected - actual.centres, axis=1)))
         problem = f"{actual.where(worst)}; the whole FE mesh is out of place"
         remedy = _keys(groups, placement, motion, shift)
         raise InputError(path, actual.names[worst], problem, remedy)
@@ -104,8 +103,8 @@ def check_place(fe_mesh: FeMesh, groups: Groups, placement: Placement, path: str
 
 
 class _ActualPlacement:
-    """Groups that are in a file: names, families, centres (n, 3) in the file, positions (n, 3) in
-    the case, both in m."""
+    """Groups (n,) of a user's FE mesh: names, families, and their centres (n, 3) in the FE mesh and
+    positions (n, 3) in the case, m."""
 
     def __init__(self, fe_mesh: FeMesh, groups: Groups) -> None:
         self.groups = groups
@@ -123,7 +122,7 @@ class _ActualPlacement:
         self.radial = np.array([f.radial for f in self.families])
 
     def best_motion(self) -> tuple[Rotation, Array]:
-        """R and t that best bring the centres to their positions, where the case states these."""
+        """R and t that fit the centres to their positions best, where the case states these."""
         size = float(np.abs(self.centres - self.centres.mean(axis=0)).max())
         stated = np.isfinite(self.places)
         guess = np.where(stated, self.places, 0.0)
@@ -131,7 +130,7 @@ class _ActualPlacement:
         used = stated.any(axis=1)
         middle, target = self.centres[used].mean(axis=0), guess[used].mean(axis=0)
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # points on one line leave a turn open, rightly
+            warnings.simplefilter("ignore")  # points on one line do not determine a rotation
             start, _ = Rotation.align_vectors(guess[used] - target, self.centres[used] - middle)
 
         def off(x: Array) -> Array:
@@ -144,14 +143,15 @@ class _ActualPlacement:
         return rotation, target + size * best[3:] - rotation.apply(middle)
 
     def is_off_as_a_whole(self, motion: Rotation, shift: Array) -> bool:
-        """Whether the motion exceeds the tolerance of the body as a whole."""
+        """Whether a motion exceeds the tolerance of the whole body."""
         g, turn = self.groups, motion.as_rotvec()
         across = max(abs(turn[2]) * g.radius, float(np.hypot(*shift[:2])))
         along = max(float(np.hypot(*turn[:2])) * g.radius, abs(float(shift[2])))
         return across > _BODY * g.pitch or along > _BODY * g.face_width
 
     def misfit(self, centres: Array) -> Array:
-        """Distance (n,) of each group from its position over its tolerance."""
+        """Distance (n,) of the groups' centres (n, 3) m from their positions over their
+        tolerances."""
         g = self.groups
         open_across = np.isnan(self.places[:, 0])
         places = np.where(np.isnan(self.places), centres, self.places)
@@ -166,7 +166,7 @@ class _ActualPlacement:
         return np.maximum.reduce([np.where(open_across, 0.0, across), along, wrong_side])
 
     def where(self, i: int) -> str:
-        """Actual and expected position of group i, in words."""
+        """Actual and expected position of group i, for a message."""
         sign = "+" if self.side[i] > 0 else "-"
         stated = self.groups.point(self.places[i])
         belongs = f"at {stated}" if stated else f"on the {sign}z side"
@@ -176,6 +176,7 @@ class _ActualPlacement:
 
 
 def _refuse_extra(fe_mesh: FeMesh, groups: Groups, path: str) -> None:
+    """InputError for numbered groups that the case does not have."""
     for f in groups.families:
         if not f.numbered:
             continue
@@ -189,11 +190,11 @@ def _refuse_extra(fe_mesh: FeMesh, groups: Groups, path: str) -> None:
 
 
 def _keys(groups: Groups, placement: Placement, motion: Rotation, shift: Array) -> str:
-    """The keys that place the FE mesh, composed with those that are set already; with as few digits
-    as the accuracy of the groups' centres justifies."""
+    """Remedy with the keys that place the FE mesh correctly: the present placement followed by a
+    motion, with few digits."""
     fine = 0.05 * _BODY
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # a quarter turn about y: x and z are one, either will do
+        warnings.simplefilter("ignore")  # after a quarter turn about y: x and z are one
         turn = (motion * placement.rotation).as_euler("xyz", degrees=True)
     mm = 1e3 * (motion.apply(np.array(placement.shift)) + shift)
     off = 1e3 * fine * np.array([groups.pitch, groups.pitch, groups.face_width])
@@ -211,7 +212,8 @@ def _keys(groups: Groups, placement: Placement, motion: Rotation, shift: Array) 
 
 
 def _refuse_clockwise(actual: _ActualPlacement, path: str) -> None:
-    """Numbers that rise clockwise: the mean of e^{i(θ + θ_place)} is 1, of e^{i(θ - θ_place)} 0."""
+    """InputError for groups numbered clockwise: |mean e^{i(θ + θ_place)}| is then 1, and
+    |mean e^{i(θ - θ_place)}| 0."""
     for f in actual.groups.families:
         at = [k for k, family in enumerate(actual.families) if family is f]
         if len(at) < 3:
@@ -226,6 +228,7 @@ def _refuse_clockwise(actual: _ActualPlacement, path: str) -> None:
 
 
 def _refuse_group(actual: _ActualPlacement, path: str) -> None:
+    """InputError for the group that is farthest from its position, if beyond its tolerance."""
     misfit = actual.misfit(actual.centres)
     worst, count = int(np.argmax(misfit)), int((misfit > 1.0).sum())
     if count:
@@ -236,8 +239,8 @@ def _refuse_group(actual: _ActualPlacement, path: str) -> None:
 
 
 def _refuse_helix(fe_mesh: FeMesh, actual: _ActualPlacement, path: str) -> None:
-    """InputError unless the ends of a tooth, half a face width from its middle, are near their
-    position too."""
+    """InputError where the helix moves the ends of a tooth, half a face width from its middle, too
+    far from their position."""
     g = actual.groups
     for f in g.families:
         names = [n for n in f.names if n in fe_mesh.facets]
@@ -252,7 +255,7 @@ def _refuse_helix(fe_mesh: FeMesh, actual: _ActualPlacement, path: str) -> None:
 
 
 def _twist(fe_mesh: FeMesh, name: str) -> float:
-    """Slope dθ/dz of a group's facets, by area, rad/m."""
+    """Area-weighted slope dθ/dz of a group's facets, rad/m."""
     ids, centre = triangles(fe_mesh.facets[name]), fe_mesh.centre(name)
     areas = facet_areas(fe_mesh.points, ids)
     away = fe_mesh.points[ids].mean(axis=1) - centre
@@ -270,13 +273,14 @@ def _roundest(value: float, slack: float) -> float:
 
 
 def _numbers(values: Sequence[float]) -> str:
-    """Values as the keys take them: one number for z alone, else three."""
+    """Values of a key as text: one number where only z is not zero, else three."""
     words = [f"{v:.12g}" for v in values]
     return f"[{', '.join(words)}]" if any(values[:2]) else words[2]
 
 
 def _stamp(file: str) -> tuple[int, int]:
-    """Modification time and size of a file: they differ when the file has changed."""
+    """Modification time, ns, and size of a file, which tell whether it has changed; zeros where it
+    cannot be read."""
     try:
         status = Path(file).stat()
     except OSError:
@@ -284,7 +288,7 @@ def _stamp(file: str) -> tuple[int, int]:
     return (status.st_mtime_ns, status.st_size)
 
 
-@lru_cache(maxsize=2)  # a command looks at both files before its work, a sweep at every point
+@lru_cache(maxsize=2)  # commands read two files before their work and again in it
 def _read(
     file: str,
     stamp: tuple[int, int],

@@ -1,33 +1,33 @@
 r"""Transverse sections of gears as quadrilaterals: teeth, rim, bolt holes.
 
-A tooth from its tip circle to its base section, in the frame of ``gears.tooth``: the tooth on the x
-axis. Rows follow the profile from the tip (row 0) over the involute and the root that the tool
-leaves to the base section, which runs from root to root just above the middle of the spaces beside
-the tooth and bows one tip radius of the tool into the rim (that opens its corners). With the
-profile (x, y) of the +θ side and places −1 ≤ a ≤ 1 across,
+Tooth, from its tip circle to its base section, in the frame of ``gears.tooth``: on the x axis. Rows
+follow the profile from the tip (row 0) over the involute and the root that the tool cuts to the
+base section. This connects the roots on both sides, which it meets near the middle of the spaces,
+and is curved one tip radius of the tool into the rim, which widens the angles of its corners. With
+the profile (x, y) of the +θ side and places −1 ≤ a ≤ 1 across,
 
     P(row, a) = (x + (1 − s²) [√(r_a² − a² y_0²) − x_0] + s² d b(a),  a y),
 
-s: share of the profile's length from the tip, d: depth of the bow at a = 0, b(a) = t + t² − t³ with
-t = 1 − |a|. Nodes of the profile lie on it exactly.
+s: arc length of the profile from the tip over the whole, d: depth of the base section at a = 0,
+b(a) = t + t² − t³ with t = 1 − |a|. Nodes of the profile are exactly on it.
 
-A gear is z-periodic and mirror-symmetric: one sector (tip at the top), repeated z times::
+Gear: one mirror-symmetric sector (tip at the top), repeated z times::
 
         tip                     A   the tooth's block (``tooth_block``): rows along involute and
        +---+                        root, down to the base section, the patch "root" of the tooth
        | A |                    B   below the tooth, base section to the rim's other edge: outside
       /     \                       on a ring, inside on an external gear
-     +-------+----+             C   below the root land, between neighbouring teeth: one column
-     |   B   | C  |                 without nodes of its own
+     +-------+----+             C   below the root land, between neighbouring teeth: one column of
+     |   B   | C  |                 cells on the nodes of both
      +-------+----+
 
-Bolt holes of a ring, whatever the numbers of teeth and bolts. The rim is a structured grid with
-whole columns to every tooth. Teeth and bolts share no factor, so each bolt takes the block of
-columns nearest to its axis; the block's inside is replaced by rings of quadrilaterals between the
-block's border and the hole's true circle (an O-grid)::
+Bolt holes of a ring, for any numbers of teeth and bolts. The rim is a structured grid with the same
+number of columns below every tooth. Around each bolt the block of columns nearest to its axis is
+replaced by rings of quadrilaterals between the block's border and the hole's true circle (an
+O-grid)::
 
-    +--+--+--+--+          The hole lies exactly on its axis; the block is off by half a column
-    |  \ | |  / |          at most. Border and hole carry the same number of nodes, and the spokes
+    +--+--+--+--+          The hole is exactly about its axis; the block is off by half a column
+    |  \ | |  / |          at most. Border and hole have the same number of nodes, and the spokes
     +---(   )---+          are straight lines through the bolt's axis.
     |  / | |  \ |
     +--+--+--+--+
@@ -46,14 +46,14 @@ from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.errors import InputError
 from flexgear.structures.fe_mesh.fe_mesh import HEX_FROM_VTK, FeMesh
 
-Wall = tuple[Ints, Ints | None]  # edges of a section (k, 2), and layers
+Wall = tuple[Ints, Ints | None]  # edges of a section (k, 2), and numbers of layers, None: all
 
 _LAND = 0.2  # least width between neighbouring base sections, in tip radii of the tool
 
 
 def base_section_angle(tooth: ToothGeometry) -> float:
-    """Half angle of a tooth's base section, rad: to the root circle, and never wholly up to the
-    next tooth's."""
+    """Half angle of a tooth's base section, rad: to where the root meets the root circle, and less
+    than half a pitch."""
     land = _LAND * tooth.tool.tip_radius / tooth.root_radius
     return min(tooth.root.end_angle, (tooth.pitch_angle - land) / 2.0)
 
@@ -65,8 +65,8 @@ def base_section_depth(tooth: ToothGeometry) -> float:
 
 @dataclass(frozen=True)
 class ToothProfile:
-    """The +θ side of a tooth from its tip to its base section: ``points`` (rows + 1, 2) m, the
-    first of them at roll lengths ``roll`` (flank + 1,) m of the involute."""
+    """The +θ side of a tooth from its tip to its base section: points (rows + 1, 2) m; roll: roll
+    lengths (flank + 1,) m of the first of them, which are on the involute."""
 
     tooth: ToothGeometry
     points: Array
@@ -74,8 +74,8 @@ class ToothProfile:
 
 
 def tooth_profile(tooth: ToothGeometry, flank: int, root: int) -> ToothProfile:
-    """Points of ``flank`` elements of equal length along the involute, and of ``root`` elements
-    along the root."""
+    """Profile with ``flank`` elements of equal length along the involute, ``root`` along the
+    root."""
     tip, form = tooth.roll_length(tooth.tip_radius), tooth.roll_length(tooth.form_radius)
     # arc length along an involute is ρ²/(2 r_b)
     roll = np.sqrt(np.linspace(tip**2, form**2, flank + 1))
@@ -87,7 +87,7 @@ def tooth_profile(tooth: ToothGeometry, flank: int, root: int) -> ToothProfile:
 
 
 def tooth_block(profile: ToothProfile, across: Array) -> Array:
-    """Nodes (rows + 1, columns, 2) m at places ``across`` (rows + 1, columns) from −1 to 1."""
+    """Nodes P (rows + 1, columns, 2) m at places ``across`` (rows + 1, columns), −1 … 1."""
     tooth, (x, y) = profile.tooth, profile.points.T
     arc = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
     share = (arc[:, None] / arc[-1]) ** 2
@@ -99,13 +99,13 @@ def tooth_block(profile: ToothProfile, across: Array) -> Array:
 
 
 def even_columns(rows: int, columns: int) -> Array:
-    """Places across (rows, columns) at equal steps, symmetric to the last digit."""
+    """Places −1 … 1 across (rows, columns) at equal steps, exactly symmetric."""
     places = np.linspace(-1.0, 1.0, columns)
     return np.tile(0.5 * (places - places[::-1]), (rows, 1))
 
 
 def graded(rows: int, growth: float) -> Array:
-    """Shares (rows + 1,) from 0 to 1 of steps that grow by a ratio."""
+    """Coordinates (rows + 1,) from 0 to 1, their steps growing by a ratio."""
     steps = growth ** np.arange(rows)
     return np.concatenate([[0.0], np.cumsum(steps) / steps.sum()])
 
@@ -117,7 +117,7 @@ def quads_of(grid: Ints) -> Ints:
 
 
 def counter_clockwise(points: Array, quads: Ints) -> Ints:
-    """Quadrilaterals (m, 4) over points (n, 2), turned round where they run clockwise."""
+    """Quadrilaterals (m, 4) of points (n, 2), with clockwise ones reversed."""
     at = points[quads]
     d1, d2 = at[:, 2] - at[:, 0], at[:, 3] - at[:, 1]
     clockwise = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0] < 0.0
@@ -126,7 +126,8 @@ def counter_clockwise(points: Array, quads: Ints) -> Ints:
 
 @dataclass(frozen=True)
 class SectionDivisions:
-    """Number of elements: across the tooth, along involute and root, from base section to edge."""
+    """Numbers of elements: across the tooth, along involute and root, from the base section to the
+    rim's edge."""
 
     tooth: int
     flank: int
@@ -136,11 +137,11 @@ class SectionDivisions:
 
 @dataclass(frozen=True)
 class ToothedSection:
-    """Quadrilaterals in the transverse plane; walls along z over edges have outward normals.
+    """Transverse section of a gear; its edges have the body to their left.
 
-    radius, angle: (n,) m, rad; quads: (m, 4) counter-clockwise; tooth_lines: "flank" (-θ side),
-    "backflank" (+θ side), "root" (base section) -> (z, k, 2) node ids; rim: (k, 2) the rim's edge;
-    holes: (n_b, k, 2) or empty.
+    radius, angle: of the nodes (n,) m, rad; quads: (m, 4) counter-clockwise; tooth_lines: edges
+    (z, k, 2) of "flank" (-θ side), "backflank" (+θ side) and "root" (base section); rim: edges
+    (k, 2) of the rim's border; holes: edges (n_b, k, 2) of bolt holes, or empty.
     """
 
     radius: Array
@@ -152,17 +153,15 @@ class ToothedSection:
 
     @property
     def points(self) -> Array:
-        """(n, 2) m."""
+        """Cartesian coordinates (n, 2) m of the nodes."""
         return _cartesian(self.radius, self.angle)
 
 
 def toothed_section(
     tooth: ToothGeometry, rim_radius: float, divisions: SectionDivisions, growth: float = 1.0
 ) -> ToothedSection:
-    """Structured section between the teeth's tips and a circle of nodes equally spaced.
-
-    growth: ratio of successive radial element sizes away from the base section.
-    """
+    """Structured section from the teeth's tips to a circle ``rim_radius``, m, of equally spaced
+    nodes; growth: ratio of successive radial element lengths from the base section on."""
     block = _sector(tooth, rim_radius, divisions, growth)
     (rows, columns), teeth = block.shape[:2], np.arange(tooth.teeth)
     radius = np.hypot(block[..., 0], block[..., 1])
@@ -195,8 +194,7 @@ def toothed_section(
 
 
 def _sector(tooth: ToothGeometry, rim_radius: float, div: SectionDivisions, growth: float) -> Array:
-    """Points (rows + rim + 1, tooth + 1, 2) m of the tooth on the x axis, from tip to root, and of
-    the rim below it."""
+    """Nodes (rows + rim + 1, tooth + 1, 2) m of the tooth on the x axis and of the rim below it."""
     profile = tooth_profile(tooth, div.flank, div.fillet)
     block = tooth_block(profile, even_columns(len(profile.points), div.tooth + 1))
     half = tooth.pitch_angle * div.tooth / (div.tooth + 1) / 2.0 * even_columns(1, div.tooth + 1)[0]
@@ -214,13 +212,14 @@ def with_bolt_holes(
     rows: tuple[int, int, int],
     where: str,
 ) -> ToothedSection:
-    """Continue a toothed section outward through the bolt holes to the outer radius.
+    """Section of a ring with bolt holes.
 
-    inner: of a ring; its outer circle becomes the inner border of the blocks; bolt_angles (n_b,)
-    rad; rows: (block, outside the block, O-grid rings).
+    inner: section up to the inner border of the blocks; outer_radius, bolt_circle_radius,
+    hole_radius: m; bolt_angles: (n_b,) rad; rows: numbers of rows in a block, outside the blocks
+    and in an O-grid; where: source of the case. InputError where holes are too close.
     """
     block_rows, outer_rows, rings = rows
-    start = inner.rim[:, 0]  # counter-clockwise, as of every ring
+    start = inner.rim[:, 0]  # counter-clockwise
     columns = len(start)
     low = float(inner.radius[start[0]])
     high = min(2.0 * bolt_circle_radius - low, outer_radius)
@@ -238,7 +237,7 @@ def with_bolt_holes(
     angle = np.concatenate([inner.angle, np.tile(inner.angle[start], len(radii))])
 
     column = 2.0 * pi / columns * bolt_circle_radius
-    # wide enough for a hole that is half a column off the block's middle
+    # wide enough for a hole at half a column from the block's middle
     across = max(round((high - low) / column), ceil(1.0 + 2.6 * hole_radius / column))
     first = _first_columns(bolt_angles - inner.angle[start[0]], columns, across, where)
     taken = (first[:, None] + np.arange(across + 1)) % columns
@@ -261,24 +260,26 @@ def with_bolt_holes(
         quads.reshape(-1, 4),
         {name: number[ids] for name, ids in inner.tooth_lines.items()},
         number[np.column_stack([node[-1], following[-1]])],
-        # the wall's outward normal points to the bolt's axis: clockwise round the hole
+        # clockwise round the hole: the outward normal of the wall points to the bolt's axis
         number[np.stack([np.roll(hole, -1, axis=1), hole], axis=2)],
     )
 
 
 def _cartesian(radius: Array | float, angle: Array) -> Array:
-    """(..., 2) m."""
+    """Cartesian coordinates (..., 2) m."""
     return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
 
 
 def _counter_clockwise_border(block: Ints) -> Ints:
-    """Nodes round blocks (n_b, rows, columns), from the inner far corner (n_b, b)."""
+    """Border nodes (n_b, b) of blocks (n_b, rows, columns), counter-clockwise from the corner at
+    the inner row and last column."""
     sides = (block[:, 0, :0:-1], block[:, :-1, 0], block[:, -1, :-1], block[:, :0:-1, -1])
     return np.concatenate(sides, axis=1)
 
 
 def _first_columns(angles: Array, columns: int, across: int, where: str) -> Ints:
-    """First column (n_b,) of the block round each bolt; angles (n_b,) rad, from column 0 on."""
+    """First column (n_b,) of the block of ``across`` columns round each bolt; angles: of the bolts
+    from column 0, (n_b,) rad. InputError where blocks overlap."""
     first = np.round(angles / (2.0 * pi / columns) - across / 2.0).astype(np.int64)
     spacing = np.diff(np.sort(first % columns), append=np.min(first % columns) + columns)
     if len(angles) > 1 and spacing.min() < across:
@@ -294,10 +295,11 @@ def _first_columns(angles: Array, columns: int, across: int, where: str) -> Ints
 def _o_grids(
     around: Array, border: Ints, centre: Array, radius: float, rings: int, first: int
 ) -> tuple[Array, Ints]:
-    """Places (n, 2) of new nodes from the borders of blocks to their holes, and the numbers
-    (n_b, rings + 1, b) of all rings of nodes from the border inward; new ones count from ``first``.
+    """New nodes (n, 2) m between the borders of blocks and their holes, numbered from ``first``,
+    and numbers (n_b, rings + 1, b) of the nodes on all rings, from the border inwards.
 
-    around: places (n_b, b, 2) of borders (n_b, b); centre (n_b, 1, 2), radius: of the holes, m.
+    around: positions (n_b, b, 2) of the nodes ``border`` (n_b, b); centre (n_b, 1, 2), radius: of
+    the holes, m.
     """
     spoke = around - centre
     on_hole = centre + radius * spoke / np.linalg.norm(spoke, axis=2, keepdims=True)
@@ -315,11 +317,11 @@ def extruded(
     z: Array,
     walls: Mapping[str, Wall],
 ) -> FeMesh:
-    """Hexahedra over quadrilaterals (m, 4), counter-clockwise, of points at radius m and angle rad
-    (n,); patches walls, end_minus and end_plus.
+    """FE mesh of a section extruded along z, with patches ``walls``, end_minus and end_plus.
 
-    twist: of the points (n,) or of all along z, rad/m; z: layer borders, m; walls: edges (k, 2) of
-    the section with the body to their left, and layers, None for all.
+    radius, angle: of the section's nodes (n,) m, rad; quads: (m, 4) counter-clockwise; twist: of
+    the nodes (n,) or of all, rad/m; z: layer borders, m; walls: by patch, edges with the body to
+    their left, and layers.
     """
     n, layers = len(radius), len(z) - 1
     turned = angle + np.broadcast_to(twist, n) * z[:, None]

@@ -1,4 +1,4 @@
-"""gmsh as a context: quiet, off the main thread too, and always finalised."""
+"""A context for gmsh, without output, usable in any thread, and always finalised."""
 
 from __future__ import annotations
 
@@ -14,29 +14,30 @@ from types import ModuleType
 from flexgear.model.errors import FlexgearError
 
 _SIGACTION = 512  # bytes: more than struct sigaction has on any system
-_ONE_AT_A_TIME = threading.RLock()  # gmsh keeps one global state in the process
+_GMSH_LOCK = threading.RLock()  # gmsh has one global state in the process
 
 
 def meshing_unit(length: float) -> float:
-    """Power of two in which a length, m, is 1 to 2.
+    """Power of two, m, by which a length, m, is 1 to 2.
 
-    gmsh and OpenCASCADE weld points by absolute distances (1e-8, 1e-7). In such a unit bodies of
-    every size are treated alike, and powers of two leave no rounding.
+    gmsh and OpenCASCADE weld points by absolute distances (1e-8, 1e-7). Lengths in this unit make
+    the mesh independent of the body's size, and powers of two cause no rounding.
     """
     return 2.0 ** (math.frexp(length)[1] - 1)
 
 
 @contextmanager
 def gmsh_session(name: str) -> Iterator[ModuleType]:
-    """A fresh gmsh model; finalised whatever happens. gmsh errors become FlexgearError.
+    """Context with a new gmsh model, which is removed at its end. gmsh's errors become
+    FlexgearError.
 
-    ``interruptible=False`` leaves the signal handlers alone, so this works in any thread and
-    Ctrl-C stays Python's. An already running gmsh of the caller is left running.
+    With ``interruptible=False`` gmsh sets no handler for Ctrl-C, so that it can start in any
+    thread. If the caller has initialised gmsh, it stays so.
     """
     gmsh = _load()
-    with _ONE_AT_A_TIME, ExitStack() as stack:
+    with _GMSH_LOCK, ExitStack() as stack:
         if gmsh.isInitialized():
-            stack.callback(lambda: gmsh.model.remove())
+            stack.callback(gmsh.model.remove)
         else:
             with _python_signals():
                 gmsh.initialize(argv=[], readConfigFiles=False, interruptible=False)
@@ -54,10 +55,10 @@ def gmsh_session(name: str) -> Iterator[ModuleType]:
 
 @contextmanager
 def _python_signals() -> Iterator[None]:
-    """Context after which signal handlers of this process are unchanged, in any thread.
+    """Context that restores this process's handlers of SIGTERM, SIGHUP and SIGPIPE at its end.
 
-    gmsh makes SIGTERM, SIGHUP and SIGPIPE kill it, even where they were ignored. Python sets
-    handlers in the main thread only, the C library in any.
+    gmsh sets them to end the process, even where they were ignored. Python can set handlers in the
+    main thread only, the C library in any.
     """
     if os.name != "posix":
         yield
@@ -75,6 +76,7 @@ def _python_signals() -> Iterator[None]:
 
 
 def _load() -> ModuleType:
+    """The module gmsh. FlexgearError where a system library is missing."""
     try:
         import gmsh
     except OSError as error:

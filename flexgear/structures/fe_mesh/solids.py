@@ -1,4 +1,4 @@
-r"""Solids in closed form: volume, moments, the mass of a rigid body; ring, planet and carrier.
+r"""Solids in closed form: volume and moments of ring, planet and carrier, mass of rigid bodies.
 
     V = \int dV,   s = \int x dV,   S = \int x x^T dV,
 
@@ -7,8 +7,7 @@ a body has
 
     M = rho [V I, -[s]x; [s]x, tr(S) I - S],   [s]x v = s x v.
 
-Ring, planet and carrier are the bodies that ``gears`` and ``carrier_mesh`` mesh, with true circles
-and flanks: what they weigh, without a mesh of them.
+Ring, planet and carrier are those of ``gears`` and ``carrier_mesh``, with true circles and flanks.
 """
 
 from __future__ import annotations
@@ -28,23 +27,23 @@ from flexgear.structures.fe_mesh.gears import PlanetFeMeshParameters, RingFeMesh
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """moments (4, 4): ∫ [1, x]ᵀ [1, x] dV about the origin, m³ to m⁵."""
+    """Moments of a solid about the origin: moments (4, 4), ∫ [1, x]ᵀ [1, x] dV, m³ to m⁵."""
 
     moments: Array
 
     @property
     def volume(self) -> float:
-        """V, m³."""
+        """Volume V, m³."""
         return float(self.moments[0, 0])
 
     @property
     def first(self) -> Array:
-        """s (3,) m⁴."""
+        """First moments s (3,) m⁴."""
         return self.moments[0, 1:]
 
     @property
     def second(self) -> Array:
-        """S (3, 3) m⁵."""
+        """Second moments S (3, 3) m⁵."""
         return self.moments[1:, 1:]
 
     def __add__(self, other: Solid) -> Solid:
@@ -54,7 +53,7 @@ class Solid:
         return Solid(self.moments - other.moments)
 
     def shifted(self, by: Array) -> Solid:
-        """The same solid moved by (3,) m."""
+        """The solid displaced by (3,) m."""
         move = np.eye(4)
         move[1:, 0] = by
         return Solid(move @ self.moments @ move.T)
@@ -65,7 +64,7 @@ class Solid:
         return Solid(np.outer(image, image) * self.moments)
 
     def rigid_mass(self, density: float) -> Array:
-        """M (6, 6) for ux, uy, uz, rx, ry, rz of the origin; density in kg/m³."""
+        """Mass M (6, 6) for ux, uy, uz, rx, ry, rz of the origin; density in kg/m³."""
         x, y, z = self.first
         cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
         out = np.empty((6, 6))
@@ -81,14 +80,15 @@ EMPTY = Solid(np.zeros((4, 4)))
 def cylinder(
     radius: float, low: float, high: float, centre: tuple[float, float] = (0.0, 0.0)
 ) -> Solid:
-    """Solid cylinder between the heights low and high; m."""
+    """Solid cylinder between the heights z = low and high, m."""
     at, area = np.array([1.0, *centre]), pi * radius**2
     inertia = area * radius**2 / 4
     return _prism(area * np.outer(at, at) + inertia * np.diag([0.0, 1.0, 1.0]), low, high)
 
 
 def prism(corners: Array, low: float, high: float) -> Solid:
-    """Solid over a polygon (n, 2) m with its corners counter-clockwise."""
+    """Solid between the heights z = low and high over a polygon with counter-clockwise corners
+    (n, 2), m."""
     p = np.column_stack([np.ones(len(corners)), corners])
     q = np.roll(p, -1, axis=0)
     twice = p[:, 1] * q[:, 2] - q[:, 1] * p[:, 2]
@@ -99,7 +99,7 @@ def prism(corners: Array, low: float, high: float) -> Solid:
 
 
 def _prism(plane: Array, low: float, high: float) -> Solid:
-    """From the plane moments (3, 3): ∫ [1, x, y]ᵀ [1, x, y] dA."""
+    """Prism along z from the moments ∫ [1, x, y]ᵀ [1, x, y] dA (3, 3) of its section."""
     long, squared, cubed = high - low, (high**2 - low**2) / 2, (high**3 - low**3) / 3
     out = np.empty((4, 4))
     out[:3, :3] = long * plane
@@ -112,7 +112,8 @@ _POINTS = 24  # of a flank, of a fillet with its land, of an arc of a web
 
 
 def ring_solid(p: RingFeMeshParameters) -> Solid:
-    """The ring about its centre; the helix turns sections and changes no area."""
+    """Solid of the ring; the origin is its centre. The helix has no effect on the moments of equal
+    sections but in products of x or y with z, which teeth all round cancel."""
     half = p.face_width / 2.0
     out = cylinder(p.outer_radius, -half, half) - prism(_outline(p.tooth), -half, half)
     if p.bolt_holes:
@@ -155,15 +156,15 @@ def carrier_solid(p: CarrierFeMeshParameters) -> Solid:
     return out.mirrored() if p.drive_side == "+z" else out
 
 
-def fe_mesh_of_solid(fe_mesh: FeMesh) -> Solid:
-    """The cells of an FE mesh."""
+def solid_of_fe_mesh(fe_mesh: FeMesh) -> Solid:
+    """Solid of the cells of an FE mesh."""
     points, weights = fe_mesh.quadrature()
     at = np.concatenate([np.ones((*weights.shape, 1)), points], axis=2)
     return Solid(np.einsum("mq,mqi,mqj->ij", weights, at, at))
 
 
 def _outline(tooth: ToothGeometry) -> Array:
-    """Corners (n, 2) of all flanks, roots and tips of a gear, counter-clockwise, m."""
+    """Polygon (n, 2) m along all flanks, roots and tips of a gear, counter-clockwise."""
     side = tooth.profile(_POINTS, _POINTS)
     tip = np.linspace(-1.0, 1.0, _POINTS)[1:-1] * np.arctan2(side[0, 1], side[0, 0])
     radius, angle = np.hypot(*side.T), np.arctan2(side[:, 1], side[:, 0])
@@ -175,7 +176,7 @@ def _outline(tooth: ToothGeometry) -> Array:
 
 
 def _web_outline(web: Web) -> Array:
-    """Corners (n, 2) of a web on the x axis, counter-clockwise, m."""
+    """Polygon (n, 2) m round a web on the x axis, counter-clockwise."""
     half = web.half_thickness(web.start)
     pin = web.center_distance * np.array([np.cos(web.phi), -np.sin(web.phi)])
     on_edge = web.edge * np.array([np.cos(web.edge_angle), -np.sin(web.edge_angle)])

@@ -1,21 +1,21 @@
-r"""A few teeth of one gear as hexahedra: true flanks and fillets, the rim below, helix.
+r"""FE mesh of a few teeth of a gear in hexahedra, with true flanks and fillets, rim and helix.
 
 Frame: the gear's axis is z, z = 0 the middle of the face; the middle of tooth j = 0 … n − 1 of the
-segment stands at (j − (n − 1)/2) 2π/z_gear at z = 0. A point (r, θ, z) of the section moves to
-θ + κ z, so every section along z is the same one turned.
+segment is at the angle (j − (n − 1)/2) 2π/z_gear at z = 0. The section at z is that at z = 0 turned
+by κ z.
 
 Section of one tooth (an external one; a ring's has its tip inside)::
 
         tip                  Columns: one layer of stated depth under both flanks, ``tooth``
        +-+--+-+              columns between them. Rows: ``flank`` elements of equal length along
-       | |  | |              the involute, ``fillet`` elements along the root that the tool leaves,
-       +-+--+-+              shorter where it turns; they bow as ``section`` has them, down to
-      / /    \ \               the base section, the surface that a ring's root tie acts on.
+       | |  | |              the involute, ``fillet`` elements along the root that the tool cuts,
+       +-+--+-+              shorter where it curves; curved as those of ``section``, down to
+      / /    \ \               the base section, the surface of a ring's root tie.
      +-+------+-+--+
      | |      | |  |
      +-+------+-+--+         ``rim`` rows down to the held circle, ``land`` columns to the next
 
-All nodes of the profile lie on it exactly.
+Nodes of the profile are exactly on it.
 
 Patches: tooth_flank_NNN (−θ side), tooth_backflank_NNN (+θ side) on the involutes,
 tooth_fillet_NNN, tooth_backfillet_NNN below them, tooth_root_NNN (base section, interior where
@@ -24,18 +24,18 @@ end_minus, end_plus. NNN counts the teeth of the segment from 1.
 
 The crack of a segment starts on the −θ side of the middle tooth, where the root section begins (the
 tangent at 30° to the tooth's middle line, 60° in a ring), and runs straight into the tooth, towards
-the rim by the stated angle. A row of nodes is laid along it, and rows beside it give way::
+the rim by the stated angle. A row of nodes is moved onto it, and neighbouring rows follow::
 
-        |    .    |        Columns meet the crack's end at its deepest layer, and are closer there.
-        |    .    |        Layers along the face with less of a crack are cut up to the nearest of
-       /·\___.    |        the columns. Nodes inside the crack are there twice, those of its front
-      |    \  '---|        and of its end once; elements above it take the second ones.
+        |    .    |        A column is at the crack's end where it is deepest, with columns closer
+        |    .    |        together there. Layers along the face with a shallower crack are cut to
+       /·\___.    |        the nearest column. Nodes inside the crack are doubled, those of its
+      |    \  '---|        front and ends are not; elements above it have the second ones.
       |     \  /  |
       +------\/---+
 
-Above and below the crack elements are the same, so that the difference of both segments has next to
-no error of the FE mesh but that of the front's singular stress: with quadratic elements of h at the
-front of a crack of depth a it is of the order h/a of what the crack adds.
+The whole and the cracked segment have the same elements, so that their difference has hardly any
+error of the FE mesh but that of the singular stress at the front: of the order h/a of the added
+compliance, for quadratic elements of length h at the front of a crack of depth a.
 """
 
 from __future__ import annotations
@@ -63,13 +63,13 @@ from flexgear.structures.fe_mesh.section import (
     tooth_profile,
 )
 
-_SAME = 1e-9  # of the root radius, between nodes that blocks share
-_DEEPEST_LAYER = 0.35  # of the tooth's thickness in a row, for the layer under a flank
+_SAME = 1e-9  # largest distance of nodes that blocks share, over the root radius
+_DEEPEST_LAYER = 0.35  # largest depth of the layer under a flank, over the tooth's thickness there
 
 
 @dataclass(frozen=True)
 class SegmentDivisions:
-    """Number of elements: see the module's head; ``layers`` along the face."""
+    """Numbers of elements, see the module's docstring; layers: along the face."""
 
     flank: int = 10
     fillet: int = 4
@@ -82,11 +82,11 @@ class SegmentDivisions:
 
 @dataclass(frozen=True)
 class SegmentParameters:
-    """Everything a segment depends on; m, rad/m.
+    """All parameters of a segment; m, rad/m.
 
     held_radius: where the rim is cut and held, inside the root of an external gear and outside that
-    of a ring; None cuts the tooth off at its base section. flank_layer: depth of the layer under
-    the flanks, less where the tip is too thin for it; teeth: of the segment; margin: rim without
+    of a ring; None: the tooth is cut off at its base section. flank_layer: depth of the layer under
+    the flanks, less where the tip is too thin for it; teeth: number of teeth; margin: rim without
     teeth beyond the lands at its ends, in pitches.
     """
 
@@ -111,11 +111,11 @@ class SegmentParameters:
 
     @property
     def roll_slope(self) -> float:
-        """d roll/dz of contact lines on −θ flanks."""
+        """Slope d roll/dz of contact lines on −θ flanks."""
         return -self.tooth.outward * self.tooth.base_radius * self.helix_rate
 
     def check(self) -> None:
-        """FlexgearError where no segment can be made of these."""
+        """FlexgearError where no segment can be made."""
         if self.held_radius is None:
             if self.teeth != 1:
                 raise FlexgearError("tooth segment: without a rim it has one tooth")
@@ -130,12 +130,13 @@ class SegmentParameters:
 
 @dataclass(frozen=True, eq=False)
 class ToothSegment:
-    """FE mesh of a segment and what of it is regular.
+    """FE mesh of a segment, and its vertices on flanks and layers.
 
-    surface_nodes: (teeth, rows + 1, layers + 1) vertices of the −θ sides from the tip down to the
-    base section, flank + 1 of them on the involute; inner_nodes: the inner border of the layer
-    under them, likewise; roll: (flank + 1,) √(r² − r_b²) of the flank's rows, falling outside,
-    rising inside, m; depth: (flank + 1,) of the layer in these rows, m; z: (layers + 1,) m.
+    surface_nodes: vertices (teeth, rows + 1, layers + 1) of the −θ sides from the tip down to the
+    base section, the first flank + 1 rows on the involute; inner_nodes: of the inner border of the
+    layer below, likewise; roll: roll lengths (flank + 1,) of the flank's rows, falling in external
+    gears, rising in rings, m; depth: (flank + 1,) of the layer in these rows, m; z: layer borders
+    (layers + 1,) m.
     """
 
     parameters: SegmentParameters
@@ -148,18 +149,18 @@ class ToothSegment:
 
     @property
     def flank_nodes(self) -> Ints:
-        """(teeth, flank + 1, layers + 1) vertices of the −θ flanks, from tip to form circle."""
+        """Vertices (teeth, flank + 1, layers + 1) of the −θ flanks, from tip to form circle."""
         return self.surface_nodes[:, : len(self.roll)]
 
 
 def tooth_segment(p: SegmentParameters) -> ToothSegment:
-    """Hexahedra and patches as in the module's head. FlexgearError where they cannot be made."""
+    """The segment as in the module's docstring. FlexgearError where it cannot be made."""
     p.check()
     return segment_of(p, SegmentSection(p))
 
 
 def segment_of(p: SegmentParameters, section: SegmentSection) -> ToothSegment:
-    """The section along the face."""
+    """The segment of a section, extruded along the face."""
     z = p.layer_positions
     radius, angle = np.hypot(*section.points.T), np.arctan2(*section.points.T[::-1])
     walls: dict[str, Wall] = {name: (_edges(line), None) for name, line in section.lines.items()}
@@ -177,13 +178,13 @@ def segment_of(p: SegmentParameters, section: SegmentSection) -> ToothSegment:
 
 
 def _edges(line: Ints) -> Ints:
-    """(k, 2) of a line of nodes (k + 1,)."""
+    """Edges (k, 2) of a line of nodes (k + 1,)."""
     return np.column_stack([line[:-1], line[1:]])
 
 
 class SegmentSection:
-    """Nodes (n, 2) m, quadrilaterals (m, 4) counter-clockwise and named lines of the section;
-    blocks: of every tooth, the numbers (rows + rim + 1, columns) of its nodes."""
+    """Section of a segment: points (n, 2) m, quads (m, 4) counter-clockwise, named lines of nodes;
+    blocks: numbers (rows + rim + 1, columns) of every tooth's nodes."""
 
     def __init__(self, p: SegmentParameters) -> None:
         self.p, self.tooth, self.div = p, p.tooth, p.divisions
@@ -208,10 +209,11 @@ class SegmentSection:
 
     @cached_property
     def profile(self) -> ToothProfile:
+        """Profile of a tooth, on the +θ side."""
         return tooth_profile(self.tooth, self.div.flank, self.div.fillet)
 
     def _tooth_block(self) -> Array:
-        """(rows + rim + 1, columns, 2) nodes of the tooth at the angle 0 and of the rim below."""
+        """Nodes (rows + rim + 1, columns, 2) of the tooth at the angle 0 and of the rim below."""
         across = self._columns()  # (rows + 1, columns)
         block = tooth_block(self.profile, across)
         self.depth = self._layer_depth(block)
@@ -223,8 +225,8 @@ class SegmentSection:
         return np.concatenate([block, block[-1] + down * (foot - block[-1])])
 
     def _columns(self) -> Array:
-        """Places −1 … 1 of the columns in every row; the layers have their depth along the
-        flank's normal, and the share of the last flank row from there on."""
+        """Places −1 … 1 of the columns in every row. The outer ones bound layers with their depth
+        along the flank's normal; below the flank they have the place of its last row."""
         flank, y = self.div.flank + 1, self.profile.points[:, 1]
         slant = 1.0 / np.cos(self.tooth.load_angle(np.hypot(*self.profile.points[:flank].T)))
         across = np.minimum(self.p.flank_layer * slant, 2 * _DEEPEST_LAYER * y[:flank])
@@ -243,7 +245,7 @@ class SegmentSection:
 
     @cached_property
     def _depths(self) -> Array:
-        """Shares 0 … 1 of the rim's rows from the base section down."""
+        """Positions 0 … 1 of the rim's rows from the base section to the held circle."""
         return graded(self.div.rim, self.div.growth)
 
     @property
@@ -254,14 +256,14 @@ class SegmentSection:
         return min(top, columns / (columns + self.div.land))
 
     def _turned(self, block: Array, j: int) -> Array:
-        """The block where tooth j has it."""
+        """A block of the tooth at the angle 0, turned to tooth j."""
         angle = (j - (self.p.teeth - 1) / 2) * self.tooth.pitch_angle
         c, s = np.cos(angle), np.sin(angle)
         return np.asarray(block @ np.array([[c, s], [-s, c]]))
 
     def _lands(self) -> list[Array]:
-        """Blocks below the root lands beside and between the teeth, and bare rim beyond them, in
-        the order of their angles."""
+        """Blocks below the root lands beside and between the teeth, and of the rim without teeth
+        beyond them, by rising angle."""
         begin, pitch, teeth = base_section_angle(self.tooth), self.tooth.pitch_angle, self.p.teeth
         held = self._held_share * pitch / 2
         top = np.linspace(begin, pitch - begin, self.div.land + 1)
@@ -278,14 +280,15 @@ class SegmentSection:
         return lands
 
     def _rim_block(self, radius: Array, top: Array, foot: Array) -> Array:
-        """(rim + 1, k, 2) nodes from (radius, top), (k,) each, straight to the held circle."""
+        """Nodes (rim + 1, k, 2) on straight lines from points (radius, top), (k,) each, to the held
+        circle at angles ``foot`` (k,)."""
         upper = radius[:, None] * np.column_stack([np.cos(top), np.sin(top)])
         assert self.p.held_radius is not None
         lower = self.p.held_radius * np.column_stack([np.cos(foot), np.sin(foot)])
         return upper + self._depths[:, None, None] * (lower - upper)
 
     def _lines(self, columns: list[Ints], rows: int) -> dict[str, Ints]:
-        """Lines with the body on their left, seen from +z."""
+        """Named lines of nodes, with the body on their left seen from +z."""
         flank, sense = self.div.flank + 1, -int(self.tooth.outward)
         lines = {}
         for j, grid in enumerate(columns, 1):
@@ -298,15 +301,15 @@ class SegmentSection:
         return lines
 
     def _held(self, grids: list[Ints]) -> list[Ints]:
-        """Last rows, and both cut faces."""
+        """Lines of nodes of the patch "held": last rows, and both cut faces."""
         sense, lands = -int(self.tooth.outward), grids[self.p.teeth :]
         sides = [lands[0][:, 0][::sense], lands[-1][:, -1][::-sense]] if lands else []
         return [*(grid[-1][::sense] for grid in grids), *sides]
 
 
-CUT, WHOLE = 6, 7  # columns up to the end of the crack, and beyond
-CLOSER = 1.4  # exponent by which columns are closer at the crack's end
-STRONGEST = 3.0  # of the exponent beyond
+CUT, WHOLE = 6, 7  # numbers of columns up to the end of the crack, and beyond
+CLOSER = 1.4  # exponent of the columns' spacing before the crack's end, where they are closer
+STRONGEST = 3.0  # largest exponent beyond the end
 
 
 @dataclass(frozen=True)
@@ -322,8 +325,8 @@ class CrackedSegmentParameters(SegmentParameters):
 
 
 def cracked_segment(p: CrackedSegmentParameters) -> tuple[ToothSegment, FeMesh]:
-    """The segment in one piece, and the cracked one, whose first points are those of the other,
-    with the patch held alone. FlexgearError where they cannot be made."""
+    """The whole segment, and the FE mesh of the cracked one, which has more points at its end and
+    only the patch "held". FlexgearError where they cannot be made."""
     p.check()
     section = _CrackedSection(p)
     whole, grid = segment_of(p, section), section.blocks[p.middle]
@@ -357,7 +360,7 @@ class _CrackedSection(SegmentSection):
 
     @cached_property
     def crack_row(self) -> int:
-        """Number of the row along which the crack runs."""
+        """Number of the row along the crack."""
         section = self.tooth.root.section
         points = tooth_profile(self.tooth, self.div.flank, self.div.fillet).points
         start = np.array([section.distance, 0.5 * section.thickness])
@@ -366,7 +369,7 @@ class _CrackedSection(SegmentSection):
 
     @cached_property
     def profile(self) -> ToothProfile:
-        """With a node where the root section begins."""
+        """Profile of a tooth with a node where the crack begins."""
         profile = tooth_profile(self.tooth, self.div.flank, self.div.fillet)
         section, row = self.tooth.root.section, self.crack_row
         points = profile.points.copy()

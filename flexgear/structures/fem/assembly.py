@@ -1,20 +1,20 @@
-r"""FE models: which scikit-fem elements stand for which cells, stiffness and mass.
+r"""FE models of bodies: elements, stiffness and mass, and sample points of surfaces.
 
-Quadratic interpolation on straight-edged geometry: 20-node serendipity on 8-vertex hexahedra,
-10-node on 4-vertex tetrahedra. Integration order 4 is 3 x 3 x 3 Gauss points on hexahedra, exact
-for the mass matrix of a parallelepiped, and is what CalculiX takes for C3D20. Cells come in
-scikit-fem's vertex order, right-handed (see `flexgear.structures.fe_mesh.fe_mesh`).
+Quadratic interpolation on straight-edged geometry: 20-node serendipity elements on 8-vertex
+hexahedra, 10-node elements on 4-vertex tetrahedra. Integration order 4 is 3 x 3 x 3 Gauss points on
+hexahedra, exact for the mass matrix of a parallelepiped and the same as of CalculiX's C3D20. Cells
+are in scikit-fem's vertex order, right-handed (see `flexgear.structures.fe_mesh.fe_mesh`).
 
-Stiffness and mass of linear elasticity come from scalar forms: with the shape functions N_a and
+Stiffness and mass of linear elasticity are made of scalar forms: with the shape functions N_a and
 
     G^{ij}_{ab} = \int dN_a/dx_i dN_b/dx_j dV,
 
     K_{ai,bj} = lambda G^{ij}_{ab} + mu G^{ji}_{ab} + mu delta_ij sum_k G^{kk}_{ab}
     M_{ai,bj} = rho delta_ij \int N_a N_b dV,
 
-which takes a quarter of the time of ``skfem.models.elasticity`` and gives the same to rounding.
+which takes a quarter of the time of ``skfem.models.elasticity`` and agrees with it to rounding.
 Dofs are node-major: dof = 3 node + (0, 1, 2) for x, y, z. Units SI. Source: any text on finite
-elements. Below the matrices: nodes and sample points of a model, fields and gradients there.
+elements.
 """
 
 from __future__ import annotations
@@ -57,8 +57,8 @@ _ELEMENTS = {"hex": ElementHexS2, "tet": ElementTetP2}
 
 @dataclass(frozen=True, eq=False)
 class SolidFeMesh:
-    """Vertices (n, 3) m, cells (m, 8) or (m, 4), and patches by name, their facets (k, 4) or
-    (k, 3) in cyclic order: an ``FeMesh`` that is taken as it is."""
+    """An ``FeMesh`` without its checks: vertices (n, 3) m, cells (m, 8) or (m, 4), and patches by
+    name, their facets (k, 4) or (k, 3) in cyclic order."""
 
     points: Array
     cells: Ints
@@ -67,7 +67,7 @@ class SolidFeMesh:
 
 
 def solid_fe_mesh(fe_mesh: Mesh) -> SolidFeMesh:
-    """A mesh of scikit-fem with its named boundaries as patches; InputError for other cells than
+    """A mesh of scikit-fem with its named boundaries as patches. InputError for other cells than
     hexahedra and tetrahedra with straight edges."""
     kind = next((kind for kind, form in _FE_MESHES.items() if type(fe_mesh) is form), None)
     if kind is None:
@@ -81,10 +81,8 @@ def solid_fe_mesh(fe_mesh: Mesh) -> SolidFeMesh:
 
 @dataclass(frozen=True, eq=False)
 class FeModel:
-    """An unreduced elastic body: an FE mesh, E in Pa, density in kg/m³.
-
-    Its matrices are assembled when they are asked for.
-    """
+    """An unreduced elastic body: an FE mesh, E in Pa, density in kg/m³. Its matrices are assembled
+    at their first use."""
 
     fe_mesh: FeMesh | SolidFeMesh
     young_modulus: float
@@ -98,10 +96,10 @@ class FeModel:
 
     @cached_property
     def basis(self) -> AbstractBasis:
-        """Numbers and places of the scalar basis's nodes, its functions not evaluated anywhere.
+        """Scalar quadratic basis without quadrature points, for numbers and positions of nodes.
 
-        Node n carries dofs 3n, 3n+1, 3n+2 (x, y, z). Vertices come first and keep their numbers,
-        edge midpoints follow.
+        Node n has dofs 3n, 3n+1, 3n+2 (x, y, z). Vertices come first, with their numbers in the FE
+        mesh, then edge midpoints.
         """
         nowhere = (np.zeros((3, 0)), np.zeros(0))
         basis = AbstractBasis(*_fe_mesh_and_element(self.fe_mesh), quadrature=nowhere)
@@ -110,12 +108,12 @@ class FeModel:
 
     @cached_property
     def nodes(self) -> Array:
-        """(n, 3) m, vertices of the mesh first, then edge midpoints."""
+        """Positions (n, 3) m of the nodes: vertices of the mesh, then edge midpoints."""
         return np.ascontiguousarray(self.basis.doflocs.T)
 
     @cached_property
     def stiffness(self) -> sp.csr_matrix:
-        """(3n, 3n) symmetric CSR, N/m."""
+        """Stiffness K (3n, 3n), symmetric CSR, N/m."""
         basis = scalar_basis(self.fe_mesh)
         lam, mu = lame_parameters(self.young_modulus, self.poisson_ratio)
         out = sp.csr_matrix((self.dofs, self.dofs))
@@ -128,18 +126,18 @@ class FeModel:
 
     @cached_property
     def scalar_mass(self) -> sp.csr_matrix:
-        """(n, n) CSR, kg, the same for x, y and z."""
+        """Mass (n, n) between nodes, CSR, kg, the same for x, y and z."""
         mass = BilinearForm(lambda u, v, _: self.density * u * v)
         out = mass.assemble(scalar_basis(self.fe_mesh))
         return 0.5 * (out + out.T.tocsr())
 
     @cached_property
     def mass(self) -> sp.csr_matrix:
-        """(3n, 3n) CSR, kg: scalar_mass (x) I_3."""
+        """Mass M (3n, 3n), CSR, kg: scalar_mass (x) I_3."""
         return sp.kron(self.scalar_mass, sp.identity(3), format="csr")
 
     def part(self, cells: Ints) -> tuple[FeModel, Ints]:
-        """Some cells alone, and which node of this body each of their nodes is."""
+        """Model of the cells with these numbers, and numbers of its nodes in this model (k,)."""
         corners = np.asarray(self.fe_mesh.cells)[cells]
         vertices, numbers = np.unique(corners, return_inverse=True)
         points = np.asarray(self.fe_mesh.points)[vertices]
@@ -161,7 +159,8 @@ class FeModel:
 
     @cached_property
     def facet_keys(self) -> tuple[Ints, Ints, Ints]:
-        """Rising keys (f,) of all facets, the facet number of each, sorted vertices (f, c)."""
+        """Keys (f,) of all facets, rising; the facet number of each key (f,); and vertices (f, c)
+        of all facets by facet number, rising in each."""
         vertices = np.sort(self.basis.mesh.facets.T.astype(np.int64), axis=1)
         keys = facet_keys(vertices, len(self.nodes))
         order = np.argsort(keys)
@@ -174,12 +173,12 @@ class FeModel:
 
     @cached_property
     def cell_tree(self) -> cKDTree:
-        """The cells' middles, to find cells near a point."""
+        """Search tree of the cells' middles."""
         return cKDTree(self.cell_corners.mean(axis=1))
 
 
 def scalar_basis(fe_mesh: FeMesh | SolidFeMesh) -> Basis:
-    """Scalar quadratic basis on the cells."""
+    """Scalar quadratic basis of an FE mesh, with quadrature points."""
     return Basis(*_fe_mesh_and_element(fe_mesh), intorder=INTEGRATION_ORDER)
 
 
@@ -204,8 +203,8 @@ def plane_strain(
 
 
 def edge_nodes(model: FeModel, first: Ints, second: Ints) -> Ints:
-    """Nodes at the middles of edges between vertices, arrays of one shape; FlexgearError where
-    there are none."""
+    """Nodes at the middles of edges between vertices ``first`` and ``second``, all of one shape.
+    FlexgearError where there is no such node."""
     middles = 0.5 * (model.nodes[first] + model.nodes[second])
     gap, nodes = cKDTree(model.nodes).query(middles)
     if gap.max() > 1e-9 * np.abs(model.nodes).max():
@@ -214,14 +213,14 @@ def edge_nodes(model: FeModel, first: Ints, second: Ints) -> Ints:
 
 
 def facet_nodes(model: FeModel, facets: Ints) -> Ints:
-    """All nodes (k,) of facets given by their vertices (f, 3 or 4)."""
+    """All nodes (k,) of facets (f, 3 or 4) given by their vertices, rising."""
     nodes = model.basis.get_dofs(facet_numbers(model, facets)).all()
     return np.sort(nodes.astype(np.int64))
 
 
 def nodes_between(model: FeModel, free: Ints, border: Ints) -> Ints:
-    """Nodes of the cells whose vertices are all among two sets, but for those of facets between
-    vertices of ``border`` alone."""
+    """Nodes of the cells whose vertices are all in ``free`` or ``border``, without the nodes of
+    facets whose vertices are all in ``border``."""
     fe_mesh, inside = model.basis.mesh, np.zeros(len(model.nodes), dtype=bool)
     inside[border] = True
     held = model.basis.get_dofs(np.flatnonzero(inside[fe_mesh.facets].all(axis=0))).all()
@@ -230,16 +229,17 @@ def nodes_between(model: FeModel, free: Ints, border: Ints) -> Ints:
     return np.setdiff1d(model.basis.element_dofs[:, cells], held)
 
 
-_INSIDE = 1e-6
+_INSIDE = 1e-6  # reference coordinates by which rounding may move a point out of its element
 _RINGS, _SPOKES = 4, 16  # of points on a disc
 _FACETS = {3: ElementTriP1(), 4: ElementQuad1()}
 
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """u(points) = interpolation @ u_nodes, integral of f = weights @ f(points).
+    """Points of a surface for interpolation and integration.
 
-    points (m, 3) in m; weights (m,) in m2; interpolation (m, n) CSR on the model's nodes.
+    u(points) = interpolation @ u_nodes, integral of f over the surface = weights @ f(points);
+    points (m, 3) m; weights (m,) m²; interpolation (m, n) CSR on the model's nodes.
     """
 
     points: Array
@@ -247,7 +247,7 @@ class Sample:
     interpolation: sp.csr_matrix
 
     def load(self, forces: Array) -> Array:
-        """Dof vectors (3n[, k]) of point forces (m, 3[, k]) in N: work-equivalent nodal forces."""
+        """Work-equivalent nodal forces (3n[, k]) of point forces (m, 3[, k]), N."""
         rows = forces.reshape(len(self.points), -1)
         nodal = self.interpolation.T @ rows
         return nodal.reshape((3 * self.interpolation.shape[1],) + forces.shape[2:])
@@ -275,9 +275,9 @@ def facet_sample(model: FeModel, facets: Ints) -> Sample:
 
 
 def point_sample(model: FeModel, points: Array, weights: Array, slack: float = _INSIDE) -> Sample:
-    """Given points (m, 3), located in the elements; weights (m,) are taken as they are.
+    """Sample of points (m, 3) m with weights (m,), each located in its element.
 
-    slack: how far outside its element a point may lie, in reference coordinates.
+    slack: distance from its element at which a point may lie, in reference coordinates.
     """
     return Sample(points, weights, _interpolation(model, *locate(model, points, slack)))
 
@@ -285,12 +285,11 @@ def point_sample(model: FeModel, points: Array, weights: Array, slack: float = _
 def disc_points(
     centre: Array, diameter: float, toward: Sequence[float] = (1.0, 0.0, 0.0)
 ) -> tuple[Array, Array]:
-    """Points (m, 3) and weights (m,) in m2 that integrate over a disc across z.
+    """Points (m, 3) m and weights (m,) m² for integration over a disc normal to z.
 
-    Gauss-Legendre in r^2 (the Jacobian r dr absorbed) times equal angles: exact for polynomials
-    of degree 2 _RINGS - 1 in r^2 and of degree below _SPOKES in angle. toward: a direction (3,) in
-    the disc, in whose mirror the spokes lie alike. Discs whose directions turn with the elements
-    below them have the same points in them.
+    Gauss-Legendre in r², for r dr = d(r²)/2, times equal angles: exact for polynomials of degree
+    2 _RINGS - 1 in r² and of degree below _SPOKES in angle. toward: direction (3,) in the disc, an
+    axis of symmetry of the spokes; if it turns with the elements, so do the points.
     """
     x, w = np.polynomial.legendre.leggauss(_RINGS)
     radius = 0.5 * diameter
@@ -306,7 +305,8 @@ def disc_points(
 
 
 def facet_numbers(model: FeModel, facets: Ints) -> Ints:
-    """scikit-fem's numbers of facets given by their vertices (k, c), in any order."""
+    """scikit-fem's numbers (k,) of facets given by their vertices (k, c) in any order.
+    FlexgearError for facets that are no faces of cells."""
     sorted_facets = np.sort(np.asarray(facets, dtype=np.int64), axis=1)
     keys, order, vertices = model.facet_keys
     after = np.searchsorted(keys, facet_keys(sorted_facets, len(model.nodes)))
@@ -317,7 +317,8 @@ def facet_numbers(model: FeModel, facets: Ints) -> Ints:
 
 
 def locate(model: FeModel, points: Array, slack: float = _INSIDE) -> tuple[Ints, Array]:
-    """Element (m,) and reference coordinates (m, 3) of each point; Newton on the element map."""
+    """Element (m,) and reference coordinates (m, 3) of each point (m, 3) m, by Newton's method on
+    the element map; slack: as of ``point_sample``. FlexgearError for points outside the FE mesh."""
     cells = np.zeros(len(points), dtype=np.int64)
     local = np.zeros((len(points), 3))
     excess = np.full(len(points), np.inf)
@@ -345,8 +346,8 @@ def locate(model: FeModel, points: Array, slack: float = _INSIDE) -> tuple[Ints,
 
 
 def _functions(elem: Element, at: Array) -> tuple[Array, Array]:
-    """Functions (..., a) of an element and their slopes (d, ..., a) at reference coordinates
-    (d, ...)."""
+    """Shape functions (..., a) of an element and their derivatives (d, ..., a) at reference
+    coordinates (d, ...)."""
     parts = [elem.lbasis(at, i) for i in range(len(elem.doflocs))]
     value = np.stack([np.broadcast_to(value, at.shape[1:]) for value, _ in parts], axis=-1)
     return value, np.stack([np.broadcast_to(slope, at.shape) for _, slope in parts], axis=-1)
@@ -367,8 +368,8 @@ def _inverse_map(model: FeModel, cells: Ints, points: Array) -> Array:
 
 
 def _interpolation(model: FeModel, cells: Ints, local: Array) -> sp.csr_matrix:
-    """CSR (m, n) of nodal values to those at reference coordinates local (m, 3) of cells (m,);
-    rounding zeros are left out."""
+    """Interpolation (m, n), CSR, from nodal values to reference coordinates local (m, 3) in cells
+    (m,), without entries that are zero but for rounding."""
     nodes = model.basis.element_dofs[:, cells].T  # (m, a)
     shape, _ = _functions(model.basis.elem, local.T)
     row, a = np.nonzero(np.abs(shape) > 1e-13)
@@ -377,8 +378,8 @@ def _interpolation(model: FeModel, cells: Ints, local: Array) -> sp.csr_matrix:
 
 
 def element_gradient(model: FeModel, vertices: Ints) -> sp.csr_matrix:
-    """D (3k, n): rows 3i + j give ∂f/∂x_j at vertex i of nodal values f (n,), the mean over the
-    elements that meet there of the derivative of their functions."""
+    """Matrix D (3k, n) on nodal values f (n,): row 3i + j gives ∂f/∂x_j at the i-th of ``vertices``
+    (k,), the mean of the derivatives in all elements that meet there."""
     cells, basis = model.basis.mesh.t, model.basis
     row = np.full(len(model.nodes), -1)
     row[vertices] = np.arange(len(vertices))

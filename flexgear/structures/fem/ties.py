@@ -10,9 +10,9 @@ The weights come from integration over the patch, so they do not depend on where
 a load on the node spreads over the patch as B^T f and stiffens nothing. Rigid motion is
 reproduced exactly wherever x0 lies.
 
-Seat tie. As the averaging tie, but what a bearing pushes follows the displacement along the normals
-of the seat: the load of the node spreads as the pressure p ~ cos(angle) round the seat, see
-`seat_tie`.
+Seat tie. As the averaging tie, but translations across the axis and tilts fit the displacement
+along the seat's normals only, so that a load on the node spreads as the pressure p ~ cos(angle)
+round the seat, see `seat_tie`.
 
 Rigid tie (RBE2). All dofs on a patch follow its node, u = H q, and are eliminated:
 u = T [u_free, q]. Nodes shared by two rigid patches belong to neither.
@@ -34,10 +34,8 @@ from flexgear.structures.fem.assembly import FeModel, Sample
 
 @dataclass(frozen=True, eq=False)
 class Tie:
-    """One interface node.
-
-    position (3,) m. Averaging: rows (6, 3n) of B. Rigid: nodes of the patch, rows empty.
-    """
+    """Tie of one interface node at position (3,) m: rows (6, 3n) of B of an averaging or seat tie,
+    or the nodes of a rigid patch."""
 
     name: str
     position: Array
@@ -47,10 +45,10 @@ class Tie:
 
 @dataclass(frozen=True, eq=False)
 class Interface:
-    """All interface nodes of a body: B u = q on the dofs left after rigid ties.
+    """All interface nodes of a body and their ties, q = B u on the dofs that rigid ties leave.
 
-    node_names (n,), positions (n, 3) m; rows (6n, d) CSR, six rows a node in node order;
-    expansion (3n_fe, d) CSR with u = expansion u_d, or None where no tie is rigid.
+    node_names (n,), positions (n, 3) m; rows: B (6n, d) CSR, six rows a node in node order;
+    expansion (3n_fe, d) CSR with u = expansion u_d, None where no tie is rigid.
     """
 
     node_names: tuple[str, ...]
@@ -64,12 +62,13 @@ class Interface:
         return 6 * len(self.node_names)
 
     def rigid_modes(self) -> Array:
-        """Rigid motion (6n, 6) of the interface nodes about the origin, rotations included."""
+        """Motion (6n, 6) of the interface nodes under unit rigid motions about the origin."""
         return rigid_rows(self.positions)
 
 
 def averaging_tie(name: str, position: Array, sample: Sample) -> Tie:
-    """q = B u: least-squares rigid motion about `position` over the sample's points."""
+    """Tie of a node whose motion is the least-squares rigid motion of a sample's points.
+    FlexgearError where the points do not determine it."""
     patch = _Patch.of(sample)
     weight = np.einsum("m,mci->cmi", sample.weights, patch.motion)
     weight = weight @ _inverse(name, np.einsum("cmi,mcj->ij", weight, patch.motion))
@@ -77,14 +76,14 @@ def averaging_tie(name: str, position: Array, sample: Sample) -> Tie:
 
 
 def seat_tie(name: str, position: Array, sample: Sample) -> Tie:
-    """q = B u of a bearing seat round the axis through `position` along z.
+    """Tie of a bearing seat to a node on its axis, which is along z.
 
-    Translations across the axis and tilts fit the displacement along the seat's normals n, as a
-    bearing passes pressure on only,
+    A bearing transmits pressure only, so translations across the axis and tilts q fit the
+    displacement along the seat's normals n,
 
-        min ∫ (n·(u − H q))² dA,
+        min ∫ (n·(u − H q))² dA;
 
-    translation along the axis and rotation about it fit what is left of u.
+    translation along the axis and rotation about it fit the remaining displacement u − H q.
     """
     w, away = sample.weights, sample.points - position
     patch = _Patch.of(sample, position + np.array([0.0, 0.0, w @ away[:, 2] / w.sum()]))
@@ -104,8 +103,9 @@ def seat_tie(name: str, position: Array, sample: Sample) -> Tie:
 
 @dataclass(frozen=True, eq=False)
 class _Patch:
-    """Centre (3,) of a patch, its points' root mean square distance from there m, their motion
-    (m, 3, 6) by unit translations and by rotations of one over that distance: well conditioned."""
+    """A tied surface: its centre (3,) m; length, root mean square distance of its points from
+    there, m; and motion (m, 3, 6) of the points by unit translations and by rotations of 1/length,
+    a scaling for good condition."""
 
     centre: Array
     length: float
@@ -113,7 +113,7 @@ class _Patch:
 
     @classmethod
     def of(cls, sample: Sample, centre: Array | None = None) -> _Patch:
-        """About a centre; without one, about the centroid."""
+        """Patch of a sample about a centre (3,) m, by default its centroid."""
         share = sample.weights / sample.weights.sum()
         centre = share @ sample.points if centre is None else centre
         away = sample.points - centre
@@ -126,7 +126,7 @@ class _Patch:
 def _inverse(name: str, gram: Array) -> Array:
     if np.linalg.cond(gram) > 1e8:
         raise FlexgearError(
-            f"patch '{name}' has no extent across one axis: it cannot tell a rotation there"
+            f"patch '{name}' has no extent across one axis: rotation about it is undetermined"
         )
     return np.asarray(np.linalg.inv(gram))
 
@@ -138,7 +138,8 @@ def _tie(
     patch: _Patch,
     weight: Array,
 ) -> Tie:
-    """B of weights (3, m, 6) of the displacements at the points for the motion of the patch."""
+    """Tie of a node at a position (3,) m, from weights (3, m, 6) of the displacements of a sample's
+    points in the six scaled motions of its patch."""
     position = np.asarray(position, dtype=float)
     weight = weight / np.repeat([1.0, patch.length], 3)
     # from the patch's centre to the node: t(x0) = t(c) + theta x (x0 - c)
@@ -163,13 +164,14 @@ def _tie(
 
 
 def rigid_tie(name: str, position: Array, sample: Sample) -> Tie:
-    """Every node the sample touches moves as one rigid piece with the interface node."""
+    """Tie by which all nodes of the elements at a sample's points move rigidly with the interface
+    node."""
     nodes = np.unique(sample.interpolation.indices)
     return Tie(name, np.asarray(position, dtype=float), nodes=nodes.astype(np.int64))
 
 
 def interface_of(model: FeModel, ties: Sequence[Tie]) -> Interface:
-    """Collect ties, in the given order, into one interface."""
+    """The interface of ties, its nodes in their order."""
     names = tuple(tie.name for tie in ties)
     positions = np.array([tie.position for tie in ties])
     rigid = [i for i, tie in enumerate(ties) if tie.nodes is not None]
@@ -188,7 +190,8 @@ def interface_of(model: FeModel, ties: Sequence[Tie]) -> Interface:
 def _expansion(
     model: FeModel, ties: Sequence[Tie], rigid: Sequence[int]
 ) -> tuple[sp.csr_matrix, int]:
-    """T (3n, d) of u = T [u_free, q_rigid], and the column where q_rigid starts."""
+    """Expansion T (3n, d) of u = T [u_free, q_rigid], and the column where q_rigid begins; rigid:
+    indices of the rigid ties."""
     owner = np.full(len(model.nodes), -1)
     shared = np.zeros(len(model.nodes), dtype=bool)
     for i in rigid:
@@ -211,7 +214,10 @@ def _expansion(
 
 
 def free_stiffness(stiffness: Array, interface: Interface) -> tuple[Array, float]:
-    """K_bb with rounding at rigid motions projected away, and how large that rounding was."""
+    """K_bb with exactly no forces under rigid motions, and the relative size of those before.
+
+    FlexgearError where they exceed rounding errors.
+    """
     length = np.linalg.norm(interface.positions, axis=1).max()
     scale = np.tile([1.0, 1.0, 1.0] + 3 * [1 / length], len(interface.node_names))
     scaled = scale[:, None] * stiffness * scale

@@ -1,8 +1,8 @@
-"""Dense matrices: inverses by LAPACK, and tall products shared out among threads.
+"""Dense matrices: inverses by LAPACK, and products of tall matrices by several threads.
 
-Pieces fit the processor's cache; tall matrices have many rows, which threads share, and few
-columns. BLAS itself runs on one thread here: several processes on one machine, each with a threaded
-BLAS, wait for one another far longer than they compute.
+Tall matrices have many rows, which are divided among the threads, and few columns; a piece fits the
+processor's cache. BLAS itself uses one thread here: several processes on one machine, each with a
+threaded BLAS, would wait for one another far longer than they compute.
 """
 
 from __future__ import annotations
@@ -22,27 +22,25 @@ from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 from flexgear.arrays import Array
 
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-CHUNK = 384  # columns a thread takes at a time
+CHUNK = 384  # columns that a thread processes together
 
 
 @contextmanager
 def single_threaded_blas() -> Iterator[None]:
-    """Inside, BLAS uses one thread."""
+    """Context in which BLAS uses one thread."""
     with threadpool_limits(1, "blas"):
         yield
 
 
 def blocks(count: int, step: int) -> Iterator[slice]:
-    """Slices of count rows or columns, of step each but the last."""
+    """Slices that divide ``count`` rows or columns into blocks of ``step``; the last is shorter."""
     for start in range(0, count, step):
         yield slice(start, min(start + step, count))
 
 
 def shared(count: int, part: Callable[[slice], None], chunk: int = CHUNK) -> None:
-    """Call part(slice) for all of count rows or columns.
-
-    Every thread gets as many pieces as the others, of about chunk each.
-    """
+    """Call part(slice) in several threads for slices that cover ``count`` rows or columns, about
+    ``chunk`` each; every thread has the same number of slices."""
     pieces = 1 if count <= chunk // 2 else THREADS * max(1, round(count / chunk / THREADS))
     pieces = min(pieces, count) or 1
     borders = [count * p // pieces for p in range(pieces + 1)]
@@ -58,7 +56,7 @@ def shared(count: int, part: Callable[[slice], None], chunk: int = CHUNK) -> Non
 def scaled_inverse(matrix: Array) -> Array:
     """Inverse of a symmetric positive definite matrix whose rows have different units.
 
-    It is scaled to unit diagonal first. Raises numpy.linalg.LinAlgError where it is not definite.
+    The matrix is scaled to unit diagonal. numpy.linalg.LinAlgError where it is not definite.
     """
     if not len(matrix):
         return matrix
@@ -70,7 +68,7 @@ def scaled_inverse(matrix: Array) -> Array:
 
 
 def balanced_inverse(matrix: Array) -> Array:
-    """Inverse of a symmetric regular matrix, its rows scaled to largest entries near one first."""
+    """Inverse of a symmetric regular matrix, scaled to largest entries near one in each row."""
     scale = np.ones(len(matrix))
     for _ in range(3):
         scale /= np.sqrt(np.abs(scale[:, None] * matrix * scale).max(axis=1, initial=0.0))
@@ -80,9 +78,9 @@ def balanced_inverse(matrix: Array) -> Array:
 
 
 def hermitian_inverse(matrix: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """Inverse of a positive definite Hermitian matrix, its lower triangle.
+    """Lower triangle of the inverse of a positive definite Hermitian matrix.
 
-    Raises numpy.linalg.LinAlgError where it is not definite.
+    Raises numpy.linalg.LinAlgError where the matrix is not definite.
     """
     factor = _checked(*lapack.zpotrf(matrix, lower=1))
     return _checked(*lapack.zpotri(factor, lower=1, overwrite_c=1))
@@ -91,10 +89,11 @@ def hermitian_inverse(matrix: NDArray[np.complex128]) -> NDArray[np.complex128]:
 def signed_hermitian_inverse(
     matrix: NDArray[np.complex128],
 ) -> tuple[NDArray[np.complex128], int]:
-    """Inverse of a regular Hermitian matrix, its lower triangle, and how many negative eigenvalues.
+    """Lower triangle of the inverse of a regular Hermitian matrix, and the number of the matrix's
+    negative eigenvalues.
 
-    A = L D L^H has as many as D (Sylvester); of Bunch and Kaufman's 2 x 2 blocks, one each.
-    Raises numpy.linalg.LinAlgError where the matrix is not regular.
+    A = L D L^H has as many as D (Sylvester's law of inertia), one for each 2 x 2 block of Bunch and
+    Kaufman's D. Raises numpy.linalg.LinAlgError where the matrix is not regular.
     """
     room = int(lapack.zhetrf_lwork(len(matrix), lower=1)[0].real)
     factor, pivots, info = lapack.zhetrf(matrix, lower=1, lwork=room)
@@ -110,8 +109,8 @@ def _checked(result: NDArray[np.complex128], info: int) -> NDArray[np.complex128
     return result
 
 
-_ROWS = 4096  # rows a thread takes at a time, at least
-_ENTRIES = 1 << 18  # entries it takes at a time where rows are short: less would cost calls
+_ROWS = 4096  # least rows that a thread processes together
+_ENTRIES = 1 << 18  # least entries, where rows are short: fewer would cost calls
 
 
 def times(a: Array, b: Array) -> Array:
@@ -126,7 +125,7 @@ def times(a: Array, b: Array) -> Array:
 
 
 def times_in_place(a: Array, b: Array) -> None:
-    """The first p columns of a tall a (n, k) become those of a b, b (k, p)."""
+    """Replace the first p columns of a tall a (n, k) by a b, b (k, p)."""
 
     def part(rows: slice) -> None:
         a[rows, : b.shape[1]] = a[rows] @ b
@@ -135,7 +134,7 @@ def times_in_place(a: Array, b: Array) -> None:
 
 
 def subtract(w: Array, a: Array, b: Array) -> None:
-    """w <- w - a b of tall w (n, p), a (n, k) and b (k, p)."""
+    """Subtract a b from a tall w (n, p) in place; a (n, k), b (k, p)."""
 
     def part(rows: slice) -> None:
         w[rows] -= a[rows] @ b
@@ -157,5 +156,5 @@ def dot(a: Array, b: Array) -> Array:
 
 
 def _chunk(tall: Array) -> int:
-    """Rows a thread takes at a time."""
+    """Number of rows of a tall matrix that a thread processes together."""
     return max(_ROWS, _ENTRIES // max(tall.shape[1], 1))

@@ -2,13 +2,13 @@ r"""Lowest modes by block Lanczos with full orthogonalisation and thick restart.
 
     T M v = theta v,   theta = 1/(omega^2 - sigma),   V^T M V = I,
 
-T a solution operator (symmetric), M the mass. A step makes W = T M Q of the last block Q and takes
-the last two blocks off it, then all of the basis,
+T a solution operator (symmetric), M the mass. A step computes W = T M Q of the last block Q and
+makes it orthogonal to the last two blocks, then to the whole basis,
 
     W <- W - V C,   C = V^T M W,   W = Q_next R;
 
-C are the columns of V^T M T M V that Q adds, R couples the basis to what lies beyond it and so
-bounds residuals. When the basis is full it is cut to the best Ritz vectors.
+C are the columns of V^T M T M V that Q adds; R, the coupling of the basis to the next block, bounds
+the residuals. A full basis is reduced to its best Ritz vectors.
 Source: Grimes, Lewis, Simon 1994, SIAM J. Matrix Anal. Appl. 15:228; thick restart: Wu, Simon 2000,
 SIAM J. Matrix Anal. Appl. 22:602. ARPACK (scipy.sparse.linalg.eigsh), one vector a step, takes
 three to five times as long for the modes of a ring or a carrier.
@@ -27,18 +27,16 @@ from flexgear.structures.linalg.dense import dot, subtract, times_in_place
 
 Operator = Callable[[Array], Array]
 
-_CHECKED = 8  # new vectors between looks at convergence
-_DEPENDENT = 1e-8  # condition of a block's Gram matrix below which it is made anew
-_STEPS = 5000
-_BASIS_BYTES = 2.0e9  # of the basis, where that is enough for the modes
+_CHECK_INTERVAL = 8  # new vectors between two checks of convergence
+_DEPENDENT = 1e-8  # eigenvalue ratio of a block's Gram matrix below which it is normalised again
+_MAX_VECTORS = 5000
+_BASIS_BYTES = 2.0e9  # size of the basis, larger only where the modes need it
 
 
 @dataclass(frozen=True, eq=False)
 class Eigenpairs:
-    """nu = 1/omega^2 (k,) falling, vectors (n, k) with V^T M V = I, residual estimates (k,).
-
-    residuals: |A v - nu v|_M of A = K^{-1} M.
-    """
+    """Modes of a body: values nu = 1/omega^2 (k,) falling, s²/rad²; vectors (n, k) with
+    V^T M V = I; residuals: estimates (k,) of |A v - nu v|_M, A = K^{-1} M."""
 
     values: Array
     vectors: Array
@@ -46,27 +44,27 @@ class Eigenpairs:
 
     @property
     def omega(self) -> Array:
-        """(k,) rad/s rising."""
+        """Angular frequencies (k,) rad/s, rising."""
         return np.asarray(1 / np.sqrt(self.values))
 
     def lowest(self, count: int) -> Eigenpairs:
-        """The first of them."""
+        """The first ``count`` of the modes."""
         return Eigenpairs(self.values[:count], self.vectors[:, :count], self.residuals[:count])
 
 
 class NotConverged(RuntimeError):
-    """The iteration found fewer modes than it was asked for."""
+    """The iteration did not find all modes that were requested."""
 
 
 def most_vectors(count: int, block: int, n: int = 1) -> int:
-    """Vectors of the basis for the `count` lowest modes of n dofs: room for few restarts, where
-    that takes no more than ``_BASIS_BYTES``."""
+    """Size of the basis for the `count` lowest modes of n dofs: enough for few restarts, where that
+    takes no more than ``_BASIS_BYTES``."""
     least, roomy = 3 * count // 2 + 4 * block, 4 * count + 8 * block
     return min(roomy, max(least, int(_BASIS_BYTES / (8 * n))))
 
 
 def all_modes(solve: Operator, mass: Operator, n: int, count: int) -> Eigenpairs:
-    """The `count` lowest modes from all n, for problems hardly larger than that."""
+    """The `count` lowest modes from dense matrices, for n hardly larger than `count`."""
     identity = np.eye(n)
     m = mass(identity)
     image = mass(solve(m))
@@ -84,19 +82,21 @@ def lowest_modes(
     progress: Callable[[float], None] | None = None,
     shift: float = 0.0,
 ) -> Eigenpairs:
-    """The `count` lowest omega; start (n, p) gives block size and seed, most: vectors of the basis.
+    """The `count` modes of lowest omega.
 
-    solve: T x (n, p) of x (n, p); values are returned as without the shift sigma. tolerance:
-    residual over 1/omega^2; the error of omega^2 is of the order of its square.
+    solve: function x -> T x, (n, p); mass: x -> M x; start: first block (n, p); most: vectors of
+    the basis; tolerance: residual over 1/omega^2, of which the square is the order of the error of
+    omega^2; progress: takes the fraction of converged modes; shift: sigma, rad²/s²; the values
+    returned are those without it. NotConverged where the basis or the steps do not suffice.
     """
     n, block = start.shape
     if not count + 3 * block <= most <= n - block:
         raise NotConverged("the eigenvalue iteration wants a larger basis: ask for fewer modes")
-    rows = np.empty((most + block, n))  # vectors as rows: only what is filled takes memory
+    rows = np.empty((most + block, n))  # vectors as rows: only filled ones take memory
     projected = np.zeros((most + block, most + block))  # V^T M T M V
     filled = unchecked = 0
     q, p, _ = _normalised(solve(mass(start)), mass, rows[:0].T)
-    for _ in range(_STEPS // block):
+    for _ in range(_MAX_VECTORS // block):
         new = slice(filled, filled + block)
         rows[new] = q.T
         filled, unchecked, basis = new.stop, unchecked + block, rows[: new.stop].T
@@ -108,7 +108,7 @@ def lowest_modes(
         projected[new, :filled] = column.T
         q, p, coupling = _normalised(w, mass, basis, p)
         full = filled + block > most
-        if not full and (filled < count + block or unchecked < _CHECKED):
+        if not full and (filled < count + block or unchecked < _CHECK_INTERVAL):
             continue
         unchecked = 0
         ritz = _Ritz(projected[:filled, :filled], coupling, shift)
@@ -118,7 +118,7 @@ def lowest_modes(
         if good.all():
             times_in_place(basis, ritz.vectors[:, :count])
             del basis
-            rows.resize((count, n), refcheck=False)  # the rest of the memory is given back
+            rows.resize((count, n), refcheck=False)  # frees the rest of the memory
             nu = ritz.unshifted[:count]
             return Eigenpairs(nu, rows.T, nu * ritz.residuals[:count])
         if full:
@@ -131,9 +131,9 @@ def lowest_modes(
 class _Ritz:
     """Ritz pairs of T, those of the lowest omega^2 > 0 first.
 
-    unshifted: nu = 1/omega^2 = theta/(1 + sigma theta); residuals: bounds of those without a shift
-    over nu. A part of the residual along a mode of omega_j^2 is 1 - sigma/omega_j^2 times what it
-    is with the shift.
+    unshifted: nu = 1/omega^2 = theta/(1 + sigma theta); residuals: bounds, over nu, of those
+    without a shift, whose part along a mode of omega_j^2 is that with the shift times 1 -
+    sigma/omega_j^2.
     """
 
     def __init__(self, projected: Array, coupling: Array, shift: float) -> None:
@@ -148,7 +148,8 @@ class _Ritz:
 
 
 def _without(basis: Array, w: Array, p: Array, mass: Operator) -> tuple[Array, Array]:
-    """C = V^T p and M w of w <- w - V C; p: M w before."""
+    """Make w (n, p) M-orthogonal to a basis V in place; p: M w before. Returns C = V^T p and the
+    new M w."""
     column = dot(basis, p)
     subtract(w, basis, column)
     return column, mass(w)
@@ -157,10 +158,10 @@ def _without(basis: Array, w: Array, p: Array, mass: Operator) -> tuple[Array, A
 def _normalised(
     w: Array, mass: Operator, basis: Array, p: Array | None = None
 ) -> tuple[Array, Array, Array]:
-    """Q, P = M Q, R with w = Q R, Q^T M Q = I, orthogonal to the basis as w is.
+    """Q, P = M Q and R with w = Q R, Q^T M Q = I, for w that is orthogonal to the basis.
 
-    w and p = M w are overwritten. Directions of rounding size become arbitrary ones, from which
-    the basis is taken off again.
+    w and p = M w are overwritten. Where directions of w are rounding errors, Q gets arbitrary ones
+    in their place, which are made orthogonal to the basis again.
     """
     p = mass(w) if p is None else p
     r = np.eye(w.shape[1])

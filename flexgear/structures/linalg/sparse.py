@@ -4,8 +4,8 @@ Cholesky factorisation by CHOLMOD, used many times:
 
     P A P^T = L L^T
 
-with P the fill-reducing order that CHOLMOD finds (approximate minimum degree). Both halves of a
-solve are open: W = L^{-1} P B^T has few entries where B^T has few.
+with P the fill-reducing order that CHOLMOD finds (approximate minimum degree). Forward and backward
+solution are separate: W = L^{-1} P B^T is sparse where B^T is.
 Source: Chen, Davis, Hager, Rajamanickam 2008, ACM TOMS 35:22; Python interface: CVXOPT.
 
 Elimination of the first rows for many columns at a time. With inner rows i, outer rows b and
@@ -15,15 +15,15 @@ constraint rows c,
     [K_bi K_bb C_b^T] = [W^T I] x [0 S] x [0   I],   W = L^{-1} [K_ib C_i^T],
     [C_i  C_b  0    ]
 
-S the Schur complement of the inner rows. CHOLMOD factors [K_ii K_ib; K_bi K_bb + D] in the order
-given, D large enough that it is definite; its factor holds L, W^T of the outer rows, and S + D.
-CHOLMOD solves one column at a time, so solutions are sweeps of our own through its columns, which
-take all columns of a right side together. Source of the order: Amestoy, Davis, Duff 1996, SIAM J.
+S the Schur complement of the inner rows. CHOLMOD factors [K_ii K_ib; K_bi K_bb + D] in this order,
+D large enough that it is definite; its factor consists of L, W^T of the outer rows, and the factor
+of S + D. CHOLMOD solves one column at a time; compiled loops over the factor's columns solve for
+all columns of a right-hand side together. Source of the order: Amestoy, Davis, Duff 1996, SIAM J.
 Matrix Anal. Appl. 17:886.
 
 Flexibility R^T K^{-1} R for many loads on few rows: loaded rows are eliminated last. With P K P^T =
-L L^T in that order W = L^{-1} P R has entries in loaded rows only, and R^T K^{-1} R = W^T W,
-symmetric and never indefinite by construction.
+L L^T in that order W = L^{-1} P R has entries in loaded rows only, and R^T K^{-1} R = W^T W is
+symmetric and positive semidefinite by construction.
 """
 
 from __future__ import annotations
@@ -43,13 +43,13 @@ _SOLVE, _FORWARD, _BACKWARD, _PERMUTE, _PERMUTE_BACK = 0, 4, 5, 7, 8  # CHOLMOD'
 
 
 class Factor:
-    """L of a symmetric positive definite matrix (n, n), CSR.
+    """Cholesky factor L of a symmetric positive definite matrix (n, n), CSR.
 
     Raises numpy.linalg.LinAlgError where the matrix is not positive definite.
     """
 
     def __init__(self, matrix: sp.csr_matrix, order: Ints | None = None) -> None:
-        """order: of elimination (n,), rows of the matrix; found by CHOLMOD if left out."""
+        """order: rows (n,) of the matrix as they are eliminated; chosen by CHOLMOD if left out."""
         lower = to_cvxopt(sp.tril(matrix))
         if order is None:
             self._factor = _factored(lower)
@@ -65,7 +65,7 @@ class Factor:
         return self._each(right, _PERMUTE, _FORWARD)
 
     def forward_sparse(self, right: sp.csr_matrix) -> sp.csr_matrix:
-        """The same of a sparse right (n, k): only what its entries reach is computed."""
+        """L^{-1} P right of a sparse right (n, k), as a sparse matrix."""
         solution = to_cvxopt(right)
         for step in (_PERMUTE, _FORWARD):
             solution = cholmod.spsolve(self._factor, solution, sys=step)
@@ -76,27 +76,27 @@ class Factor:
         return self._each(f, _BACKWARD, _PERMUTE_BACK)
 
     def _each(self, right: Array, *steps: int) -> Array:
-        """right (n, k) or (n,) after some of CHOLMOD's steps."""
-        room = dense_of(0.0, (len(right), right.size // len(right)))
-        view = np.asarray(room)  # the same memory, columns contiguous
+        """Result of CHOLMOD's steps (values of `sys`) on right (n, k) or (n,)."""
+        columns = dense_of(0.0, (len(right), right.size // len(right)))
+        view = np.asarray(columns)  # the same memory, columns contiguous
         view[:] = right.reshape(view.shape)
         for step in steps:
-            cholmod.solve(self._factor, room, sys=step)
+            cholmod.solve(self._factor, columns, sys=step)
         return np.ascontiguousarray(view).reshape(right.shape)
 
 
 def factor_in_order(matrix: sp.csr_matrix) -> sp.csc_matrix:
-    """L (n, n) with matrix = L L^T, rows of a column rising, without another order of the rows.
+    """L (n, n) with matrix = L L^T, without reordering; row numbers rise in every column.
 
     Raises numpy.linalg.LinAlgError where the matrix is not positive definite.
     """
-    order = np.arange(matrix.shape[0])  # and no other
+    order = np.arange(matrix.shape[0])
     factor = _factored(to_cvxopt(sp.tril(matrix)), order, nmethods=1, postorder=False)
     return _to_scipy(cholmod.getfactor(factor))
 
 
 def to_cvxopt(matrix: sp.sparray) -> spmatrix:
-    """The same matrix for CVXOPT."""
+    """A sparse matrix in CVXOPT's form."""
     entries = sp.coo_matrix(matrix)
     rows, columns = (dense_of(i.astype(np.int64)) for i in (entries.row, entries.col))
     return spmatrix(dense_of(entries.data.astype(float)), rows, columns, matrix.shape)
@@ -107,12 +107,12 @@ def _to_scipy(matrix: spmatrix) -> sp.csc_matrix:
     return sp.csc_matrix((data, rows, begins), matrix.size)
 
 
-_ANALYSIS = Lock()  # CHOLMOD's options are those of the process: threads analyse one by one
+_ANALYSIS = Lock()  # CHOLMOD's options are global, so only one thread may set them at a time
 
 
 def _factored(lower: spmatrix, order: Ints | None = None, **options: Any) -> Any:
-    """CHOLMOD's factor of a symmetric matrix of which the lower triangle is given; options: of its
-    analysis, which no other thread may see."""
+    """CHOLMOD's factor of a symmetric matrix with the lower triangle ``lower``; order: as in
+    ``Factor``; options: of CHOLMOD's analysis."""
     ordered = {} if order is None else {"p": dense_of(np.asarray(order, dtype=np.int64))}
     with _ANALYSIS:
         before = dict(cholmod.options)
@@ -130,23 +130,21 @@ def _factored(lower: spmatrix, order: Ints | None = None, **options: Any) -> Any
 
 
 def minimum_degree_order(graph: sp.csr_matrix) -> Ints:
-    """Order (n,) of a symmetric graph's nodes in which elimination fills little."""
+    """Approximate minimum degree order (n,) of the nodes of a symmetric graph (n, n)."""
     return np.array(amd.order(to_cvxopt(sp.tril(graph)))).ravel()
 
 
 class Elimination:
     """Factor of the inner rows of a symmetric matrix [K C^T; C 0].
 
-    size: number of inner rows i; rest: S (b + c, b + c).
+    size: number of inner rows i; rest: Schur complement S (b + c, b + c).
     """
 
     def __init__(
         self, stiffness: sp.csr_matrix, constraints: sp.csr_matrix, size: int, shift: Array
     ) -> None:
-        """stiffness: K (i + b, i + b); constraints: C (c, i + b); shift: D (b, b), see above.
-
-        Raises numpy.linalg.LinAlgError where [K_ii K_ib; K_bi K_bb + D] is not definite.
-        """
+        """stiffness: K (i + b, i + b); constraints: C (c, i + b); shift: D (b, b) of the module's
+        docstring. numpy.linalg.LinAlgError where [K_ii K_ib; K_bi K_bb + D] is not definite."""
         self.size = size
         outer = stiffness.shape[0] - size
         lifted = stiffness + sp.block_diag([sp.csr_matrix((size, size)), sp.csr_matrix(shift)])
@@ -166,19 +164,19 @@ class Elimination:
         self.rest[outer:, outer:] = -self._constraints.T @ self._constraints
 
     def forward(self, x: Array) -> None:
-        """x = [g_i; g_bc] (i + b + c, k) becomes [L^{-1} g_i; g_bc - W^T L^{-1} g_i]."""
+        """Replace x = [g_i; g_bc] (i + b + c, k) by [L^{-1} g_i; g_bc - W^T L^{-1} g_i]."""
         forward(*self._sweeps, x)
         x[self._reach :] -= self._constraints.T @ x[: self.size]
 
     def backward(self, x: Array) -> None:
-        """x = [f; x_bc] (i + b + c, k) becomes [L^{-T} (f - W x_bc); x_bc]."""
+        """Replace x = [f; x_bc] (i + b + c, k) by [L^{-T} (f - W x_bc); x_bc]."""
         x[: self.size] -= self._constraints @ x[self._reach :]
         backward(*self._sweeps, x)
 
 
 @njit(nogil=True, fastmath={"contract"})
 def forward(pointers: Ints, rows: Ints, data: Array, x: Array) -> None:  # pragma: no cover
-    """x (n, k) <- [L 0; W^T I]^{-1} x; columns of the factor by their diagonal, then the rest."""
+    """Replace x (n, k) by [L 0; W^T I]^{-1} x; a column of the factor begins with its diagonal."""
     k = x.shape[1]
     for j in range(len(pointers) - 1):
         inverse = 1 / data[pointers[j]]
@@ -192,7 +190,7 @@ def forward(pointers: Ints, rows: Ints, data: Array, x: Array) -> None:  # pragm
 
 @njit(nogil=True, fastmath={"contract"})
 def backward(pointers: Ints, rows: Ints, data: Array, x: Array) -> None:  # pragma: no cover
-    """x (n, k) <- [L 0; W^T I]^{-T} x."""
+    """Replace x (n, k) by [L 0; W^T I]^{-T} x; a column of the factor begins with its diagonal."""
     k = x.shape[1]
     for j in range(len(pointers) - 2, -1, -1):
         for e in range(pointers[j] + 1, pointers[j + 1]):
@@ -205,7 +203,7 @@ def backward(pointers: Ints, rows: Ints, data: Array, x: Array) -> None:  # prag
 
 
 def flexibility(matrix: sp.csr_matrix, loads: sp.csc_matrix) -> Array:
-    """R^T K^{-1} R (k, k) of K (n, n), symmetric positive definite, and R (n, k).
+    """Flexibility R^T K^{-1} R (k, k) of loads R (n, k); matrix: K (n, n), symmetric.
 
     Raises numpy.linalg.LinAlgError where K is not positive definite.
     """

@@ -36,8 +36,8 @@ SEATS = ("drive", "bearing_drive", "bearing_far")
 
 @dataclass(frozen=True, eq=False)
 class CarrierSource(FeBody):
-    """pin_angles: (N,) rad; pitch: of the ring's teeth, m, which tolerances of places follow from;
-    bearings: on the seats, "drive" and "far"."""
+    """A carrier as an FE body. pin_angles: (N,) rad; pitch: of the ring's teeth, m, which
+    determines tolerances of positions; bearings: on the seats "drive" and "far"."""
 
     meshed = staticmethod(carrier_fe_mesh)
     as_solid = staticmethod(carrier_solid)
@@ -65,10 +65,10 @@ class CarrierSource(FeBody):
         return "surface", "seats of pins"
 
     def nodes(self, fe_mesh: FeMesh | None = None) -> list[TiedNode]:
-        """Drive flange, bearing seats and pins, whose axes are along z.
+        """Nodes of drive flange, bearing seats and pins.
 
-        Pins are seats of planet bearings; carrier bearings are narrow beside their diameter and
-        hold the carrier by shoulders as well, so their nodes average the whole displacement.
+        Pins have seat ties for planet bearings. Carrier bearings are narrow for their diameter and
+        also act on shoulders, so their nodes have averaging ties.
         """
         heights = self.parameters.seat_heights
         if fe_mesh is not None:

@@ -1,8 +1,8 @@
-"""A body with an FE mesh, generated or of a file, or given as reduced matrices.
+"""FE bodies: with an FE mesh, generated or from a file, or given as reduced matrices.
 
-parameters -> FE mesh -> nodes tied to its surfaces -> reduced body with weight, recovery and its
-errors, from the cache where it was made before; or rigid, of the same mass. What a kind of body
-adds to this: ``ring.py``, ``planet.py``, ``carrier.py``.
+parameters -> FE mesh -> nodes tied to its surfaces -> reduced body with recovery and error
+estimates, from the cache where it is there; or a rigid body of the same mass. The kinds of bodies
+are in ``ring.py``, ``planet.py`` and ``carrier.py``.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from flexgear.structures.cache import content_key
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.groups import Groups
 from flexgear.structures.fe_mesh.placement import fe_mesh_of_file
-from flexgear.structures.fe_mesh.solids import Solid, fe_mesh_of_solid
+from flexgear.structures.fe_mesh.solids import Solid, solid_of_fe_mesh
 from flexgear.structures.reduced import Progress, ReducedBody, silent
 from flexgear.structures.sources.matrices import given_body
 from flexgear.structures.store import cached, is_cached
@@ -40,9 +40,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class TiedNode:
-    """A node of a body and the surface that carries it. place: (3,) m; tie: averaging (RBE3), rigid
-    (RBE2), or of a seat about an axis along z; patch: facets of the FE mesh, "" for a disc of a
-    diameter (m) in an end face, at an angle (rad)."""
+    """A node of a body and the surface that it is tied to. place: (3,) m; tie: averaging (RBE3),
+    rigid (RBE2), or of a bearing seat about an axis along z; patch: facets of the FE mesh, "" for a
+    disc of a diameter (m) in an end face, at an angle (rad)."""
 
     name: NodeName
     place: Array = field(repr=False)
@@ -54,14 +54,18 @@ class TiedNode:
 
 @dataclass(frozen=True, eq=False)
 class FeBody(ABC):
-    """key: of the body; section: of the case, as [stage.ring.fe]; parameters: of the FE mesh, a
-    frozen dataclass with ``check()``, ``size`` (m) and ``where``, the file of the case; material;
-    cyclic: whether equal sectors are used; limit_hz: highest frequency that is judged, None: all
-    that were compared; more_modes: fixed-interface modes where the usual number is not enough."""
+    """Source of a body with an FE mesh or reduced matrices.
 
-    meshed: ClassVar[Any]  # function that makes an FE mesh of ``mesh``
-    as_solid: ClassVar[Any]  # and one that makes the solid in closed form
-    turning: ClassVar[str] = ""  # node that nothing holds against rotation about the axis
+    key: of the body; section: of the case, as [stage.ring.fe]; parameters: of the FE mesh, a frozen
+    dataclass with ``check()``, ``size`` (m) and ``where``, the source of the case; cyclic: whether
+    equal sectors are used; limit_hz: highest frequency of error estimates, None: all frequencies
+    that were compared; more_modes: number of fixed-interface modes where the usual one is too
+    small.
+    """
+
+    meshed: ClassVar[Any]  # function that makes the FE mesh from ``parameters``
+    as_solid: ClassVar[Any]  # function that makes the solid in closed form from ``parameters``
+    turning: ClassVar[str] = ""  # node that no support holds against rotation about the axis
 
     key: BodyName
     section: FeMeshSource
@@ -73,8 +77,8 @@ class FeBody(ABC):
 
     @property
     def modes(self) -> int:
-        """Number of fixed-interface modes: the case's; where it states none, ``usual_modes`` of the
-        kind of body, or ``more_modes``."""
+        """Number of fixed-interface modes: that of the case; where it states none, ``more_modes``
+        or the ``usual_modes`` of this kind of body."""
         stated = self.section.fixed_interface_modes
         return (self.more_modes or self.section.usual_modes) if stated is None else stated
 
@@ -86,17 +90,17 @@ class FeBody(ABC):
     @property
     @abstractmethod
     def repeats(self) -> int:
-        """Number of teeth or pins by which it may repeat round the axis."""
+        """Number of teeth or pins, of which the number of equal sectors is a divisor."""
 
     @property
     @abstractmethod
     def ties(self) -> tuple[str, str]:
-        """Surfaces that its nodes act on, and the kind of tie, in words of the report."""
+        """Tied surface and kind of tie, for the report."""
 
     @abstractmethod
     def nodes(self, fe_mesh: FeMesh | None = None) -> list[TiedNode]:
-        """All nodes, with positions on the surfaces of an FE mesh, or of the parameters without
-        one."""
+        """All nodes, at positions by the surfaces of an FE mesh or, without one, by the
+        parameters."""
 
     @property
     @abstractmethod
@@ -105,15 +109,15 @@ class FeBody(ABC):
 
     @abstractmethod
     def probe_loads(self, model: FeModel) -> Sequence[ProbeLoad]:
-        """Loads of the static check."""
+        """Loads of the static error estimate."""
 
     @abstractmethod
     def _content(self) -> Mapping[str, Any]:
-        """What the reduced body depends on in addition to what ``content`` has for every body."""
+        """Entries of ``content`` that depend on the kind of body."""
 
     def supports(self, node_names: tuple[str, ...], stiffness: Array) -> Array:
-        """Stiffness (b, b) of all supports at its nodes, for error estimates, with a stiff spring
-        against free rotation; stiffness: K_bb of the free body."""
+        """Stiffness (b, b) of all supports at the nodes, for error estimates, with a stiff spring
+        against rotation at the node ``turning``; stiffness: K_bb of the free body."""
         supports = stiffness_at(self.springs, node_names)
         if self.turning:
             spin = 6 * node_names.index(self.turning) + 5
@@ -121,7 +125,7 @@ class FeBody(ABC):
         return supports
 
     def content(self) -> dict[str, Any]:
-        """Everything that the reduced body depends on; the cache makes its key of it."""
+        """All data that the reduced body depends on; the cache key is their hash."""
         return {
             "body": self.key.part,
             "fe_mesh": self._fe_mesh_content(),
@@ -133,9 +137,8 @@ class FeBody(ABC):
         }
 
     def check(self) -> None:
-        """InputError for an FE mesh or file that is refused, without meshing. A user's FE mesh
-        whose reduced body is in the cache was accepted when that was made, and is not compared
-        again."""
+        """InputError for parameters or a file of which no body can be made, without meshing. A
+        user's FE mesh whose reduced body is in the cache is not checked again."""
         if self.section.fe_mesh == "generate":
             self.parameters.check()
             return
@@ -151,7 +154,7 @@ class FeBody(ABC):
             self.fe_mesh()
 
     def fe_mesh(self) -> FeMesh:
-        """The generated FE mesh, or the user's file, placed; InputError where it is refused."""
+        """The generated FE mesh, or the user's in its placement; InputError where there is none."""
         if self.section.fe_mesh == "generate":
             generated: FeMesh = self.meshed(self.parameters)
             return generated
@@ -159,50 +162,56 @@ class FeBody(ABC):
         return fe_mesh_of_file(self.section, self.groups, sizes.size, sizes.where)
 
     def reduced(self, progress: Progress = silent, limit_hz: float | None = None) -> ReducedBody:
-        """The reduced body, of a double-helical ring its left half; from the cache if it was
-        reduced before. limit_hz: highest frequency that is judged; all that were compared where
-        neither this nor the case states it. Where the case states no number of modes, there are as
-        many as it needs, at most ``MOST_MODES``. Given matrices are taken as they are, without
-        error estimates."""
+        """The reduced body, of a double-helical ring its left half, from the cache or computed.
+
+        limit_hz: highest frequency of error estimates, by default that of the case or all that were
+        compared. Where the case states no number of modes, the body has as many as this limit
+        needs, at most ``MOST_MODES``. Given matrices are not changed and have no error estimates.
+        """
         if self.section.fe_mesh == "reduced":
             return self._given()
-        from flexgear.structures.sources.reducing import judged, reduced_body  # half of the package
+        # lazy: it imports half of the package
+        from flexgear.structures.sources.reducing import reduced_body, with_errors
 
-        def made(source: FeBody) -> ReducedBody:
+        def reduction(source: FeBody) -> ReducedBody:
             return cached(content_key(**source.content()), lambda: reduced_body(source, progress))
 
         source, limit = self, limit_hz or self.limit_hz or 0.0
-        body = made(source)
-        while (more := _enough(source, float(body.report["compared_to_hz"]), limit)) > source.modes:
+        body = reduction(source)
+        while (
+            more := _modes_for(source, float(body.report["compared_to_hz"]), limit)
+        ) > source.modes:
             source = replace(source, more_modes=more)
-            body = made(source)
+            body = reduction(source)
         b = slice(0, body.interface_dofs)
         supports = self.supports(body.node_names, body.stiffness[b, b])
-        return judged(body, supports, limit_hz or self.limit_hz)
+        return with_errors(body, supports, limit_hz or self.limit_hz)
 
     def condensed(self) -> tuple[FeModel, AnyCondensation]:
-        """The unreduced body and its condensation on its nodes, computed anew."""
+        """The unreduced body and its condensation on its nodes, not from the cache."""
         from flexgear.structures.sources.reducing import condensed_body
 
         return condensed_body(self)
 
     def solid(self) -> Solid:
-        """The generated body in closed form about its middle, of a double-helical ring one half."""
+        """The body of the parameters in closed form, of a double-helical ring one half."""
         solid: Solid = self.as_solid(self.parameters)
         return solid
 
     def whole(self, body: ReducedBody) -> ReducedBody:
-        """The whole body of the stage from what ``reduced`` returns."""
+        """The whole body from the one that ``reduced`` returns."""
         return body
 
     def rigid(self, from_files: bool = True) -> Body:
-        """The whole body, rigid: coordinates are the rigid motion of the frame's origin. A
-        generated body has the case's sizes, one with a file of FE mesh or matrices those of the
-        file; with from_files = False all have the case's sizes, and no file is read."""
+        """The whole body as a rigid one; its coordinates are the motion of the frame's origin.
+
+        Its size is that of the FE mesh or matrices in the user's files, if there are any and
+        from_files is true, else that of the case.
+        """
         if from_files and self.section.fe_mesh == "reduced":
             return rigid_variant(self.whole(self._given()).as_body())
         fe_mesh = self.fe_mesh() if from_files and self.section.fe_mesh == "file" else None
-        solid = self.solid() if fe_mesh is None else fe_mesh_of_solid(fe_mesh)
+        solid = self.solid() if fe_mesh is None else solid_of_fe_mesh(fe_mesh)
         solid, places = self._whole_solid(
             solid, {node.name: node.place for node in self.nodes(fe_mesh)}
         )
@@ -225,19 +234,18 @@ class FeBody(ABC):
         return solid, places
 
     def _given(self) -> ReducedBody:
-        """Its matrices from files. InputError unless they are those of a free body with its
-        nodes."""
+        """The body of the case's matrix files. InputError as of ``given_body``."""
         places = {node.name: node.place for node in self.nodes()}
         sizes = self.groups.pitch, self.groups.face_width
         mass = float(self.solid().rigid_mass(self.material.density)[0, 0])
         return given_body(self.section, self.key.part, places, sizes, mass, self.parameters.where)
 
     def _fe_mesh_content(self) -> object:
-        """What the FE mesh depends on: the generator's parameters, or the bytes of the user's file,
-        its placement, and the positions of the groups that it was compared with."""
+        """Data that the FE mesh depends on: the generator's parameters, or the bytes of the user's
+        file, its placement, and the positions of the groups that it is compared with."""
         section = self.section
         if section.fe_mesh == "generate" or section.fe_mesh_file is None:
-            return replace(self.parameters, where="")  # the case's path changes nothing
+            return replace(self.parameters, where="")  # does not depend on the source of the case
         file = section.fe_mesh_file
         try:
             digest = hashlib.sha256(Path(file).read_bytes()).hexdigest()
@@ -249,11 +257,14 @@ class FeBody(ABC):
         return ["file", digest, put, self.groups.content()]
 
 
-def _enough(source: FeBody, reached: float, limit: float) -> int:
-    """Number of fixed-interface modes that answers up to ``limit``, Hz, of a body whose present
-    number answers up to ``reached``; that number where it is enough or stated by the case. Numbers
-    of modes below a frequency f grow as f in plates and shells and as f³ in solids; f² is taken,
-    rounded up to twenties, and asked for again where it falls short."""
+def _modes_for(source: FeBody, reached: float, limit: float) -> int:
+    """Number of fixed-interface modes for frequencies up to ``limit``, Hz, from the present number,
+    which suffices up to ``reached``, Hz; the present number where it suffices or the case states
+    it.
+
+    The number of modes below a frequency f grows as f in plates and shells and as f³ in solids. The
+    estimate takes f², rounded up to a multiple of 20; the caller repeats it if it is too low.
+    """
     if limit <= reached or source.section.fixed_interface_modes is not None:
         return source.modes
     return min(20 * math.ceil(source.modes * (limit / reached) ** 2 / 20), MOST_MODES)

@@ -1,4 +1,4 @@
-"""What gears as FE bodies have in common: their teeth.
+"""Teeth of gears as FE bodies, which ring and planet have in common.
 
 Nodes tooth_001.. come first, at the reference circle and mid-face, tied to root or flank.
 """
@@ -30,8 +30,7 @@ _PROBED_TEETH = 12  # teeth whose flanks the static error estimate loads
 
 @dataclass(frozen=True, eq=False)
 class ToothedSource(FeBody):
-    """A ring or planet with teeth and an FE mesh; reference_radius: radius of the circle on which
-    its tooth nodes lie, m."""
+    """A ring or planet as an FE body; reference_radius: of the circle of its tooth nodes, m."""
 
     section: Ring | Planet
     parameters: RingFeMeshParameters | PlanetFeMeshParameters
@@ -49,7 +48,7 @@ class ToothedSource(FeBody):
 
     @property
     def tooth_nodes(self) -> list[TiedNode]:
-        """tooth_001.. at the reference circle and mid-face."""
+        """Nodes tooth_001.. at the reference circle and mid-face."""
         radius, teeth, tie = self.reference_radius, self.parameters.teeth, self.section.tie_kind
         angles = 2 * np.pi * np.arange(teeth) / teeth
         places = radius * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
@@ -67,7 +66,7 @@ class ToothedSource(FeBody):
         }
 
     def probe_loads(self, model: FeModel) -> Sequence[ProbeLoad]:
-        """Lines on flanks of some teeth, where all flanks are groups of the FE mesh."""
+        """Line loads on the flanks of some teeth; none where the FE mesh lacks flanks as groups."""
         from flexgear.structures.estimate import tooth_lines
 
         teeth = self.parameters.teeth
@@ -78,7 +77,7 @@ class ToothedSource(FeBody):
 
 
 def tooth_parameters(view: StageView, gear: Gear) -> dict[str, Any]:
-    """Parameters that FE meshes of ring and planets have in common."""
+    """Parameters of the FE mesh that ring and planets have in common."""
     stage = view.stage
     return {
         "teeth": gear.teeth,

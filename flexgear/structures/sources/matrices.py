@@ -1,7 +1,7 @@
-"""Bodies that a case gives as reduced matrices, in place of an FE mesh.
+"""Bodies that a case gives as reduced matrices, without an FE mesh.
 
-The table of nodes names them as ours are named; what is in its place is compared with the case. The
-body has no FE mesh: it bends, but nothing of it can be drawn.
+Their table of nodes has the names of generated bodies' nodes, and their positions are compared with
+the case. Without an FE mesh such a body is flexible, but cannot be drawn.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from flexgear.model.names import MOUNT, BodyName, NodeName
 from flexgear.structures.bodies import Body, node_motions
 from flexgear.structures.reduced import ReducedBody
 
-_ALONG = ("tooth", "pin")  # kinds of nodes whose place counts along the axis, too
-_OFF = 0.2  # tooth pitches (across the axis) and face widths (along it) that a node may be off
-_SIZES = 30.0  # between the masses of a body and of a steel one of the case's size; units make 1000
+_ALONG = ("tooth", "pin")  # kinds of nodes whose position along the axis is compared, too
+_TOLERANCE = 0.2  # of a node's position, in tooth pitches across the axis and face widths along it
+_MASS_RATIO = 30.0  # largest ratio to the mass of a steel body; wrong units make 1000
 
 
 def given_body(
@@ -34,11 +34,11 @@ def given_body(
     mass: float,
     where: str,
 ) -> ReducedBody:
-    """A body's matrices. InputError unless they are a free body with these nodes.
+    """The body of a case's matrix files. InputError unless it is a free body with these nodes.
 
-    name: of the member, "ring"; places: (3,) m of its nodes; sizes: tooth pitch and face width, m,
-    which tolerances follow from; mass: of a steel body of its size, kg; where: what the case is
-    from.
+    name: of the member, as "ring"; places: positions (3,) m of its nodes; sizes: tooth pitch and
+    face width, m, which determine tolerances; mass: of a steel body of its size, kg; where: source
+    of the case.
     """
     with _faults_of(where, f"stage.{name}.fe.fe_mesh_file"):
         read = _read(section, name)
@@ -69,9 +69,9 @@ def given_body(
 
 
 def given_housing(housing: Housing, source: str) -> Body:
-    """The housing's matrices, in fixed axes. InputError unless they are a free body with a mount.
+    """The housing from its matrix files. InputError unless it is a free body with a mount.
 
-    source: where the case is from.
+    source: of the case.
     """
     with _faults_of(source, "housing.fe_mesh_file"):
         read = _read(housing, "housing")
@@ -94,13 +94,13 @@ def given_housing(housing: Housing, source: str) -> Body:
 
 def _read(section: FeMeshSource | Housing, name: str) -> ReducedMatrices:
     files = [file for file in (section.fe_mesh_file, section.fe_mesh_mass_file) if file is not None]
-    assert section.fe_mesh_nodes is not None  # the model refuses a reduced body without them
+    assert section.fe_mesh_nodes is not None  # input validation requires it
     return read_reduced(files, section.fe_mesh_nodes, section.fe_mesh_unit, name)
 
 
 @contextmanager
 def _faults_of(where: str, key: str) -> Iterator[None]:
-    """Refusals of files name the key of the case that names the file."""
+    """Context that changes an InputError of a file to one of the case's key that names the file."""
     try:
         yield
     except InputError as fault:
@@ -109,12 +109,13 @@ def _faults_of(where: str, key: str) -> Iterator[None]:
 
 
 def _in_order(body: ReducedMatrices, names: Sequence[str], where: str) -> ReducedMatrices:
-    """The body with its nodes in our order. InputError for nodes too many or too few."""
-    lost = [name for name in names if name not in body.node_names]
-    odd = [name for name in body.node_names if name not in names]
-    if lost or odd:
-        problem = f"lacks {', '.join(lost[:3])}" if lost else f"has {', '.join(odd[:3])}, no node"
-        more = max(len(lost or odd) - 3, 0)
+    """The body with its nodes in the order of ``names``. InputError for missing or more nodes."""
+    missing = [name for name in names if name not in body.node_names]
+    unknown = [name for name in body.node_names if name not in names]
+    if missing or unknown:
+        listed = ", ".join((missing or unknown)[:3])
+        problem = f"lacks {listed}" if missing else f"has unknown nodes {listed}"
+        more = max(len(missing or unknown) - 3, 0)
         raise InputError(
             where, "nodes", problem + (f" and {more} more" if more else ""),
             f"the case has {names[0]} … {names[-1]}; see docs/conventions.md",
@@ -137,22 +138,24 @@ def _require_places(
     sizes: tuple[float, float],
     where: str,
 ) -> None:
+    """InputError where a node is not at its position in the case."""
     pitch, face_width = sizes
     for (name, place), position in zip(places.items(), body.positions, strict=True):
         x, y, z = map(float, place)
         across = math.hypot(position[0] - x, position[1] - y)
         along = abs(position[2] - z) if name.kind in _ALONG else 0.0
-        if across > _OFF * pitch or along > _OFF * face_width:
-            stands = ", ".join(f"{1e3 * v:.1f}" for v in position)
+        if across > _TOLERANCE * pitch or along > _TOLERANCE * face_width:
+            actual = ", ".join(f"{1e3 * v:.1f}" for v in position)
             raise InputError(
-                where, name, f"is at {stands} mm",
+                where, name, f"is at {actual} mm",
                 f"it belongs to {1e3 * x:.1f}, {1e3 * y:.1f}, {1e3 * z:.1f} mm; check the frame"
                 " and the unit",
             )  # fmt: skip
 
 
 def _require_size(mass: float, expected: float, where: str) -> None:
-    if not 1 / _SIZES < mass / expected < _SIZES:
+    """InputError where a mass is far from the expected one, kg."""
+    if not 1 / _MASS_RATIO < mass / expected < _MASS_RATIO:
         raise InputError(
             where, "mass", f"is {mass:.3g} kg; a steel body of this size has about {expected:.3g}",
             'check fe_mesh_unit: "mm" for N, mm, t, s, "m" for SI',

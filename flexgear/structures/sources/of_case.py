@@ -1,4 +1,4 @@
-"""FE bodies of a stage: the module here that has the name of a member makes its body."""
+"""FE bodies of a stage; each member has the module of its name in this package."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from flexgear.structures.sources.fe_body import FeBody
 
 
 def fe_sources(view: StageView) -> dict[BodyName, FeBody]:
-    """All FE bodies of a stage, of a "carrier" ``sources.carrier.source(view)``."""
+    """Sources of all FE bodies of a stage, by body."""
     modules = {name: import_module(f"{__package__}.{name.part}") for name in view.fe_bodies}
     return {name: module.source(view) for name, module in modules.items()}
 
 
 def common_parameters(view: StageView, part: str) -> dict[str, Any]:
-    """Parameters that sources of all bodies have."""
+    """Parameters of the source of a member that do not depend on the kind of body."""
     key = BodyName.of(view.name, part)
     return {
         "key": key,

@@ -1,4 +1,4 @@
-"""Planets as one FE body: all of a stage are equal, and reduced once.
+"""A planet as an FE body, which is reduced once for all equal planets of a stage.
 
 Nodes, in order: tooth_001.. (``sources.gears``), bore on the axis at mid-face.
 """
@@ -28,7 +28,7 @@ BORE = "bore"
 
 @dataclass(frozen=True, eq=False)
 class PlanetSource(ToothedSource):
-    """A planet. bearing: in its bore."""
+    """A planet as an FE body; bearing: in its bore."""
 
     meshed = staticmethod(planet_fe_mesh)
     as_solid = staticmethod(planet_solid)
@@ -44,7 +44,7 @@ class PlanetSource(ToothedSource):
         return planet_groups(self.parameters, self.section.tie)
 
     def nodes(self, fe_mesh: FeMesh | None = None) -> list[TiedNode]:
-        """Teeth, then the bore, a seat of the bearing about the axis."""
+        """Nodes of teeth, then of the bore, which has a seat tie for the bearing."""
         return [*self.tooth_nodes, TiedNode(NodeName.parse(BORE), np.zeros(3), "seat", BORE)]
 
     @property

@@ -1,4 +1,4 @@
-"""A body's nodes as ties of its FE model, its reduction, and how large the errors of that are."""
+"""Ties of a body's nodes, its reduction, and the errors of that."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
     from flexgear.structures.sources.fe_body import FeBody, TiedNode
 
 _TIES = {"averaging": averaging_tie, "rigid": rigid_tie, "seat": seat_tie}
-_JUDGED = 0.5  # of the highest fixed-interface frequency: to where reduced bodies are compared
+_COMPARED = 0.5  # limit of compared frequencies over the highest fixed-interface frequency
 
 
 def tied(model: FeModel, nodes: Sequence[TiedNode]) -> Interface:
-    """Ties of nodes to the surfaces of a model."""
+    """Interface of nodes that are tied to surfaces of a model."""
     ties: list[Tie] = []
     for node in nodes:
         if node.patch:
@@ -54,10 +54,11 @@ def condensed_body(source: FeBody) -> tuple[FeModel, AnyCondensation]:
 
 
 def reduced_body(source: FeBody, progress: Progress) -> ReducedBody:
-    """The reduced body with the loads of its static check, frequency estimates in the report.
+    """The reduced body of a source, with the loads of its static error estimate, and with frequency
+    errors in its report.
 
-    Frequencies are compared up to half the highest fixed-interface one, beyond which that basis is
-    not made for, or to the limit that is asked for if that is higher.
+    Frequencies are compared up to half the highest fixed-interface frequency, beyond which the
+    basis is not accurate, or up to ``limit_hz`` where that is higher.
     """
     start, seconds, name = time.perf_counter(), dict[str, float](), source.key.part
 
@@ -75,11 +76,11 @@ def reduced_body(source: FeBody, progress: Progress) -> ReducedBody:
     reduction = reduce(model, interface, source.modes, progress, name, _sectors(source))
     lap("reduction")
     progress("static check", 0.0)
-    highest = float(reduction.body.report.get("fixed_interface_frequency_max_hz") or 0.0)
-    limit = max(_JUDGED * highest, source.limit_hz or 0.0)
+    highest = float(reduction.body.report["fixed_interface_frequency_max_hz"] or 0.0)
+    limit = max(_COMPARED * highest, source.limit_hz or 0.0)
     supports = source.supports(interface.node_names, reduction.condensation.stiffness)
     with single_threaded_blas():
-        body = estimate.probed(reduction, loads)
+        body = estimate.with_probe_loads(reduction, loads)
         frequencies = estimate.compare_frequencies(reduction, supports, limit, progress)
     lap("estimates")
     tie, tie_kind = source.ties
@@ -98,12 +99,13 @@ def reduced_body(source: FeBody, progress: Progress) -> ReducedBody:
     return body.with_(report=report)
 
 
-def judged(body: ReducedBody, supports: Array, limit_hz: float | None) -> ReducedBody:
+def with_errors(body: ReducedBody, supports: Array, limit_hz: float | None) -> ReducedBody:
     """The body with its static errors on these supports, and its frequency error up to limit_hz
-    (of the lowest mode where none lies below), in the report.
+    (that of the lowest mode where no mode is below), in the report.
 
-    Supports are not part of the cache's key: other bolts or bearings need no new reduction. The
-    report says whether the frequency estimate, which needs one, stood on these supports.
+    Supports are not part of the cache key: other bolts or bearings need no new reduction. The
+    frequency error does need one; ``frequency_error_on_these_supports`` of the report states
+    whether it is of these supports.
     """
     with single_threaded_blas():
         static = estimate.static_errors(body, supports)
@@ -111,20 +113,20 @@ def judged(body: ReducedBody, supports: Array, limit_hz: float | None) -> Reduce
     limit = compared if limit_hz is None else min(limit_hz, compared)
     frequencies = np.array(body.report["compared_frequencies_hz"])
     below = int(np.searchsorted(frequencies, limit, side="right"))
-    judged = {
+    errors = {
         "frequency_error": max(body.report["compared_errors"][: max(below, 1)]),
         "frequency_limit_hz": limit,
         "frequencies_below_limit": below,
         "supported_frequency_min_hz": float(frequencies[0]),
-        **estimate.worst(static),
+        **estimate.largest_error(static),
         "static_error_cases": static,
         "frequency_error_on_these_supports": (
             body.report["supports_key"] == content_key(supports=supports)
         ),
     }
-    return body.with_(report={**body.report, **judged})
+    return body.with_(report={**body.report, **errors})
 
 
 def _sectors(source: FeBody) -> tuple[int, ...]:
-    """Numbers of sectors to try."""
+    """Possible numbers of equal sectors of a body; none where sectors are not to be used."""
     return sector_counts(source.repeats) if source.cyclic else ()

@@ -32,9 +32,9 @@ from flexgear.structures.sources.of_case import common_parameters
 
 @dataclass(frozen=True, eq=False)
 class RingSource(ToothedSource):
-    """A ring. half_offset: of the mid-planes of both halves of a double-helical ring from z = 0, m;
-    None for a single one; segment: of teeth with shapes along the face, None without such shapes;
-    along_face: whether gear meshes distribute load along the face."""
+    """A ring as an FE body. half_offset: distance of the mid-planes of a double-helical ring's
+    halves from z = 0, m, None for a single ring; segment: of its teeth, None without shapes along
+    the face; along_face: whether gear meshes distribute load along the face."""
 
     meshed = staticmethod(ring_fe_mesh)
     as_solid = staticmethod(ring_solid)
@@ -57,8 +57,7 @@ class RingSource(ToothedSource):
 
     @property
     def whole_springs(self) -> list[Spring]:
-        """Supports of the whole ring; those of the right half are the mirror image of those of the
-        left."""
+        """Springs of the whole ring; in the right half mirror images of those in the left."""
         return self.springs if self.half_offset is None else mirrored(self.springs)
 
     @property
@@ -67,23 +66,23 @@ class RingSource(ToothedSource):
         return ring_groups(self.parameters, self.section.tie, self.held_by)
 
     def nodes(self, fe_mesh: FeMesh | None = None) -> list[TiedNode]:
-        """Teeth, then fits, splines and bolts, see `model/ring.py`."""
+        """Nodes of teeth, then of fits, splines and bolts, see `model/ring.py`."""
         tie, nodes = self.section.tie_kind, self.tooth_nodes
         for s in self.held_by:
             place = np.array(s.place)
             if s.end is not None and fe_mesh is not None:
                 place[2] = _bolted_face(fe_mesh, s.end)
-            of_bolt = tie if s.end is not None and s.group else "averaging"
-            nodes.append(TiedNode(s.node, place, of_bolt, s.group, s.diameter, s.angle))
+            support_tie = tie if s.end is not None and s.group else "averaging"
+            nodes.append(TiedNode(s.node, place, support_tie, s.group, s.diameter, s.angle))
         return nodes
 
     def reduced(self, progress: Progress = silent, limit_hz: float | None = None) -> ReducedBody:
         """The reduced ring (``FeBody.reduced``), with the flexibility of its rim along the face
-        where that counts."""
+        where that is not negligible."""
         body = super().reduced(progress, limit_hz)
         if self.segment is None:
-            return body if self.along_face else _loaded_evenly(body)
-        # half of the package
+            return body if self.along_face else _evenly_loaded(body)
+        # lazy: it imports half of the package
         from flexgear.structures.tooth_influence.rim import cached_shapes, with_rim
 
         b, segment = slice(0, body.interface_dofs), self.segment
@@ -113,19 +112,19 @@ class RingSource(ToothedSource):
 
 
 def _bolted_face(fe_mesh: FeMesh, end: End) -> float:
-    """z of an end face, m: the group's, or the body's end where there is no group."""
+    """Position z of an end face, m: of its group, or of the body's end where there is no group."""
     name = "end_plus" if end == "+z" else "end_minus"
     points, facets = np.asarray(fe_mesh.points), fe_mesh.facets
     z = points[facets[name] if name in facets else slice(None)][..., 2]
     return float(z.max() if end == "+z" else z.min())
 
 
-def _loaded_evenly(body: ReducedBody) -> ReducedBody:
-    """The body with a report whose static error is that of teeth loaded over the whole face."""
-    from flexgear.structures.estimate import judged
+def _evenly_loaded(body: ReducedBody) -> ReducedBody:
+    """The body with the static error of teeth that are loaded over the whole face."""
+    from flexgear.structures.estimate import largest_ring_error
 
     cases = body.report.get("static_error_cases")
-    return body.with_(report={**body.report, **judged(cases)}) if cases else body
+    return body.with_(report={**body.report, **largest_ring_error(cases)}) if cases else body
 
 
 def source(view: StageView) -> RingSource:
@@ -141,18 +140,14 @@ def source(view: StageView) -> RingSource:
 
 
 def _shaped_segment(view: StageView) -> SegmentParameters | None:
-    """Segment of a ring's teeth with shapes along the face; None unless slices have FE influence,
-    the ring is tied at its roots by averaging ties, and is not given reduced."""
+    """Segment of a ring's teeth with shapes along the face; None unless slices have FE influence
+    and the ring is an FE mesh with averaging ties at its roots."""
     ring, gear_mesh = view.ring, view.gear_mesh
-    bent = (
-        gear_mesh.model == "face_load"
-        and gear_mesh.tooth_compliance == "fe"
-        and view.fe_tie("ring") == "root"
-    )
-    shaped = ring.tie_kind == "averaging" and ring.tooth_shapes != "none"
-    if not bent or not shaped or ring.fe_mesh == "reduced":
+    fe_influence = gear_mesh.model == "face_load" and gear_mesh.tooth_compliance == "fe"
+    root_ties = view.fe_tie("ring") == "root" and ring.tie_kind == "averaging"
+    if not (fe_influence and root_ties) or ring.tooth_shapes == "none" or ring.fe_mesh == "reduced":
         return None
-    # half of the package
+    # lazy: it imports half of the package
     from flexgear.structures.tooth_influence.of_case import influence_parameters
 
     return influence_parameters(view, "ring")
@@ -161,7 +156,7 @@ def _shaped_segment(view: StageView) -> SegmentParameters | None:
 def _ring_fe_mesh(view: StageView) -> RingFeMeshParameters:
     """The ring of a case, with its teeth and supports.
 
-    Of several bolt circles the FE mesh follows the one with holes, else the innermost.
+    Of several bolt circles the FE mesh has the one with holes, else the innermost.
     """
     ring = view.ring
     circles = sorted(

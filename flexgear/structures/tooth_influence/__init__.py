@@ -1,1 +1,1 @@
-"""FE influence of a tooth: what a line load on a flank moves along that flank and the next one."""
+"""FE influence of a tooth: displacements along its flank and the next ones by line loads."""

@@ -1,52 +1,48 @@
-"""Influence of a tooth: compliance of its flank, and what slices of contact lines make of it.
+"""Influence of a tooth: compliance of its flank by FE, and between slices of contact lines.
 
-Compliance of a flank by FE: unit loads on the nodes of the flank, along its normal.
-
-The load of a contact line is work-equivalent nodal forces b (n,) on the flank's nodes. With R
-(3N, n), unit loads at these nodes along the flank's normal there,
+Compliance of a flank. The load of a contact line is work-equivalent nodal forces b (n,) on the
+flank's nodes. With R (3N, n), unit loads at these nodes along the flank's normal there,
 
     F = R^T K^{-1} R,   C_ij = b_i^T F b_j
 
-is the FE solution of every pair of loads exactly, symmetric (Betti) and positive definite.
+is exactly the FE solution of every pair of loads, symmetric (Betti) and positive definite.
 
-Under a line load a dip forms that deepens without end as the FE mesh is refined. The same loads on
-the same FE mesh, with all clamped that lies below the layer under the flank, make the same dip:
+The local indentation by a line load grows without limit as the FE mesh is refined. It is the same
+for the same loads on the same FE mesh with all clamped that lies below a layer under the flank, so
 
     D = F − F_clamped
 
-is free of it, converges, and is positive semidefinite, for clamping takes compliance away. Line
-contact on a layer of that depth ("layer" in ``gears.hertz``) puts back what the clamped solution
-has taken off, so that the depth drops out of the sum.
+does not include it, converges, and is positive semidefinite, for clamping reduces compliance. Line
+contact on a layer of that depth ("layer" in ``gears.hertz``) adds the indentation of the clamped
+layer again, so that the sum does not depend on the depth.
 Source of the subtraction: Steward 1989 (thesis, Newcastle upon Tyne); Vedmar 1981 (thesis, Lund).
 Both add Weber and Banaschek's approach to a point at that depth, which is by
 2(1 − ν²)/(πE) [κ_layer − κ_point] w less than the clamped layer's (about 1 % of a pair of steel).
 
-A body whose teeth are tied to nodes (FE ring) has in its own flexibility what the averaging tie
-takes in: the resultants of the flank's load, spread linearly over the tooth's base section. Of the
-same segment that part is taken off, too,
+The flexibility of a body with teeth tied to nodes (FE ring) includes the displacement of the tie
+under the resultants of the flank's load, which the tie spreads linearly over the tooth's base
+section. That part of the segment's compliance is subtracted too,
 
     D <- D − G T G^T,   T = B K^{-1} B^T  (6, 6),   G (n, 6): flank along its normal by q = B u,
 
-so that tooth and node together are the segment in one piece, whatever the tie cannot follow, and
-the depth at which it is held drops out (G T G^T has the same). Holding the tooth at its base
-section instead would leave out how that section warps: 5 % of an even load, a quarter where the
-load changes along the face (``validation/tooth_influence``).
+so that D and the node's motion together are the compliance of the whole segment, and the depth
+where it is held cancels (it is in G T G^T, too). Holding the tooth at its base section instead
+would neglect how that section warps: 5 % of the displacement under an even load, a quarter where
+the load changes along the face (``validation/tooth_influence``).
 
-Only the loaded flank, −θ, is tabulated: the +θ one follows by half a turn about the tooth's radial
-axis, the other hand of helix by reflection.
+Only the −θ flank is tabulated: the +θ flank follows by half a turn about the tooth's radial axis,
+the other hand of helix by reflection.
 
-Influence between slices of contact lines on a tooth, from the compliance of its flank.
-
-A slice spreads its load evenly along its piece of the contact line: b_i (n,) are the means over
-the piece of the FE shape functions at the flank's nodes, and the mean displacement there is
-b_i^T u. So
+Influence between slices. The load of a slice is even along its piece of the contact line: b_i (n,)
+are the means over the piece of the FE shape functions of the flank's nodes, and the mean
+displacement there is b_i^T u. So
 
     C_ij = b_i^T D b_j        displacement of slice i along the normal per force on slice j, m/N
 
-for any contact line, oblique ones too, without a table by position: it is symmetric and never
-indefinite wherever slices lie, and between nodes it is the FE solution itself, not a guess.
-(Interpolating C between tabulated contact lines would need a table for every slope and every set of
-slices; interpolating a table over two points of the flank would be neither symmetric nor definite.)
+for any contact line, without a table by position: it is symmetric, never indefinite, and the FE
+solution itself also between nodes. (Interpolation between tabulated contact lines would need a
+table for every slope and every set of slices; interpolation in a table over two points of the flank
+would be neither symmetric nor definite.)
 """
 
 from __future__ import annotations
@@ -76,17 +72,17 @@ from flexgear.structures.linalg.dense import blocks
 from flexgear.structures.linalg.sparse import flexibility
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # of a slice's piece within a layer
-_TOGETHER = 200  # contact lines at a time
+_TOGETHER = 200  # contact lines that are processed together
 
 
 @dataclass(frozen=True, eq=False)
 class FlankPlaces:
-    """FE nodes of a flank and places of slices among them.
+    """FE nodes of a flank, and interpolation between them for slices of contact lines.
 
-    roll: (p + 1,) rows of nodes by √(r² − r_b²), the place on the line of action from the gear's
-    own base tangent point, m, equally spaced in roll²; z: (q + 1,) layer borders along the face,
-    equally spaced, m; slope: d roll/dz of contact lines on this flank (± tan β_b). Nodes (n,) are
-    counted by row and layer border, then middles between rows, then between layer borders.
+    roll: (p + 1,) rows of nodes by roll length √(r² − r_b²), the distance on the line of action
+    from the gear's base tangent point, m, equally spaced in roll²; z: (q + 1,) layer borders along
+    the face, equally spaced, m; slope: d roll/dz of contact lines on this flank (± tan β_b). Nodes
+    (n,) are counted by row and layer border, then middles between rows, then between layer borders.
     """
 
     roll: Array
@@ -94,7 +90,8 @@ class FlankPlaces:
     slope: float
 
     def averages(self, roll: Array, z: Array, width: Array) -> sp.csr_matrix:
-        """Rows b_i (K, n): means over slices of the shape functions of the flank's nodes."""
+        """Rows b_i (K, n): means over slices of the shape functions of the flank's nodes; roll, z
+        of the slices' middles and axial width (K,) m."""
         rows, columns = len(self.roll), len(self.z)
         row, x, column, y, weights = self._places(roll, z, width)
         corner = row * columns + column
@@ -106,7 +103,8 @@ class FlankPlaces:
         return _means(np.stack(nodes), weights * _serendipity(x, y), len(self.flipped_nodes()))
 
     def coarse_averages(self, roll: Array, z: Array, width: Array) -> sp.csr_matrix:
-        """Averages on first, middle and last row (parabola in roll²), linear along the face."""
+        """Means (K, m) over slices of functions on the vertices of the first, middle and last row,
+        quadratic in roll² and linear along the face; arguments as of ``averages``."""
         columns = len(self.z)
         row, x, column, y, weights = self._places(roll, z, width)
         at, last = row + 0.5 * (1 + x), len(self.roll) - 1
@@ -121,8 +119,7 @@ class FlankPlaces:
         return _means(np.stack(nodes), weights * np.stack(shape), 3 * columns)
 
     def flipped_nodes(self) -> Ints:
-        """Permutation (n,) of the flank's nodes under z -> −z: entry i is the node at the mirrored
-        place of node i."""
+        """Permutation (n,) of the flank's nodes under z -> −z: entry i is the image of node i."""
         rows, columns = len(self.roll), len(self.z)
         start, order = 0, []
         for shape in ((rows, columns), (rows - 1, columns), (rows, columns - 1)):
@@ -132,8 +129,8 @@ class FlankPlaces:
         return np.concatenate(order)
 
     def _places(self, roll: Array, z: Array, width: Array) -> tuple[Array, ...]:
-        """Points (K, p) of slices, cut at layer borders: element row and place in it, −1 … 1,
-        element column and place in it, weight (a slice's sum to 1)."""
+        """Integration points (K, p) of slices, which are cut at layer borders: row of the element
+        and coordinate −1 … 1 in it, column and coordinate in it, weight (sum 1 over a slice)."""
         roll, z, half = (np.asarray(a, dtype=float) for a in (roll, z, 0.5 * np.asarray(width)))
         step, count = self.z[1] - self.z[0], len(self.z) - 1
         first = np.clip(np.floor((z - half - self.z[0]) / step + 1e-9), 0, count - 1)
@@ -153,17 +150,20 @@ class FlankPlaces:
 
 @dataclass(frozen=True, eq=False)
 class FlankCompliance(FlankPlaces):
-    """Compliance D (n, n) m/N between the nodes of one flank, along its normal. As made it is that
-    of the −θ flank of a tooth with the gear's hand of helix; the slope tells flank and hand apart.
+    """Compliance D (n, n) m/N between the nodes of a flank, along its normal.
+
+    It is computed for the −θ flank of a tooth with the gear's hand of helix; ``turned`` and
+    ``mirrored`` give the others, which the sign of ``slope`` distinguishes.
     """
 
     compliance: Array
 
     def matrix(self, roll: Array, z: Array, width: Array) -> Array:
-        """C (…, K, K) m/N of slices: roll, z of their middles and axial width (…, K) m.
+        """Influence C (…, K, K) m/N between slices: roll, z of their middles and axial width
+        (…, K) m.
 
-        Symmetric; positive definite while there are fewer slices than nodes along the face.
-        Slices beyond the flank's ends act at its ends.
+        Symmetric; positive definite for fewer slices than nodes along the face. Slices beyond the
+        flank's ends act at its ends.
         """
         shape = np.broadcast_shapes(np.shape(roll), np.shape(z), np.shape(width))
         k, n = shape[-1], len(self.compliance)
@@ -189,11 +189,11 @@ class FlankCompliance(FlankPlaces):
 
 @dataclass(frozen=True, eq=False)
 class ToothInfluence(FlankCompliance):
-    """Compliance of one flank of a tooth, without the dip of line contact.
+    """Compliance D of one flank of a tooth, without the indentation of line contact.
 
-    depth: (p + 1,) at which the dip is cut off, m; young Pa, poisson;
-    neighbour: (2, m, m) m/N, from first, middle and last row to the same of the next tooth in +θ
-    and of the one after that, None where neighbours are not counted.
+    depth: (p + 1,) of the layer whose indentation is subtracted, m; young Pa, poisson; neighbour:
+    (2, m, m) m/N, compliance between vertices of the first, middle and last row (``coarse_nodes``)
+    and those of the next tooth in +θ and of the one after, None where it is not included.
     """
 
     depth: Array
@@ -202,11 +202,11 @@ class ToothInfluence(FlankCompliance):
     neighbour: Array | None = None
 
     def coupling(self, slices: Sequence[Array], further: Sequence[Array], steps: int = 1) -> Array:
-        """C (…, K, K') m/N: displacement of slices on a tooth per force on slices of the next one
-        in +θ, or the one after that (steps 2); each (roll, z, width), (…, K) m. ValueError where
-        neighbours are not counted."""
+        """C (…, K, K') m/N: displacement of slices on a tooth per force on slices of the next tooth
+        in +θ (steps 2: of the one after); each (roll, z, width), (…, K) m. ValueError where
+        ``neighbour`` is None."""
         if self.neighbour is None:
-            raise ValueError("neighbouring teeth of this body couple through its own FE model")
+            raise ValueError("neighbouring teeth of this body couple through its FE model")
         shape, other = np.shape(slices[0]), np.shape(further[0])[-1]
         averages, further_averages = (
             self.coarse_averages(*(np.ravel(a) for a in s)) for s in (slices, further)
@@ -217,18 +217,18 @@ class ToothInfluence(FlankCompliance):
         return np.asarray(motion @ means.swapaxes(1, 2)).reshape(*shape, other)
 
     def contact_body(self, roll: Array) -> ContactBody:
-        """The layer whose line contact belongs to ``matrix``, at places (K,) on the flank."""
+        """The layer whose line contact is not part of ``matrix``, at roll lengths (K,) m."""
         order = np.argsort(self.roll)
         depth = np.interp(roll, self.roll[order], self.depth[order])
         return ContactBody(self.young, self.poisson, depth, "layer")
 
     def turned(self) -> Self:
-        """Neighbours change sides with it."""
+        """The +θ flank, with the influence of its neighbours."""
         near = self.neighbour
         return replace(self, neighbour=None if near is None else near.swapaxes(1, 2)).mirrored()
 
     def mirrored(self) -> Self:
-        """With its neighbours."""
+        """The flank with the other hand of helix, with the influence of its neighbours."""
         near = self.neighbour
         if near is not None:
             coarse = np.arange(near.shape[1]).reshape(3, -1)[:, ::-1].ravel()
@@ -246,9 +246,9 @@ def influence_of(
 ) -> ToothInfluence:
     """Influence of the middle tooth of a segment held on its patch "held"; E in Pa.
 
-    tied: without what the node of an averaging tie on the tooth's base section takes in, and
-    without the next tooth, which such nodes move; plane_strain: no axial displacement anywhere
-    (spur teeth only).
+    tied: whether to subtract the displacement of an averaging tie at the tooth's base section and
+    to omit neighbours, as for a tooth of an FE body; plane_strain: whether axial displacement is
+    zero (spur teeth only).
     """
     segment, j = tooth_segment(parameters), parameters.middle
     model = FeModel(segment.fe_mesh, young, poisson, density=1.0)
@@ -260,13 +260,13 @@ def influence_of(
     more += [root_tie(segment, model).T] if tied else []
     whole = held_flexibility(model, free, sp.hstack([unit, *more]))
     layer = np.zeros_like(free)
-    rows = slice(None, -1)  # the base section's ends belong to the rim, too
+    rows = slice(None, -1)  # without the base section's ends, which the rim shares
     surface, inner = segment.surface_nodes[j, rows], segment.inner_nodes[j, rows]
     layer[nodes_between(model, surface.ravel(), inner.ravel())] = True
     n = len(flank)
     compliance, neighbour = whole[:n, :n] - held_flexibility(model, layer & free, unit), None
     if tied:
-        motion = carried_by_tie(segment, model.nodes[flank])
+        motion = motion_by_tie(segment, model.nodes[flank])
         compliance -= motion @ whole[n:, n:] @ motion.T
         compliance = 0.5 * (compliance + compliance.T)
     if has_next:
@@ -301,7 +301,7 @@ def coarse_nodes(segment: ToothSegment, tooth: int) -> Ints:
 
 
 def coarse_rows(rows: int) -> Ints:
-    """Indices of the first, middle and last of ``rows`` rows."""
+    """Indices (3,) of the first, middle and last of ``rows`` rows."""
     return np.array([0, rows // 2, rows - 1])
 
 
@@ -313,9 +313,11 @@ def flank_normals(segment: ToothSegment, points: Array) -> Array:
 def involute_normals(
     tooth: ToothGeometry, helix_rate: float, points: Array, side: int = -1
 ) -> Array:
-    """Outward normals (n, 3) of −θ flanks (+θ: side 1) at points (n, 3): cos α e_θ on the flank's
-    side ± sin α e_r in the section, (upper sign external), and with the helix tan β_b = r_b κ
-    along z."""
+    """Outward normals (n, 3) of −θ flanks (+θ flanks: side 1) at points (n, 3) m.
+
+    In the transverse section side·cos α e_θ ± sin α e_r (upper sign: external teeth); the helix
+    adds −side·tan β_b e_z, tan β_b = r_b κ, before normalisation.
+    """
     radius = np.hypot(points[:, 0], points[:, 1])
     radial = points[:, :2] / radius[:, None]
     around = np.column_stack([-radial[:, 1], radial[:, 0]])
@@ -326,7 +328,7 @@ def involute_normals(
 
 
 def unit_loads(segment: ToothSegment, model: FeModel, nodes: Ints) -> sp.csr_matrix:
-    """R (3N, k): unit loads at nodes (k,) of −θ flanks along the normals there."""
+    """Unit loads R (3N, k) at nodes (k,) of −θ flanks along their normals."""
     rows = 3 * nodes[:, None] + np.arange(3)
     columns = np.broadcast_to(np.arange(len(nodes))[:, None], rows.shape)
     loads = flank_normals(segment, model.nodes[nodes])
@@ -335,21 +337,21 @@ def unit_loads(segment: ToothSegment, model: FeModel, nodes: Ints) -> sp.csr_mat
 
 
 def root_tie(segment: ToothSegment, model: FeModel) -> sp.csr_matrix:
-    """B (6, 3N) of an averaging tie of the middle tooth, like a ring's in ``interfaces``."""
+    """B (6, 3N) of an averaging tie of the middle tooth, the same as a ring's."""
     name = f"tooth_root_{segment.parameters.middle + 1:03d}"
     root = facet_sample(model, segment.fe_mesh.facets[name])
     return sp.csr_matrix(averaging_tie(name, _tie_place(segment), root).rows)
 
 
-def carried_by_tie(segment: ToothSegment, points: Array) -> Array:
-    """G (k, 6): displacement at points (k, 3) of the −θ flank along the normal there by unit
-    motions of the tie's node."""
+def motion_by_tie(segment: ToothSegment, points: Array) -> Array:
+    """Displacement G (k, 6) of the −θ flank along its normal at points (k, 3) m by unit motions of
+    the tie's node."""
     motion = rigid_motion(points - _tie_place(segment))
     return np.einsum("ki,kij->kj", flank_normals(segment, points), motion)
 
 
 def free_displacements(model: FeModel, *, plane_strain: bool) -> NDArray[np.bool_]:
-    """Which displacements (N, 3) are free of a segment that is held on its patch "held"."""
+    """Whether each displacement (N, 3) of a segment that is held on its patch "held" is free."""
     free = np.ones((len(model.nodes), 3), dtype=bool)
     free[facet_nodes(model, model.fe_mesh.facets["held"])] = False
     free[:, 2] &= not plane_strain
@@ -357,7 +359,8 @@ def free_displacements(model: FeModel, *, plane_strain: bool) -> NDArray[np.bool
 
 
 def held_flexibility(model: FeModel, free: NDArray[np.bool_], loads: sp.sparray) -> Array:
-    """R^T K^{-1} R (k, k) of loads R (3N, k); displacements that are not free (N, 3) are zero."""
+    """Flexibility R^T K^{-1} R (k, k) of loads R (3N, k) while displacements that are not free
+    (N, 3) are zero."""
     free_dofs = np.flatnonzero(free)
     return flexibility(
         model.stiffness[free_dofs][:, free_dofs].tocsr(), sp.csr_matrix(loads)[free_dofs].tocsc()
@@ -369,8 +372,8 @@ def _tie_place(segment: ToothSegment) -> Array:
 
 
 def _element(share: Array, count: int) -> tuple[Array, Array]:
-    """Index of the element, of ``count`` equal ones, and position in it, −1 … 1, of shares 0 … 1;
-    limited to the ends."""
+    """Index of the element among ``count`` equal ones, and coordinate −1 … 1 in it, of shares
+    0 … 1 of their length; shares beyond are moved to the ends."""
     at = np.clip(share, 0.0, 1.0) * count
     number = np.minimum(at.astype(np.int64), count - 1)
     return number, 2 * (at - number) - 1
@@ -388,7 +391,8 @@ def _serendipity(x: Array, y: Array) -> Array:
 
 
 def _means(nodes: Ints, shape: Array, count: int) -> sp.csr_matrix:
-    """Means (K, count) over the points of slices; nodes, weighted shape: (functions, K, points)."""
+    """Means (K, count) of shape functions over slices; nodes and weighted shape functions:
+    (functions, K, points)."""
     slices = np.broadcast_to(np.arange(nodes.shape[1])[:, None], nodes.shape)
     entries = (shape.ravel(), (slices.ravel(), nodes.ravel()))
     return sp.csr_matrix(entries, shape=(nodes.shape[1], count))

@@ -1,15 +1,15 @@
-"""Influence of the teeth of a stage's gears: where bodies are held, how slices bend each other.
+"""Influence of the teeth of a stage's gears, and flexibility between slices of contact lines.
 
-All of it comes from the cache, or is made. What a crack at the root adds to the compliance of a
-flank is
+Influences are read from the cache or computed. A crack at the root adds to the compliance of a
+flank
 
     ΔC_ij = b_i^T (F_cracked − F_whole) b_j ,   F = R^T K^{-1} R  (``influence``)
 
-of one segment with and without the crack (``fe_mesh.tooth_segment``): positive semidefinite, as
-a crack takes connections away, smooth (the dip under the load is in both), and independent of how
-deep the rim is held once that is some modules. It is added to what the tooth has, whatever model
-that comes from. The crack is open under all loads of the flank on its side, stays as it is, and its
-faces carry nothing; teeth beside it are not moved by it.
+of one segment with and without the crack (``fe_mesh.tooth_segment``). ΔC is positive semidefinite,
+as a crack removes connections, free of the local indentation, which is in both F, and independent
+of the depth where the rim is held beyond some modules. It is added to the compliance of the tooth
+by any model. Assumptions: the crack is open under all loads of the flank on its side, does not
+grow, its faces carry no load, and it has no effect on neighbouring teeth.
 """
 
 from __future__ import annotations
@@ -59,18 +59,22 @@ from flexgear.structures.tooth_influence.tip_edge import (
     tip_ends,
 )
 
-FLANK_LAYER = 0.2  # modules: dip cut off; at a tenth elements must be half as long for the same
-DEEPEST = 4.0  # modules below the root circle where a body is held at the latest
-MARGIN = 1.5  # pitches of rim beside three teeth; further away 1 % of the deflection in a plane
-LAYER = 1.6  # modules of a layer along the face
+FLANK_LAYER = 0.2  # modules, depth of the subtracted layer; half of it needs elements half as long
+DEEPEST = 4.0  # modules below the root circle: greatest depth where a body is held
+MARGIN = 1.5  # pitches of rim beside three teeth; more changes plane deflection by 1 %
+LAYER = 1.6  # modules, length of a layer along the face
 LEAST_LAYERS, MOST_LAYERS = 8, 20  # memory: 15 take 2 GB, 30 take 5
-DIVISIONS = SegmentDivisions(flank=10, fillet=5, tooth=4)  # plane deflection 1 % below the limit
+DIVISIONS = SegmentDivisions(
+    flank=10, fillet=5, tooth=4
+)  # plane deflection within 1 % of its limit
 
 
 def tooth_influence(view: StageView, role: str) -> ToothInfluence | None:
-    """Influence of a tooth of "sun", "planet" or "ring" (of a parallel stage's pinion and gear,
-    "sun" and "planet"), from the cache or computed (half a minute). None where an FE body is tied
-    at its flanks: it includes the whole tooth, without line contact only."""
+    """Influence of a tooth of "sun", "planet" or "ring" (in a parallel stage "sun" is the pinion,
+    "planet" the gear), from the cache or computed (half a minute).
+
+    None where an FE body is tied at its flanks: it includes the tooth except line contact.
+    """
     parameters, tied = influence_parameters(view, role), is_tied(view, role)
     if parameters is None:
         return None
@@ -88,16 +92,17 @@ def segment_influence(p: SegmentParameters, m: Material, *, tied: bool) -> Tooth
 
 
 def is_tied(view: StageView, role: str) -> bool:
-    """Whether the node of an averaging tie at the tooth's root has part of its flexibility."""
+    """Whether the teeth of an FE body have averaging ties at their roots, so that the tie's node
+    has part of a tooth's flexibility."""
     return view.fe_tie(role) == "root" and getattr(view.stage, role).fe.tie_kind == "averaging"
 
 
 def influence_parameters(view: StageView, role: str) -> SegmentParameters | None:
-    """The segment of a gear.
+    """The segment of a gear, None where an FE body is tied at its flanks.
 
     Three teeth, held at the body's bore (a ring's outer diameter), at most ``DEEPEST`` below the
-    root, and at cuts across the rim. A rigid tie at the root of an FE body clamps the tooth's base
-    section: then one tooth, cut off there. InputError where a tooth or the rim below it cannot be
+    root, and at cuts across the rim. Of an FE body with rigid ties at the roots, which clamp the
+    base sections: one tooth, cut off there. InputError where a tooth or the rim below it cannot be
     meshed.
     """
     tooth, tie = stage_geometry(view).gears[role], view.fe_tie(role)
@@ -134,19 +139,20 @@ def require_teeth(
     tooth: ToothGeometry,
     other: str = 'set gear_mesh.tooth_compliance = "width"',
 ) -> None:
-    part, instead = view.part(role), f"lower it, or {other}"
+    """InputError where a tooth or the rim below it cannot be meshed; other: a second remedy."""
+    part, remedy = view.part(role), f"lower it, or {other}"
     if tooth.half_angle(tooth.tip_radius) <= 0.0:
         problem = "the tooth is pointed before its tip circle, so no FE mesh can be made of it"
-        raise view.refuse(f"{part}.addendum", problem, instead)
+        raise view.refuse(f"{part}.addendum", problem, remedy)
     rim = tooth.root_radius - gears_by_role(view.stage)[role].bore_diameter / 2
     if not tooth.internal and rim < view.stage.normal_module:
         problem = f"leaves a rim of {1e3 * rim:.2f} mm below the teeth, less than one module"
-        raise view.refuse(f"{part}.bore_diameter_mm", problem, instead)
+        raise view.refuse(f"{part}.bore_diameter_mm", problem, remedy)
 
 
 def held_radius(view: StageView, role: str, tooth: ToothGeometry, modules: float) -> float:
-    """Radius ``modules`` below the root circle, or of the bore (outer diameter) if that is
-    nearer."""
+    """Radius ``modules`` below the root circle, m, or of the bore (a ring's outer diameter) where
+    the rim is thinner."""
     deepest = tooth.root_radius - tooth.outward * modules * view.stage.normal_module
     gear = gears_by_role(view.stage)[role]
     if role == "ring":
@@ -162,10 +168,13 @@ _LEAST_WIDTH = 1e-6  # of the face, where a line has left it
 
 @dataclass(frozen=True)
 class PairBending:
-    """Flexibility over the path coordinate (S,), for contact lines of K slices each. flexibility
-    (S, K, K) m/N of both teeth between the slices of a line; beside (S, 2, K, K) m/N: displacement
-    of its slices per force on those of the next two lines, one base pitch apart each, through the
-    bodies below them; scale m/N and limit N (S, K) of the approach a f ln(d/f) of line contact."""
+    """Flexibility of a tooth pair at path coordinates (S,), for contact lines of K slices each.
+
+    flexibility (S, K, K) m/N of both teeth between the slices of a line; beside (S, 2, K, K) m/N:
+    displacement of its slices per force on those of the next two lines, each one base pitch
+    further, through the bodies below them; scale a m/N and limit d N (S, K) of the approach
+    a f ln(d/f) of line contact.
+    """
 
     flexibility: Array
     beside: Array
@@ -173,7 +182,7 @@ class PairBending:
     limit: Array
 
     def with_rim(self, flexibility: Array, beside: Array) -> PairBending:
-        """The same with the flexibility added by the rim of an FE ring: ``rim``."""
+        """The pair with the additional flexibility of the rim of an FE ring (``rim_bending``)."""
         more = self.flexibility + flexibility, self.beside + beside
         return replace(self, flexibility=more[0], beside=more[1])
 
@@ -183,8 +192,8 @@ def pair_bending(view: StageView, path: GearMeshPath, slices: Slices, force: flo
 
     force: of the gear mesh, N, for whose mean line load contacts at tip edges are solved
     (``tip_edge``; where both teeth have influences). Displacement and force of slices are along the
-    normal N. Teeth of an FE body move their neighbours through its own model and its rim (``rim``),
-    which ``beside`` does not include.
+    flank's normal. ``beside`` omits neighbours in an FE body, which couple through its reduced
+    model and its rim (``rim``).
     """
     width, some = widths(path, slices), some_places(slices, PAIR_PLACES)
     count = slices.count
@@ -200,7 +209,7 @@ def pair_bending(view: StageView, path: GearMeshPath, slices: Slices, force: flo
             continue
         flank, roll = mating.of(influence), mating.roll
         if (profile := slices.profile) is not None:
-            centre = profile.at(profile.centre, _touches(path, slices), slices.z)
+            centre = profile.at(profile.centre, _path_coordinates(path, slices), slices.z)
             roll = roll_along(mating.tooth, roll, centre if member else -centre)
         for tip in at_tips:
             inward = tip.inward if tip.member == member else -tip.inward
@@ -218,7 +227,7 @@ def pair_bending(view: StageView, path: GearMeshPath, slices: Slices, force: flo
     for tip in at_tips:
         contact = contact.softer(tip.alpha, tip.beta)
     if profile is not None:
-        on, z = _touches(path, slices), slices.z
+        on, z = _path_coordinates(path, slices), slices.z
         more = profile.at(profile.alpha, on, z), profile.at(profile.beta, on, z)
         contact = contact.softer(more[0], np.maximum(more[1], -LEAST_SLOPE * contact.beta))
     scale, limit = contact.of_slice(width / cos)
@@ -236,33 +245,33 @@ def _at_tips(
     influences: Sequence[ToothInfluence | None],
     line_load: float,
 ) -> list[AtTip]:
-    """Corrections of line contact at the slices by every tip edge that touches; none where a tooth
+    """Corrections of line contact at the slices for every tip edge in contact; none where a tooth
     has no influence."""
     planet, gear = influences
     if planet is None or gear is None:
         return []
-    on, members = _touches(path, slices), (planet, gear)
+    on, members = _path_coordinates(path, slices), (planet, gear)
     return [
         at_tip(end, members, path.cos_base_helix, line_load, slices.profile).at(on)
         for end in tip_ends(path, slices)
     ]
 
 
-class _Flank(Protocol):
+class _HasImages(Protocol):
     def mirrored(self) -> Self: ...
     def turned(self) -> Self: ...
 
 
-Flank = TypeVar("Flank", bound=_Flank)
+Flank = TypeVar("Flank", bound=_HasImages)
 
 
 class MatingFlank(NamedTuple):
     """Flanks of one gear over the contact lines of a gear mesh.
 
     name: "planet", "sun" or "ring"; sense: 1 where the force pushes the gear's teeth in +θ, on
-    their −θ flank, else −1; step: teeth in +θ from one pair to the next; other_hand: whether the
-    helix is mirrored, as in right halves; roll (S, K): roll length of slices, limited to the flank,
-    m.
+    their −θ flank, else −1; step: number of teeth in +θ from one pair to the next; other_hand:
+    whether the helix is mirrored, as in right halves; roll (S, K): roll length of slices, limited
+    to the flank, m.
     """
 
     name: str
@@ -273,19 +282,19 @@ class MatingFlank(NamedTuple):
     roll: Array
 
     def of(self, flank: Flank) -> Flank:
-        """Transforms data of the −θ flank of the gear's own hand to this flank."""
+        """Data of this flank from those of the −θ flank with the gear's hand of helix."""
         flank = flank.mirrored() if self.other_hand else flank
         return flank if self.sense > 0 else flank.turned()
 
     def to_middle(self, m: Material) -> ContactBody:
-        """Line contact of a tooth that is part of an FE body, down to its middle line."""
+        """Body of line contact, to the middle line of the tooth, for a tooth of an FE body."""
         depth = middle_depth(self.tooth, np.hypot(self.tooth.base_radius, self.roll))
         return ContactBody(m.young_modulus, m.poisson_ratio, depth)
 
 
 def mating_flanks(path: GearMeshPath, slices: Slices) -> list[MatingFlank]:
     """Flanks of the planet, then of its mate."""
-    on = _touches(path, slices)
+    on = _path_coordinates(path, slices)
     members = (
         ("planet", path.off_path.planet, -path.planet_step, path.planet_step),
         (path.kind.gear, path.off_path.gear, path.gear_step, path.gear_step),
@@ -298,27 +307,30 @@ def mating_flanks(path: GearMeshPath, slices: Slices) -> list[MatingFlank]:
     return flanks
 
 
-def _touches(path: GearMeshPath, slices: Slices) -> Array:
+def _path_coordinates(path: GearMeshPath, slices: Slices) -> Array:
     """Path coordinates (S, K) of slices, m."""
     return np.clip(slices.s[:, None] + path.slope * slices.z, *slices.span)
 
 
 def widths(path: GearMeshPath, slices: Slices) -> Array:
-    """Axial widths (S, K) m of slices, small but positive where a line has left the face."""
+    """Axial widths (S, K) m of slices, small but positive where a line is beyond the face."""
     return np.maximum(slices.width, _LEAST_WIDTH * 2 * path.half_face)
 
 
 def some_places(slices: Slices, most: int) -> Ints:
-    """Indices of at most ``most`` of the contact lines, evenly spread."""
+    """Indices of at most ``most`` of the contact lines, at even distances."""
     return np.unique(np.linspace(0, len(slices.s) - 1, most).astype(np.int64))
 
 
 def _further_line(
     flank: ToothInfluence, step: int, lines: Sequence[Array], places: tuple[Array, Ints, float]
 ) -> Array:
-    """C (S', K, K) m/N of one gear: displacement of slices of some lines (roll, z, width) per force
-    on lines of the tooth ``step`` teeth further in +θ. places: path coordinates of the lines,
-    indices of those to compute, and distance to the lines with the force, m."""
+    """Displacement C (S', K, K) m/N of slices of some contact lines per force on slices of lines on
+    the tooth ``step`` teeth further in +θ, of one gear.
+
+    lines: (roll, z, width) of all lines; places: path coordinates of all lines, indices of those to
+    compute, and distance to the lines with the force, m.
+    """
     s, some, distance = places
     further = np.clip(s[some] + distance, None, s[-1])
     at_lines = [line[some] for line in lines]
@@ -329,21 +341,21 @@ def _further_line(
 
 
 def rows_at(s: Array, table: Array, places: Array) -> Array:
-    """Rows of a table over s, interpolated at other s."""
+    """Rows of a table over s (S,), linearly interpolated at ``places``."""
     return np.asarray(interp1d(s, table, axis=0, copy=False, assume_sorted=True)(places))
 
 
-WITHIN_LAYER = 9  # places over which the depth of a layer is averaged
+WITHIN_LAYER = 9  # places over which the depth of a crack in a layer is averaged
 CRACK_PLACES = 151  # contact lines that are computed; linear between
-CRACK_DIVISIONS = SegmentDivisions(flank=6, fillet=7, rim=5)  # ``tooth`` follows from the crack
+CRACK_DIVISIONS = SegmentDivisions(flank=6, fillet=7, rim=5)  # the crack determines ``tooth``
 
 
 def crack_flexibility(view: StageView, path: GearMeshPath, lines: Slices, fault: Fault) -> Array:
-    """ΔC (S, K, K) m/N between slices of contact lines, by a crack of one of both teeth, from the
-    cache or computed (half a minute)."""
+    """ΔC (S, K, K) m/N between slices of contact lines by a crack in a tooth of either gear, from
+    the cache or computed (half a minute)."""
     role = "planet" if fault.gear == view.part("planet") else path.kind.gear
     mating = next(m for m in mating_flanks(path, lines) if m.name == role)
-    # z of the flank as it is made: turned and mirrored ones, and left halves, count the other way
+    # the segment's z is reversed for turned and mirrored flanks and for left halves
     flipped = (mating.sense < 0) ^ mating.other_hand ^ (path.side == "left")
     p, material = crack_parameters(view, role, fault, -1.0 if flipped else 1.0), view.material
     if max(p.depths) == 0.0:
@@ -360,14 +372,15 @@ def crack_flexibility(view: StageView, path: GearMeshPath, lines: Slices, fault:
 def crack_parameters(
     view: StageView, role: str, fault: Fault, sense: float
 ) -> CrackedSegmentParameters:
-    """Segment of a gear with a crack; sense: +1 where z of the segment counts as in the case."""
+    """Segment of a gear with a crack; sense: +1 where the segment's z is that of the case, −1 where
+    it is reversed."""
     tooth = stage_geometry(view).gears[role]
     require_teeth(view, role, tooth, "take the crack out")
     cut_off = one_tooth(view, role, tooth)
     borders = cut_off.layer_positions
     share = (np.arange(WITHIN_LAYER) + 0.5) / WITHIN_LAYER
     depths = fault.depth_at(sense * (borders[:-1, None] + np.diff(borders)[:, None] * share))
-    whole = replace(  # teeth beside it change what a crack adds by less than 1 %
+    whole = replace(  # one tooth: neighbours change ΔC by less than 1 %
         cut_off,
         held_radius=held_radius(view, role, tooth, DEEPEST),
         divisions=replace(CRACK_DIVISIONS, layers=cut_off.divisions.layers),
@@ -380,8 +393,8 @@ def crack_parameters(
 def added_compliance(
     p: CrackedSegmentParameters, young: float, poisson: float, *, plane_strain: bool = False
 ) -> FlankCompliance:
-    """F_cracked − F_whole of the −θ flank of the middle tooth, zero without depth; E in Pa;
-    plane_strain: as in ``influence_of``."""
+    """F_cracked − F_whole of the −θ flank of the middle tooth, zero for a crack without depth;
+    young: Pa; plane_strain: as in ``influence_of``."""
     (whole, cracked), flexibility = cracked_segment(p), []
     for fe_mesh in (whole.fe_mesh, cracked):
         model = FeModel(fe_mesh, young, poisson, density=1.0)

@@ -1,24 +1,24 @@
-"""Flexibility of the rim of an FE ring along the face within a tooth, and whether it counts.
+"""Flexibility of the rim of an FE ring along the face within a tooth, where it is not negligible.
 
-The influence of a tooth is that of a segment whose rim is held; in the ring the node of a tooth
-carries rigid motion only. With shapes p beside the node's motion q (``reduced``) and
-loads on both, the FE ring on its supports has the flexibility
+The influence of a tooth is that of a segment whose rim is held; the node of a tooth in the ring has
+rigid motion only. With the amplitudes p of shapes (``reduced``) added to the node's motion q the FE
+ring on its supports has the flexibility
 
-    T = [B; B_s] K⁻¹ [B; B_s]ᵀ,    the same of the segment: T_c,
+    T = [B; B_s] K⁻¹ [B; B_s]ᵀ,    the segment likewise T_c,
 
-and what bends more in the whole ring than in the segment is G ΔT Gᵀ on the flank with
-ΔT = T − T_c less the block of q, which the node has. Between a tooth and the next two, where
-the segment has nothing, it is T less that block. T_c is taken of the ring's own FE mesh, cut and
-held where the segment is: a coarse mesh is too stiff within a tooth by more than ΔT, and in the
-difference that cancels.
+and the flank of the whole ring is more flexible than that of the segment by G ΔT Gᵀ, where
+ΔT = T − T_c without the block of q, which the node has. Between a tooth and the next two, which the
+segment does not couple, ΔT is T without that block. T_c is computed from the ring's FE mesh, cut
+and held where the segment is: a coarse mesh is too stiff within a tooth by more than ΔT, and this
+error cancels in the difference.
 
 K⁻¹ comes from the condensation of the ring on its nodes (``condensation``): of loads L = B_sᵀ
 
     u = Ψ q + x,   (K_bb + S) q = Ψᵀ L,   K x = L + Bᵀ(reactions), B x = 0,
 
-so that supports S may change without another factor. Loads L are in equilibrium by themselves:
-answers are local, and hardly differ from tooth to tooth (0.1 % between the bolts of ``wind-5mw``);
-the mean of some teeth is taken.
+so that supports S may change without another factor. Loads L have no resultant, so that
+displacements are local and nearly the same for all teeth (0.1 % apart between the bolts of
+``wind-5mw``); ΔT is the mean over some teeth.
 """
 
 from __future__ import annotations
@@ -36,7 +36,13 @@ from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.bodies import Material
 from flexgear.structures.bodies import rigid_motion, turn
 from flexgear.structures.cache import cached_arrays
-from flexgear.structures.estimate import END_SHARE, PROMISED, is_held, judged, shape_errors
+from flexgear.structures.estimate import (
+    END_SHARE,
+    PROMISED,
+    is_held,
+    largest_ring_error,
+    shape_errors,
+)
 from flexgear.structures.fe_mesh.section import base_section_angle
 from flexgear.structures.fe_mesh.tooth_segment import SegmentParameters
 from flexgear.structures.fem.assembly import FeModel, Sample, facet_sample
@@ -44,14 +50,14 @@ from flexgear.structures.fem.ties import averaging_tie
 from flexgear.structures.linalg.dense import scaled_inverse, single_threaded_blas
 from flexgear.structures.linalg.sparse import flexibility
 from flexgear.structures.reduced import (
-    BEYOND,
-    BOTH,
-    COUNT,
+    MOTIONS,
+    NEXT_TEETH,
     ORDERS,
+    SHAPES,
     ReducedBody,
     RimFlexibility,
     ToothLine,
-    carried,
+    normal_displacement,
 )
 from flexgear.structures.reduction import AnyCondensation
 from flexgear.structures.tooth_influence.influence import ToothInfluence, involute_normals
@@ -62,15 +68,15 @@ from flexgear.structures.tooth_influence.of_case import (
     some_places,
 )
 
-TEETH = 5  # whose answers are taken
+SAMPLED_TEETH = 5  # over which the flexibility is averaged
 _SLICES = 20  # of the loads of the estimate
 _PLACES = 251  # contact lines that are computed; linear between
-_SLACK = 1e-6  # of a pitch and a radius, by which nodes are inside a border
+_SLACK = 1e-6  # of a pitch and a radius: nodes so near a cut count as on it
 
 
 @dataclass(frozen=True)
 class Cut:
-    """Where a segment is held: pitches to either side of the tooth's middle, and radius m."""
+    """Surfaces where a segment is held: pitches to either side of the tooth's middle, radius m."""
 
     pitches: float
     radius: float
@@ -78,12 +84,13 @@ class Cut:
 
 @dataclass(frozen=True, eq=False)
 class RingShapes:
-    """Answers of an FE ring to loads on the shapes of some teeth (t,), numbered from 0, of all.
+    """Displacements of an FE ring by loads on the shapes of some teeth (t,), numbered from 0.
 
-    loads (t, 1 + BEYOND, b, COUNT): Ψᵀ L of the tooth and of the next ones; fixed (t, 1 + BEYOND,
-    COUNT, COUNT): of the tooth's own shapes to all with the interface held; piece (t, BOTH, BOTH):
-    T_c; less (t, 6, COUNT): N. Components along the axes of the tooth at its middle; those of b are
-    the ring's.
+    count: number of all teeth; loads (t, 1 + NEXT_TEETH, b, SHAPES): Ψᵀ L of loads on the tooth and
+    the next ones; fixed (t, 1 + NEXT_TEETH, SHAPES, SHAPES): with the interface held, amplitudes of
+    the tooth's shapes by loads on the shapes of the tooth and the next ones; piece (t, MOTIONS,
+    MOTIONS): T_c; less (t, 6, SHAPES): N. Components along the axes of the tooth at its middle, in
+    the dimension b along those of the ring.
     """
 
     teeth: Array
@@ -97,29 +104,30 @@ class RingShapes:
 def ring_shapes(
     model: FeModel, condensation: AnyCondensation, line: ToothLine, teeth: int, cut: Cut
 ) -> RingShapes:
-    """Shapes of the teeth of a ring with averaging ties at their roots; line: of tooth 0."""
-    sampled_teeth = sorted({k * teeth // TEETH for k in range(TEETH)})
-    shapes = [_of_tooth(model, condensation, line, (j, teeth), cut) for j in sampled_teeth]
+    """Displacements by loads on the shapes of a ring's teeth with averaging ties at their roots;
+    line: of tooth 0; teeth: number of all teeth."""
+    sampled = sorted({k * teeth // SAMPLED_TEETH for k in range(SAMPLED_TEETH)})
+    shapes = [_of_tooth(model, condensation, line, (j, teeth), cut) for j in sampled]
     stacked = (np.stack(arrays) for arrays in zip(*shapes, strict=True))
-    return RingShapes(np.array(sampled_teeth, dtype=float), np.array(float(teeth)), *stacked)
+    return RingShapes(np.array(sampled, dtype=float), np.array(float(teeth)), *stacked)
 
 
 def rim_flexibility(
     shapes: RingShapes, stiffness: Array, supports: Array, line: ToothLine
 ) -> RimFlexibility:
-    """On supports (b, b) at the ring's nodes, teeth first, that hold it; stiffness: K_bb (b, b);
-    line: of tooth 0."""
-    held, teeth = scaled_inverse(stiffness + supports), int(shapes.count)
-    same, beside = np.zeros((BOTH, BOTH)), np.zeros((BEYOND, BOTH, BOTH))
+    """ΔT of a ring on supports (b, b) at its nodes, teeth first, that leave no motion free;
+    stiffness: K_bb (b, b); line: of tooth 0."""
+    flexibility, teeth = scaled_inverse(stiffness + supports), int(shapes.count)
+    same, beside = np.zeros((MOTIONS, MOTIONS)), np.zeros((NEXT_TEETH, MOTIONS, MOTIONS))
     for n, j in enumerate(shapes.teeth.astype(int)):
         axes, at = _axes(j, teeth), slice(6 * j, 6 * j + 6)
-        motion = held @ shapes.loads[n]  # of all nodes, by shapes of the tooth and of the next ones
+        motion = flexibility @ shapes.loads[n]  # of all nodes, by loads on the tooth and the next
         displacement = shapes.loads[n, 0].T @ motion + shapes.fixed[n]
         same[6:, 6:] += displacement[0] - shapes.piece[n, 6:, 6:]
         same[:6, 6:] += axes.T @ motion[0, at] - shapes.piece[n, :6, 6:]
         beside[:, 6:, 6:] += displacement[1:]
         beside[:, :6, 6:] += axes.T @ motion[1:, at]
-        for k in range(BEYOND):
+        for k in range(NEXT_TEETH):
             further = (j + 1 + k) % teeth
             node = motion[0, 6 * further : 6 * further + 6]
             beside[k, 6:, :6] += (_axes(further, teeth).T @ node).T
@@ -129,14 +137,14 @@ def rim_flexibility(
 
 
 def shape_tie(line: ToothLine, sample: Sample) -> tuple[sp.csr_matrix, Array]:
-    """B_s (COUNT, 3n) and N (6, COUNT) of a tooth by the sample of its base section."""
+    """B_s (SHAPES, 3n) and N (6, SHAPES) of a tooth from a sample of its base section."""
     rigid, shapes = rigid_motion(sample.points - line.place), line.shapes(sample.points)
     less = np.linalg.solve(_inner(sample, rigid, rigid), _inner(sample, rigid, shapes))
     elastic = shapes - rigid @ less
     weights = np.einsum("m,mci->mci", sample.weights, elastic)
     weights = weights @ np.linalg.inv(_inner(sample, elastic, elastic))
     rows = np.stack([sample.interpolation.T @ weights[:, c] for c in range(3)], axis=1)
-    return sp.csr_matrix(rows.reshape(-1, COUNT).T), np.asarray(less, dtype=np.float64)
+    return sp.csr_matrix(rows.reshape(-1, SHAPES).T), np.asarray(less, dtype=np.float64)
 
 
 def _of_tooth(
@@ -146,34 +154,35 @@ def _of_tooth(
     which: tuple[int, int],
     cut: Cut,
 ) -> tuple[Array, Array, Array, Array]:
-    """Ψᵀ L, solutions with the interface held, T_c and N of one tooth."""
+    """Entries of ``RingShapes`` (loads, fixed, piece, less) of one tooth; first: line of tooth 0;
+    which: number of the tooth and number of all teeth."""
     j, teeth = which
     ties = [
         shape_tie(_turned(first, i, teeth), facet_sample(model, _root(model, i % teeth)))
-        for i in range(j, j + 1 + BEYOND)
+        for i in range(j, j + 1 + NEXT_TEETH)
     ]
     rows = [tie for tie, _ in ties]
     loads = sp.hstack([row.T for row in rows]).toarray()
     form = condensation.field_of(loads)
-    answers = form[:, :COUNT].T @ condensation.fixed_solve(form)
+    amplitudes = form[:, :SHAPES].T @ condensation.fixed_solve(form)
     return (
         _by_tooth(condensation.constraint_load(loads)),
-        _by_tooth(answers),
+        _by_tooth(amplitudes),
         _piece(model, _turned(first, j, teeth), rows[0], teeth, cut),
         _axes(j, teeth).T @ ties[0][1],
     )
 
 
 def _by_tooth(columns: Array) -> Array:
-    """(rows, teeth COUNT) as (teeth, rows, COUNT)."""
-    return columns.reshape(len(columns), -1, COUNT).swapaxes(0, 1)
+    """Columns (rows, teeth · SHAPES) as (teeth, rows, SHAPES)."""
+    return columns.reshape(len(columns), -1, SHAPES).swapaxes(0, 1)
 
 
 def cut_flexibility(
     model: FeModel, line: ToothLine, rows: sp.csr_matrix, teeth: int, cut: Cut
 ) -> Array:
-    """Flexibility (k, k) between rows (k, 3n) of the ring's FE mesh about a tooth, which is held
-    where it is cut; line: of the tooth, one of so many."""
+    """Flexibility (k, k) between rows (k, 3n) of the part of a ring's FE mesh that is cut out about
+    a tooth and held at the cut; line: of the tooth; teeth: number of all teeth."""
     x, y, z = model.nodes.T
     away = np.arctan2(y, x) - line.angle - line.helix_rate * z
     away = np.abs((away + np.pi) % (2 * np.pi) - np.pi)
@@ -187,7 +196,7 @@ def cut_flexibility(
 
 
 def _piece(model: FeModel, line: ToothLine, shapes: sp.csr_matrix, teeth: int, cut: Cut) -> Array:
-    """T_c (BOTH, BOTH), along the axes of a tooth with these shapes B_s."""
+    """T_c (MOTIONS, MOTIONS), along the axes of a tooth; shapes: its B_s."""
     tooth = round(line.angle * teeth / (2 * np.pi)) % teeth
     node = averaging_tie("tooth", line.place, facet_sample(model, _root(model, tooth))).rows
     assert node is not None  # no rigid tie
@@ -196,11 +205,12 @@ def _piece(model: FeModel, line: ToothLine, shapes: sp.csr_matrix, teeth: int, c
 
 
 def _turned(line: ToothLine, tooth: int, teeth: int) -> ToothLine:
+    """Line of a tooth from that of tooth 0."""
     return replace(line, angle=line.angle + 2 * np.pi * tooth / teeth)
 
 
 def _axes(tooth: int, teeth: int) -> Array:
-    """(6, 6) from components along a tooth's axes to the ring's."""
+    """Rotation (6, 6) of components along a tooth's axes to the ring's."""
     return turn(2 * np.pi * tooth / teeth)
 
 
@@ -219,8 +229,11 @@ Condensed = Callable[[], tuple[FeModel, AnyCondensation]]
 def cached_shapes(
     segment: SegmentParameters, teeth: int, ring_key: str, condensed: Condensed
 ) -> RingShapes:
-    """Shapes of a ring, from the cache or computed, which needs another factor of its matrix.
-    ring_key: key of its reduced body; condensed: makes the body and its condensation."""
+    """``ring_shapes`` from the cache, or computed by another factor of the ring's matrix.
+
+    ring_key: key of its reduced body; condensed: function that returns its FE model and
+    condensation.
+    """
     line, cut = first_line(segment), cut_of(segment)
 
     def make() -> RingShapes:
@@ -241,11 +254,11 @@ def with_rim(
     *,
     always: bool,
 ) -> ReducedBody:
-    """The reduced ring with the flexibility of its rim along the face on its supports, where that
-    counts; its report has the static error without it (``rim_error``) and whether it is included.
+    """The reduced ring with the flexibility of its rim along the face, where that is not negligible
+    (``PROMISED``); its report has the error without it (``rim_error``) and whether it is included.
 
-    segment: of its teeth; supports: (b, b) stiffness at its nodes, without effect where they leave
-    the ring free; always: include the shapes however small their effect is.
+    segment: of its teeth; supports: (b, b) stiffness at its nodes; the ring is returned unchanged
+    where they leave it free; always: include the flexibility even if it is negligible.
     """
     b, line = slice(0, body.interface_dofs), first_line(segment)
     with single_threaded_blas():
@@ -257,7 +270,7 @@ def with_rim(
     counts = always or error > PROMISED
     report = {
         **body.report,
-        **judged(body.report.get("static_error_cases", {}), None if counts else error),
+        **largest_ring_error(body.report.get("static_error_cases", {}), None if counts else error),
         "rim_error": error,
         "rim_counts": counts,
     }
@@ -265,9 +278,11 @@ def with_rim(
 
 
 def rim_bending(rim: RimFlexibility, path: GearMeshPath, slices: Slices) -> tuple[Array, Array]:
-    """ΔC (S, K, K) and what it does to the slices of the next two lines, (S, BEYOND, K, K) m/N: as
-    ``PairBending`` has them of both teeth. The right half of a ring is the mirror image of the
-    left, z -> −z."""
+    """Flexibility that a ring's rim adds to contact lines of K slices, m/N: ΔC (S, K, K) between
+    the slices of a line, and (S, NEXT_TEETH, K, K) to those of the next two, as in ``PairBending``.
+
+    The right half of a ring is the mirror image of the left, z -> −z.
+    """
     flank = mating_flanks(path, slices)[1]
     some, z = some_places(slices, _PLACES), -slices.z if flank.other_hand else slices.z
     motion = flank_motion(rim, flank.tooth, -flank.sense, (flank.roll[some], z[some]))
@@ -279,25 +294,26 @@ def rim_bending(rim: RimFlexibility, path: GearMeshPath, slices: Slices) -> tupl
         after = between if flank.step > 0 else between.T
         beside.append(motion @ after @ further_motion.swapaxes(1, 2))
     parts = motion @ rim.tooth @ motion.swapaxes(1, 2), np.stack(beside, axis=1)
-    near, beyond = (rows_at(slices.s[some], c, slices.s) for c in parts)
-    return 0.5 * (near + near.swapaxes(1, 2)), beyond
+    within, between_lines = (rows_at(slices.s[some], c, slices.s) for c in parts)
+    return 0.5 * (within + within.swapaxes(1, 2)), between_lines
 
 
 def flank_motion(
     rim: RimFlexibility, tooth: ToothGeometry, side: int, places: tuple[Array, Array]
 ) -> Array:
-    """G (…, 6 + shapes) at (roll, z) (…,) m of a flank, −θ: side −1, along its normal."""
+    """Displacement G (…, MOTIONS) of a flank along its normal by unit motions of a tooth, at places
+    (roll, z) (…,) m; side: −1 for the −θ flank, else 1."""
     roll, z = places
     radius = np.hypot(tooth.base_radius, roll).ravel()
     angle = side * tooth.half_angle(radius) + rim.line.helix_rate * z.ravel()
     points = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), z.ravel()])
     normals = involute_normals(tooth, rim.line.helix_rate, points, side)
-    return carried(rim.line, rim.less, points, normals).reshape(*z.shape, -1)
+    return normal_displacement(rim.line, rim.less, points, normals).reshape(*z.shape, -1)
 
 
 def rim_error(rim: RimFlexibility, influence: ToothInfluence, tooth: ToothGeometry) -> float:
-    """The worst of ``shape_errors`` under even loads along the −θ flank at pitch height, over the
-    face and at its ends."""
+    """Largest of ``shape_errors`` under even loads along the −θ flank at pitch height, over the
+    whole face and at either end."""
     width = np.full(_SLICES, rim.line.face_width / _SLICES)
     z = width[0] * (np.arange(_SLICES) + 0.5 - 0.5 * _SLICES)
     roll = np.full(_SLICES, tooth.roll_length(tooth.reference_radius))
@@ -309,7 +325,7 @@ def rim_error(rim: RimFlexibility, influence: ToothInfluence, tooth: ToothGeomet
 
 
 def first_line(p: SegmentParameters) -> ToothLine:
-    """Line along the flank of the first tooth of a ring, at the reference circle."""
+    """Helix through the middle of the first tooth of a ring, at the reference circle."""
     return ToothLine(0.0, p.tooth.reference_radius, p.helix_rate, p.face_width)
 
 

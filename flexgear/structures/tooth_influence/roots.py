@@ -1,29 +1,27 @@
 """Root stress of a tooth under the slices of contact lines, by a submodel of three teeth.
 
-The body is cut ``DEPTH`` modules below the root and held there: nothing of the tooth's own
-clamping is near the fillet, as it is in the compliance model of an FE ring, whose tie ends just at
-the critical section. With unit loads R at nodes of the flanks along their normals and K of what the
-cut (c) leaves free (f),
+The body is cut ``DEPTH`` modules below the root and held there, so that the held surface is not
+near the fillet. (In the compliance model of an FE ring the tie ends just at the critical section.)
+With unit loads R at nodes of the flanks along their normals and K of the free (f) and cut (c) dofs,
 
     σ = S_f bᵀ f + S_u u_cut,   S_f = T K_ff⁻¹ R,   S_u = T_c − T_f K_ff⁻¹ K_fc
 
-(b: ``ToothInfluence.averages``), where a row of T is the stress across the tooth's root line, along
-the surface, at a vertex of the fillet: the mean of the elements' own stresses there. Fillets are
-resolved by eight and more quadratic elements. The cut stands still (u_cut = 0) in bodies that are
-lumped; in an FE body it moves as that body does.
+(b: ``FlankPlaces.averages``), where a row of T is the stress along the surface, across the tooth's
+root line, at a vertex of the fillet: the mean of the stresses in the elements that meet there.
+Fillets have eight and more quadratic elements. In lumped bodies u_cut = 0; in an FE body u_cut is
+the displacement of that body.
 
-T is of the −θ flank's own fillet, in tension under load on this flank. Half a turn about the middle
-tooth's radial axis leaves the segment as it is: the stress of the +θ fillet under load on −θ flanks
-is that of the −θ fillet under load on +θ flanks, so that one set of solutions says all.
+T is of the fillet beside the −θ flank, in tension under load on this flank. Half a turn about the
+middle tooth's radial axis maps the segment onto itself: the stress of the +θ fillet under load on
+−θ flanks is that of the −θ fillet under load on +θ flanks, so that one set of solutions suffices.
 
-Of an FE ring rows on its coordinates give the stress by the motion of its body. With the motion
-u(x) = Φ_r(x) q of the body at the cut of the submodel, which stands at tooth j turned by φ_j about
-the axis,
+In an FE ring the motion u(x) = Φ_r(x) q of the body at the cut of the submodel, turned by φ_j about
+the axis to tooth j, gives the stress
 
     σ = Σ_c S_u,c · R(φ_j)ᵀ u(R(φ_j) x_c),
 
-less what rounding leaves of rigid motion. The cut lies so deep that what the body's own FE mesh
-lacks there, the true shape of the teeth, no longer counts.
+corrected to zero under rigid motion, where rounding errors remain. At the depth of the cut the
+error of the body's FE mesh, which has coarse teeth, is negligible.
 """
 
 from __future__ import annotations
@@ -72,27 +70,27 @@ from flexgear.structures.tooth_influence.of_case import (
 )
 
 DEPTH = 4.5  # modules below the root circle where the body is cut
-FIRST = 0.15  # modules, height of the rim's first row: stress at the fillet's foot hangs on it
-LAYER = 0.1  # modules, depth of the first elements under flank and fillet: a quarter of its radius
+FIRST = 0.15  # modules, height of the rim's first row: it affects stress at the fillet's foot
+LAYER = 0.1  # modules, depth of elements under flank and fillet: a quarter of the fillet's radius
 MARGIN = 0.5  # pitches of rim beside the three teeth
-HALF_TURN = np.array([1.0, -1.0, -1.0])  # about the middle tooth's radial axis
-_TOGETHER = 32  # points of a fillet at a time
+HALF_TURN = np.array([1.0, -1.0, -1.0])  # signs of a vector after half a turn about the x axis
+_TOGETHER = 32  # points of a fillet that are processed together
 FINE = SegmentDivisions(flank=8, fillet=12, tooth=6, rim=8, land=4)
 WHOLE_FACE = SegmentDivisions(flank=6, fillet=8, tooth=4, land=2)  # 1 to 3 % off FINE
 
 
 @dataclass(frozen=True, eq=False)
 class RootInfluence(FlankPlaces):
-    """Stress in the roots of a tooth per load on its flank and on those beside it.
+    """Stress in the roots of a tooth per load on its flank and on those of both neighbours.
 
     stress: S_f (3, 2, rows, layers + 1, n) Pa/N of unit loads at the n nodes of the −θ flank of the
     tooth before (in −θ), of the tooth itself and of the next one; in the fillet on the loaded
     flanks' side, then in the other; by rows of the fillet from the flank's end down and layer
     borders along the face. points: (rows, layers + 1, 3) m of the −θ fillet. cut: S_u (rows, layers
     + 1, c, 3) Pa/m in the −θ fillet per displacement of the cut at cut_points (c, 3) m; the middle
-    tooth stands on the x axis.
+    tooth is on the x axis.
 
-    As made it is for loads on −θ flanks of a tooth with the gear's hand of helix.
+    It is computed for loads on −θ flanks of a tooth with the gear's hand of helix.
     """
 
     stress: Array
@@ -101,20 +99,20 @@ class RootInfluence(FlankPlaces):
     cut_points: Array
 
     def per_force(self, roll: Array, z: Array, width: Array) -> Array:
-        """σ (…, K, 3, 2, rows, layers + 1) Pa/N per force of each slice (…, K) on the tooth before,
-        itself and the next, while the cut surfaces are held."""
+        """Stress σ (…, K, 3, 2, rows, layers + 1) Pa/N per force of each slice on the tooth before,
+        the tooth itself and the next, with the cut held; roll, z, width of slices (…, K) m."""
         shape = np.shape(roll)
         means = self.averages(roll.ravel(), z.ravel(), width.ravel())
         of_nodes = self.stress.reshape(-1, self.stress.shape[-1]).T
         return np.asarray(means @ of_nodes).reshape(*shape, *self.stress.shape[:-1])
 
     def turned(self) -> RootInfluence:
-        """For loads on +θ flanks: half a turn about the tooth's radial axis. The fillet under the
-        loaded flank comes first; cut and points stay those of the −θ fillet."""
+        """Stress per load on +θ flanks, by half a turn about the tooth's radial axis. The fillet
+        beside the loaded flank is the first; cut and points remain those of the −θ fillet."""
         return replace(self, stress=self.stress[::-1]).mirrored()
 
     def mirrored(self) -> RootInfluence:
-        """For the other hand of helix, loads only: z -> −z."""
+        """Stress per load for the other hand of helix, z -> −z; cut and points are unchanged."""
         stress = self.stress[:, :, :, ::-1, self.flipped_nodes()]
         return replace(self, stress=stress, slope=-self.slope)
 
@@ -122,9 +120,11 @@ class RootInfluence(FlankPlaces):
 def root_parameters(
     parameters: SegmentParameters, module: float, depth: float = DEPTH
 ) -> SegmentParameters:
-    """The submodel of a gear from the parameters of its influence: three teeth, cut ``depth``
-    modules below the root circle, with a resolved fillet, and rows and layers of the rim
-    independent of the depth."""
+    """The submodel of a gear: three teeth with fine fillets, cut ``depth`` modules below the root
+    circle; the first rows of the rim do not depend on the depth.
+
+    parameters: of one tooth of the gear; module: m.
+    """
     tooth, growth = parameters.tooth, WHOLE_FACE.growth
     rim = math.ceil(math.log1p(depth * (growth - 1.0) / FIRST) / math.log(growth))
     return replace(
@@ -140,8 +140,8 @@ def root_parameters(
 def root_influence(
     parameters: SegmentParameters, young: float, poisson: float, *, plane_strain: bool = False
 ) -> RootInfluence:
-    """Stress in the root of the middle tooth of three per force on its flank (S_f) and per motion
-    of the cut below it (S_u). young: Pa; plane_strain: whether axial displacement is zero."""
+    """Stress in the root of the middle tooth of three per force on flanks (S_f) and per motion of
+    the cut (S_u). young: Pa; plane_strain: whether axial displacement is zero."""
     segment = tooth_segment(parameters)
     model = FeModel(segment.fe_mesh, young, poisson, density=1.0)
     j, first = parameters.middle, len(segment.roll) - 1
@@ -176,21 +176,23 @@ def root_influence(
 
 
 def _loaded(segment: ToothSegment, model: FeModel) -> tuple[Ints, Array]:
-    """Nodes (2, teeth, n) of −θ and +θ flanks, and unit forces (2, teeth, n, 3) of a mate there.
+    """Nodes (2, teeth, n) of −θ and +θ flanks, and unit forces (2, teeth, n, 3) into the teeth
+    there.
 
-    Half a turn about the middle tooth's radial axis takes the −θ flank of a tooth to the +θ flank
-    of the tooth as far on the other side; nodes of the latter are in that order.
+    +θ flanks and their nodes are the images of −θ flanks under half a turn about the middle tooth's
+    radial axis, so that their teeth are in reverse order.
     """
     teeth = range(segment.parameters.teeth)
-    near = np.stack([flank_nodes(segment, model, j) for j in teeth])
-    push = np.stack([-flank_normals(segment, model.nodes[at]) for at in near])
-    gap, opposite = cKDTree(model.nodes).query(model.nodes[near] * HALF_TURN)
+    nodes = np.stack([flank_nodes(segment, model, j) for j in teeth])
+    force = np.stack([-flank_normals(segment, model.nodes[at]) for at in nodes])
+    gap, images = cKDTree(model.nodes).query(model.nodes[nodes] * HALF_TURN)
     assert np.all(gap < 1e-6 * segment.parameters.face_width)
-    return np.stack([near, opposite]), np.stack([push, push * HALF_TURN])
+    return np.stack([nodes, images]), np.stack([force, force * HALF_TURN])
 
 
 def _across(segment: ToothSegment, tooth: int, first: int) -> Array:
-    """Unit vectors (rows, layers + 1, 3) along the surface of a fillet, across the root line."""
+    """Unit vectors (rows, layers + 1, 3) along the surface of a −θ fillet, across the root line;
+    first: row of the surface where the fillet begins."""
     points = np.asarray(segment.fe_mesh.points)[segment.surface_nodes[tooth]]
     down = np.gradient(points, axis=0)[first:]
     along = np.zeros_like(down)
@@ -206,10 +208,11 @@ def _across(segment: ToothSegment, tooth: int, first: int) -> Array:
 def _stress_rows(
     model: FeModel, vertices: Ints, across: Array, young: float, poisson: float
 ) -> sp.csr_matrix:
-    """T (k, 3n): t · σ t at vertices (k,) for unit vectors t (k, 3)."""
+    """Rows T (k, 3n) of the normal stress t · σ t at vertices (k,) along unit vectors ``across``,
+    t (k, 3), Pa/m; young: Pa."""
     slopes = element_gradient(model, vertices)  # (3k, n)
     rows = []
-    unit = np.eye(9).reshape(9, 3, 3)  # ∂u_i/∂x_j by 3 i + j
+    unit = np.eye(9).reshape(9, 3, 3)  # gradients ∂u_i/∂x_j = 1, in the order 3 i + j
     stress = stress_of_strain(strain_of_gradient(unit), young, poisson)  # (9, 6)
     x, y, z = across.T
     share = np.column_stack([x * x, y * y, z * z, 2 * x * y, 2 * y * z, 2 * x * z]) @ stress.T
@@ -223,8 +226,8 @@ _PLACES = 126  # contact lines of the table; linear between
 
 
 def root_of_case(view: StageView, role: str) -> RootInfluence:
-    """Root stress of a tooth of a gear named as in ``tooth_influence``, from the cache or made
-    (about a minute)."""
+    """Root stress of a tooth of a gear, with ``role`` as in ``tooth_influence``, from the cache or
+    computed (about a minute)."""
     parameters, m = root_segment(view, role), view.material
     young, poisson = m.young_modulus, m.poisson_ratio
     content = {"root": parameters, "young": young, "poisson": poisson}
@@ -234,9 +237,9 @@ def root_of_case(view: StageView, role: str) -> RootInfluence:
 
 
 def root_segment(view: StageView, role: str) -> SegmentParameters:
-    """The submodel of a gear's root: cut ``DEPTH`` modules below the root circle, or at the bore
-    (a ring's outer diameter) where the rim is thinner. InputError where there is no
-    such tooth or rim."""
+    """The submodel of a gear's root, cut ``DEPTH`` modules below the root circle, or at the bore (a
+    ring's outer diameter) where the rim is thinner. InputError where a tooth or the rim cannot be
+    meshed."""
     tooth, module = stage_geometry(view).gears[role], view.stage.normal_module
     require_teeth(view, role, tooth, 'set gear_mesh.root_stress = "none"')
     held = held_radius(view, role, tooth, DEPTH)
@@ -245,7 +248,7 @@ def root_segment(view: StageView, role: str) -> SegmentParameters:
 
 
 def require_influences(view: StageView) -> None:
-    """InputError for what a stage's influences would be refused for, without making any."""
+    """InputError where a stage's influences or root stress cannot be computed; computes none."""
     options = view.gear_mesh
     roles = ("planet", *stage_geometry(view).gear_meshes)
     if options.model == "face_load" and options.tooth_compliance == "fe":
@@ -258,12 +261,12 @@ def require_influences(view: StageView) -> None:
 
 @dataclass(frozen=True, eq=False)
 class PairRoots:
-    """Of one gear of a gear mesh.
+    """Root stress of one gear of a gear mesh over the path of contact.
 
-    name: "planet", "sun" or "ring"; sense: 1 where −θ flanks are loaded, else −1; step: teeth in +θ
-    from one pair to the next. s: (S,) path coordinates, m, rising; stress: (S, K, 3, 2, rows, q)
-    Pa/N of a tooth per force of a slice on the tooth before, on itself and on the next in +θ; in
-    the fillet under the loaded flank, then in the other; q layer borders along the face at
+    name: "planet", "sun" or "ring"; sense: 1 where −θ flanks are loaded, else −1; step: number of
+    teeth in +θ from one pair to the next. s: (S,) path coordinates, m, rising; stress: (S, K, 3, 2,
+    rows, q) Pa/N of a tooth per force of a slice on the tooth before, on itself and on the next in
+    +θ; in the fillet beside the loaded flank, then in the other; q layer borders along the face at
     z (q,) m.
     """
 
@@ -275,8 +278,9 @@ class PairRoots:
     z: Array
 
     def of(self, s: Array, force: Array) -> Array:
-        """σ (n, 3, 2, rows, q) Pa by pairs at s (n,) with forces (n, K) N: in the tooth after their
-        own, in their own and in the one before; fillets as in ``stress``."""
+        """Stress σ (n, 3, 2, rows, q) Pa by pairs at s (n,) m with forces of slices (n, K) N: in
+        the tooth after that of the pair, in this one and in the one before; fillets as in
+        ``stress``."""
         (n, count), flat = force.shape, self.stress.reshape(len(self.s) * force.shape[1], -1)
         at = np.clip(np.searchsorted(self.s, s) - 1, 0, len(self.s) - 2)
         fraction = np.clip((s - self.s[at]) / np.diff(self.s)[at], 0.0, 1.0)[:, None]
@@ -289,7 +293,7 @@ class PairRoots:
 
 
 def pair_roots(view: StageView, path: GearMeshPath, slices: Slices) -> list[PairRoots]:
-    """Root tables of the planet, then of its mate; the cut is fixed."""
+    """Root stress of the planet, then of its mate, with the cut held."""
     width, some = widths(path, slices), some_places(slices, _PLACES)
     roots = []
     for flank in mating_flanks(path, slices):
@@ -301,8 +305,8 @@ def pair_roots(view: StageView, path: GearMeshPath, slices: Slices) -> list[Pair
 
 
 def both_cuts(root: RootInfluence) -> Array:
-    """S_u (2, rows, q, c, 3) Pa/m in the −θ and the +θ fillet, which half a turn about the tooth's
-    radial axis makes of each other."""
+    """S_u (2, rows, q, c, 3) Pa/m in the −θ fillet and in the +θ fillet, its image under half a
+    turn about the tooth's radial axis."""
     away, partner = cKDTree(root.cut_points).query(root.cut_points * HALF_TURN)
     assert np.all(away < 1e-6 * np.ptp(root.cut_points[:, 2]))
     return np.stack([root.cut, root.cut[:, ::-1, partner] * HALF_TURN])
@@ -310,7 +314,7 @@ def both_cuts(root: RootInfluence) -> Array:
 
 def ring_root_rows(root: RootInfluence, body: ReducedBody, teeth: int) -> NDArray[np.float32]:
     """Stress (teeth, 2, rows, q, d) Pa in the −θ and +θ fillets of all teeth of a ring per reduced
-    coordinate; tooth 0 stands on the x axis."""
+    coordinate; tooth 0 is on the x axis."""
     cuts, field = both_cuts(root), FieldAt(body)
     shape, d = cuts.shape[:3], len(body.mass)
     out = np.empty((teeth, int(np.prod(shape)), d), dtype=np.float32)
@@ -319,7 +323,7 @@ def ring_root_rows(root: RootInfluence, body: ReducedBody, teeth: int) -> NDArra
         turn = rotation(2 * np.pi * j / teeth)
         weights = field.weights(root.cut_points @ turn.T).tocsc()
         used = np.flatnonzero(np.diff(weights.indptr))
-        in_ring = np.moveaxis(flat @ turn.T, 2, 0)  # (3, p, c): on displacements in the ring's axes
+        in_ring = np.moveaxis(flat @ turn.T, 2, 0)  # (3, p, c): per displacement, ring's axes
         of_vertices = np.stack([weights[:, used].T @ part.T for part in in_ring], axis=1)
         recovery = np.asarray(body.recovery).reshape(-1, 3, d)[used].reshape(-1, d)
         rows = of_vertices.reshape(len(recovery), -1).T.astype(np.float32) @ recovery

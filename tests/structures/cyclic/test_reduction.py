@@ -7,6 +7,7 @@ from cyclic_samples import (
     STEEL,
     TEETH,
     bent,
+    fixed_frequencies,
     plain_ring,
     ring_ties,
     toothed_ring_mesh,
@@ -33,7 +34,7 @@ def test_sectors_of_a_toothed_ring_are_reduced_as_the_whole():
     interface = interface_of(model, ties)
     whole = reduce(model, interface, MODES)
     one, again = (reduce(model, interface, MODES, sectors=(24,)) for _ in range(2))
-    assert np.allclose(one.frequencies, whole.frequencies, rtol=1e-8)
+    assert np.allclose(fixed_frequencies(one), fixed_frequencies(whole), rtol=1e-8)
     for name in ("stiffness", "mass"):
         expected, matrix = getattr(whole.body, name), getattr(one.body, name)
         b, scale = interface.size, 1 / np.sqrt(np.diag(expected))
@@ -59,7 +60,8 @@ def test_where_geometry_or_ties_break_the_period_the_general_path_serves(body, r
     made = reduce(model, interface, 4, sectors=(TEETH,))
     assert made.body.report["path"] == reason
     assert made.body.report["solver"] == "cholmod"
-    assert np.allclose(made.frequencies, reduce(model, interface, 4).frequencies, rtol=1e-12)
+    again = reduce(model, interface, 4)
+    assert np.allclose(fixed_frequencies(made), fixed_frequencies(again), rtol=1e-12)
 
 
 def test_ties_to_the_same_points_are_refused():

@@ -8,7 +8,11 @@ from cyclic_samples import STEEL, TEETH, bent, plain_ring, renumbered, toothed_r
 from plain_meshes import annulus, box, tetrahedra
 
 from flexgear.structures.bodies import rotation
-from flexgear.structures.cyclic.condensation import condense_by_sectors, cyclic_parts, sector_counts
+from flexgear.structures.cyclic.condensation import (
+    condense_by_sectors,
+    cyclic_condensation,
+    sector_counts,
+)
 from flexgear.structures.cyclic.sectors import (
     find_sectors,
 )
@@ -94,7 +98,7 @@ def test_numbers_of_sectors_that_are_tried(repeats, counts):
 def ring():
     model, interface = plain_ring()
     sectors = find_sectors(model, (TEETH,))
-    return model, interface, cyclic_parts(model, interface, sectors)
+    return model, interface, cyclic_condensation(model, interface, sectors)
 
 
 def test_products_by_sectors_equal_the_assembled_matrices(ring):
