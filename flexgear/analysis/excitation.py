@@ -25,7 +25,7 @@ coordinates per metre, ``FlankCycle``). Modes j of one frequency answer at it wi
     η_j = Σ_m φ_jᵀ g_{m,l} x̄_m / (ω_j γ_j),   γ_j = 2 ζ_j ω_j,
 
 which raises the force k̄_m |Σ_j v_mᵀ φ_j η_j| in gear mesh m, v_m being its mean row. γ_j is the
-decay of the mode: that of the springs between bodies, by their strain energy, and of tooth pairs.
+decay of the mode: φ_jᵀ C φ_j of the structure's damping, and that of tooth pairs.
 First order in the variation, one group of modes, teeth that stay in contact.
 
 Growth of free vibration under gear-mesh stiffness that varies with the gear-mesh frequency.
@@ -209,13 +209,11 @@ class Loaded:
     planet: int
 
 
-def decay(system: System, modes: Modes, cycles: Mapping[int, FlankCycle]) -> Array:
-    """γ = 2ζω of modes (m,), 1/s."""
-    shapes = modes.shapes
-    strained = np.einsum("dm,dm->m", shapes, system.stiffness @ shapes)
-    total = system.damping.rate(np.sqrt(np.clip(strained, 0.0, None)))
+def decay(structural: Array, modes: Modes, cycles: Mapping[int, FlankCycle]) -> Array:
+    """γ = 2ζω of modes (m,), 1/s; structural: (m,) what springs between bodies and masses give."""
+    total = structural
     for cycle in cycles.values():
-        closing = _mean_row(cycle) @ shapes
+        closing = _mean_row(cycle) @ modes.shapes
         total = total + cycle.damping.mean() * closing**2
     return np.asarray(total)
 

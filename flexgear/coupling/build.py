@@ -219,7 +219,7 @@ def _system(a: Assembly, rigid_bodies: Collection[BodyName]) -> System:
     by_laws = [row for bearing in a.bearings for row in bearing.held]
     contact = holding_rows(pairs, blocks, len(angles), by_laws)
     rolling, input_rows, speeds = _rolling(a, rigid, contact)
-    gyroscopic, centripetal = frame_forces(a, rolling, input_rows)
+    gyroscopic, centripetal = frame_forces(a, rolling)
     rotations = np.array([a.rotation(p.member) for p in case.ports]).reshape(-1, a.size)
     require_free_speeds(case, rotations @ rolling)
     d, modal = case.damping, case.damping.kind == "modal"

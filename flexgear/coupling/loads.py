@@ -108,13 +108,12 @@ def _new_block(a: Assembly, rows: Array) -> int:
     return len(a.blocks) + a.contact_node(rows, -1)
 
 
-def frame_forces(
-    a: Assembly, rolling: Array, input_rows: Array
-) -> tuple[Array | None, Array | None]:
+def frame_forces(a: Assembly, rolling: Array) -> tuple[Array | None, Array | None]:
     """Gyroscopic and centripetal matrices (d, d) of the lumped bodies at rated speed.
 
-    Coordinates hold the rolling motion, which the frame follows: only what is left of a motion,
-    (I − rolling input_rows) q, makes forces of the frame, and these leave the rolling alone.
+    Coordinates hold the rolling motion R a, which the frame follows: only what is left of a motion,
+    (I − R a) q with a = (RᵀMR)⁻¹RᵀM, makes forces of the frame, and these leave the rolling alone.
+    Natural vibration holds no such rolling, so the frame does not swing with any member.
     """
     if not a.case.gyroscopic:
         return None, None
@@ -130,22 +129,24 @@ def frame_forces(
             frame = spin if m.frame == "ring" else carrier
             at = a.slice_of(m.body.name)
             turning[at, at], centripetal[at, at] = _frame_matrices(m, frame, spin)
+    momenta = rolling.T @ a.mass
+    amounts = np.linalg.solve(momenta @ rolling, momenta)
     return (
-        without_rolling(turning, rolling, input_rows),
-        without_rolling(centripetal, rolling, input_rows),
+        without_rolling(turning, rolling, amounts),
+        without_rolling(centripetal, rolling, amounts),
     )
 
 
-def without_rolling(matrix: Array, rolling: Array, input_rows: Array) -> Array:
-    """Pᵀ A P (d, d) with P = I − rolling · input_rows: forces of the motion beside rolling.
+def without_rolling(matrix: Array, rolling: Array, amounts: Array) -> Array:
+    """Pᵀ A P (d, d) with P = I − rolling · amounts: forces of the motion beside rolling.
 
-    rolling: (d, F) motion per radian of each independent rotation; input_rows: (F, d) rows that
+    rolling: (d, F) motion per radian of each independent rotation; amounts: (F, d) rows that
     give the rotations. A planet that has rolled on has not left its place in the turning carrier,
     and the centrifugal force, which passes through the axis wherever the planet is, has no moment.
     The centripetal matrix as it stands would push the absolute tangential displacement R θ outward
     for ever.
     """
-    rest = np.eye(len(matrix)) - rolling @ input_rows
+    rest = np.eye(len(matrix)) - rolling @ amounts
     return np.asarray(rest.T @ matrix @ rest)
 
 

@@ -120,7 +120,7 @@ def mode_estimates(system: System, omega: Array, phi: Array, band_hz: float) -> 
     if first == m:
         return out
     dropped = omega[first:]
-    turn = 1j * w * system.damping.rate(dropped)
+    turn = 1j * w * system.damping.rate(omega)[first:]
     loss = np.abs((w**2 - turn) / (dropped**2 * (dropped**2 - w**2 + turn)))  # e_j, s²
     blocks = system.blocks @ np.hstack([system.rigid, phi])
     for rows, n in _positions(system):

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from flexgear.arrays import Array
+from flexgear.arrays import Array, Ints
 from flexgear.coupling.gear_meshes import GearMeshLabel, StageFrame
 from flexgear.coupling.machines import MachineLaw
 from flexgear.coupling.pair_data import PairData
@@ -82,11 +82,17 @@ class Damping:
     ratios: tuple[float, ...] = ()
 
     def rate(self, omega: Array) -> Array:
-        """2ζω of elastic modes (n,) in rising order, rad/s; rigid modes are never damped."""
+        """2ζω (n,) rad/s of modes of ω (n,) in any order, among them the lowest elastic ones; rigid
+        modes are never damped."""
         elastic, ratio = omega > 0, np.full(len(omega), self.ratio)
-        first = np.flatnonzero(elastic)[: len(self.ratios)]
+        first = self.first_modes(omega)
         ratio[first] = self.ratios[: len(first)]
         return np.where(elastic, 2 * ratio * omega + self.alpha + self.beta * omega**2, 0.0)
+
+    def first_modes(self, omega: Array) -> Ints:
+        """Numbers, by rising ω (n,), of the elastic modes that ``ratios`` are of."""
+        rising = np.argsort(np.where(omega > 0, omega, np.inf), kind="stable")
+        return rising[: min(len(self.ratios), int(np.sum(omega > 0)))]
 
 
 @dataclass(frozen=True)

@@ -181,21 +181,20 @@ class Case(Section):
 
     name: of results; that of the file if left out. title: one line of text. source: file that it
     was read from. kinematics: of members that do not state their own. gyroscopic: Coriolis and
-    centripetal terms of the carriers' frames, in transients at the instantaneous speed. gravity:
-    acceleration in fixed axes, x, y, z. material: of all gears and bodies that do not state their
-    own. stages: in order; a single one is written [stage]. joints: splines, couplings and shafts
-    between members. held: members that do not turn; a planetary stage without a held member holds
-    its ring unless that is a port or in a joint. inputs: driven members. output: the loaded member.
-    loads: constant forces and moments on members. load_cases: steady states for the rating;
-    spectrum: load cases from a table; load_series: load cases from series. drive: machine of the
-    first input. housing: of the bearings. lubricant: of gears and bearings. rating: rules by which
-    gears are rated. faults: of single teeth. damping: of the structure. tolerance: distributions of
-    a tolerance study. sensors: what transients record; recorder: their clock. solver: numerical
-    options.
-
-    Without ``output`` the case is one of free vibration, which has modes only: at zero speed
-    without inputs, else about their steady speeds. Only there may members that turn have a support
-    against rotation: a spring to a frame at their steady speed.
+    centripetal terms of the carriers' frames, over speed in Campbell diagrams and at the
+    instantaneous speed in transients. gravity: acceleration in fixed axes, x, y, z. material: of
+    all gears and bodies that do not state their own. stages: in order; a single one is written
+    [stage]. joints: splines, couplings and shafts between members. held: members that do not turn;
+    a planetary stage without a held member holds its ring unless that is a port or in a joint.
+    inputs: driven members. output: the loaded member. loads: constant forces and moments on
+    members. load_cases: steady states for the rating; spectrum: load cases from a table;
+    load_series: load cases from series. drive: machine of the first input. housing: of the
+    bearings. lubricant: of gears and bearings. rating: rules by which gears are rated. faults: of
+    single teeth. damping: of the structure. tolerance: distributions of a tolerance study. sensors:
+    what transients record; recorder: their clock. solver: numerical options. Without ``output`` the
+    case is one of free vibration, which has modes only: at zero speed without inputs, else about
+    their steady speeds. Only there may members that turn have a support against rotation: a spring
+    to a frame at their steady speed.
     """
 
     name: str = "train"

@@ -260,7 +260,8 @@ def _meetings(
     margin: float,
 ) -> Iterator[tuple[Any, ...]]:
     """Rows of ``MEETING`` at the operating speeds, by stage and order, one for every mode."""
-    rates = decay(model.system, rest, model.mean_springs.cycles)
+    structural = model.structural_decay(rest.shapes)
+    rates = decay(structural, rest, model.mean_springs.cycles)
     for number, stage in enumerate(model.case.stages):
         lines_of_stage = [line for line in lines if line.label.stage == stage.name]
         groups = _groups(rest.frequencies, index[:, number])
@@ -318,8 +319,8 @@ def _forces(
     cycles, loaded = model.mean_springs.cycles, []
     for g, name in enumerate(model.gear_meshes.names):
         m = int(model.gear_meshes.carrying[g])
-        if name.stage == stage and m in cycles and model.rated[g] > 0.0:
-            loaded.append(Loaded(cycles[m], float(model.rated[g]), name.planet))
+        if name.stage == stage and m in cycles and model.mean_forces[g] > 0.0:
+            loaded.append(Loaded(cycles[m], float(model.mean_forces[g]), name.planet))
     exciting = [i for i, line in enumerate(lines) if line.share >= NOTHING]
     if loaded and exciting and groups:
         orders = [int(lines[i].order) for i in exciting]

@@ -108,7 +108,7 @@ def _excited(model: Model, stage: str, shapes: Array, orders: int) -> _Excited:
     places = [
         g
         for g in model.gear_meshes.of_stage(stage)
-        if int(model.gear_meshes.carrying[g]) in cycles and model.rated[g] > 0.0
+        if int(model.gear_meshes.carrying[g]) in cycles and model.mean_forces[g] > 0.0
     ]
     rows, (closings, error) = [], np.zeros((2, len(places), orders), dtype=complex)
     flanks = [int(model.gear_meshes.carrying[g]) for g in places]
@@ -119,7 +119,7 @@ def _excited(model: Model, stage: str, shapes: Array, orders: int) -> _Excited:
         cycle = cycles[m]
         mean = cycle.force.mean(axis=0) @ cycle.blocks
         rows.append(mean @ shapes / cycle.stiffness.mean())
-        closing = 2 * np.fft.rfft(model.rated[g] / cycle.stiffness) / len(cycle.stiffness)
+        closing = 2 * np.fft.rfft(model.mean_forces[g] / cycle.stiffness) / len(cycle.stiffness)
         closings[k] = closing[1 : orders + 1]
         start = 2 * np.pi * pairs.s0[m] / pairs.pitch[m] + pairs.error_phase[m]
         wave = -1j * pairs.error_amplitude[m] * np.exp(1j * start)

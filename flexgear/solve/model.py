@@ -22,7 +22,13 @@ from flexgear.analysis.recovery import Output
 from flexgear.arrays import Array
 from flexgear.coupling.build import build_system, require_workable
 from flexgear.coupling.gear_meshes import GearMeshLabel
-from flexgear.coupling.modal import ModalSystem, chosen_modal, static_system
+from flexgear.coupling.modal import (
+    EQUAL,
+    ModalSystem,
+    chosen_modal,
+    elastic_modes,
+    static_system,
+)
 from flexgear.coupling.pace import Pace, case_pace
 from flexgear.coupling.system import System
 from flexgear.gears.power_flow import PowerFlow, power_flow
@@ -83,7 +89,39 @@ class Model:
         """The coupled system in the modes that the keys of ``solver`` select; InputError without
         load."""
         self.case.require_load()
-        return self.shared_modal or chosen_modal(self.system, self.pace)
+        chosen = self.shared_modal or chosen_modal(self.system, self.pace)
+        _require_alike(self.case, chosen)
+        return chosen
+
+    @cached_property
+    def mean_forces(self) -> Array:
+        """Mean forces (G,) N of the carrying flanks under the rated torques at mean stiffness;
+        ``rated`` where planets are equal and evenly spaced."""
+        system, cycles = self.system, self.mean_springs.cycles
+        rolling, momenta = system.rolling, system.mass @ system.rolling
+        balance = momenta @ np.linalg.inv(rolling.T @ momenta)
+        nothing = np.zeros(len(system.mass))
+        load = sum((port.row * port.rated_torque for port in system.ports), nothing)
+        stiffness = system.stiffness + self.mean_springs.stiffness
+        size = np.trace(stiffness) / np.trace(system.mass)
+        stiffness = stiffness + size * balance @ momenta.T
+        motion = np.linalg.solve(stiffness, load - balance @ (rolling.T @ load))
+        out = np.zeros(len(self.gear_meshes.names))
+        for g, m in enumerate(self.gear_meshes.carrying):
+            if int(m) in cycles:
+                cycle = cycles[int(m)]
+                out[g] = cycle.force.mean(axis=0) @ (cycle.blocks @ motion)
+        return out
+
+    def structural_decay(self, shapes: Array) -> Array:
+        """γ = φᵀCφ (n,), 1/s, of motions φ (d, n) with φᵀMφ = 1; C: structural damping."""
+        modal = self.shared_modal or self.__dict__.get("modal")
+        if modal is None:
+            omega, motions = elastic_modes(self.system)
+            rates = self.system.damping.rate(omega)
+        else:
+            motions, rates = modal.modes, modal.damping
+        return np.asarray(rates @ (motions.T @ self.system.mass @ shapes) ** 2)
 
     @cached_property
     def mean_springs(self) -> ContactSprings:
@@ -275,3 +313,20 @@ def gear_meshes_of(case: Case, system: System) -> GearMeshes:
 def rated_forces(flow: PowerFlow, names: tuple[GearMeshName, ...]) -> Array:
     """Mean gear-mesh forces (G,) at rated torque, N, positive on the flank that carries."""
     return np.array([abs(getattr(flow.stage(n.stage), f"{n.kind}_gear_mesh_force")) for n in names])
+
+
+def _require_alike(case: Case, modal: ModalSystem) -> None:
+    """InputError where modes of one frequency have unlike ratios: any of their mixtures is a mode,
+    so that the directions to damp are not defined."""
+    damping = modal.system.damping
+    omega = np.sort(modal.omega[modal.omega > 0.0])
+    ratios = damping.rate(omega) / (2.0 * omega)
+    for i in range(min(len(damping.ratios), len(omega) - 1)):
+        equal = omega[i + 1] - omega[i] <= EQUAL * omega[i + 1]
+        if equal and not np.isclose(ratios[i], ratios[i + 1]):
+            raise InputError(
+                case.source, "damping.ratios",
+                f"damps two modes of {omega[i] / (2 * np.pi):.5g} Hz, numbers {i + 1} and {i + 2} "
+                f"without gear meshes, by {ratios[i]:.3g} and {ratios[i + 1]:.3g}",
+                "give modes of one frequency one ratio",
+            )  # fmt: skip

@@ -6,7 +6,7 @@ from dead_zone import ERROR, GEAR_MESH_HZ, MASS, STIFFNESS, case_text
 from dead_zone import TORQUE as TORSIONAL
 from scipy.integrate import solve_ivp
 from stepped import energy_closes, energy_error, jump, stepped
-from trains import write
+from trains import stage_train, write
 from two_gears import TORQUE, Exact, gears_text, reversal
 
 from flexgear import load_case
@@ -198,10 +198,20 @@ def test_drag_is_in_the_balance_of_torques(tmp_path):
 
 def test_first_modes_have_ratios_of_their_own(tmp_path):
     """Those of the train without gear meshes, by rising frequency; all others the common one."""
-    modal = modal_system(build_system(gears(tmp_path, {"damping.ratios": "[0.05, 0.1]"})))
-    elastic = modal.omega > 0
-    ratio = modal.damping[elastic] / (2 * modal.omega[elastic])
-    assert ratio == pytest.approx([0.05, 0.1, *[0.0] * (elastic.sum() - 2)])
+    train = stage_train(
+        tmp_path, **{"damping.ratios": "[0.05, 0.05, 0.1, 0.1]", "damping.ratio": "0.01"}
+    )
+    modal = modal_system(build_system(train))
+    rising = np.argsort(modal.omega, kind="stable")[np.sum(modal.omega == 0) :]
+    ratio = modal.damping[rising] / (2 * modal.omega[rising])
+    assert ratio == pytest.approx([0.05, 0.05, 0.1, 0.1, *[0.01] * (len(rising) - 4)])
+
+
+def test_modes_of_one_frequency_have_one_ratio(tmp_path):
+    """Motions of one gear along x and y are alike, and so is any direction between them."""
+    message = "damping.ratios: damps two modes of .* Hz, numbers 1 and 2"
+    with pytest.raises(InputError, match=message):
+        gears(tmp_path, {"damping.ratios": "[0.05, 0.1]"}).assemble().transient(duration=1e-3)
 
 
 @pytest.mark.parametrize(

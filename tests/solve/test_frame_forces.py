@@ -54,3 +54,15 @@ def test_pins_carry_planets_round_at_the_speed_of_the_moment(tmp_path):
     # beside the radial parts of the gear meshes' forces, which change little as planets give way
     grown = MASS * RADIUS * ((100 * np.pi) ** 2 - (50 * np.pi) ** 2)
     assert fast[-1] - slow[-1] == pytest.approx(grown, rel=0.05)
+
+
+def test_whirl_does_not_depend_on_the_port_whose_speed_is_given(tmp_path):
+    """The frame follows the rotation of the whole train, not the swing of one member."""
+    keys = {"gyroscopic": "true", "stage.planet_bearing.radial_n_per_m": "5e7"}
+    carrier = {**keys, "inputs.0.speed_rpm": "3000"}
+    sun = {**keys, "inputs.0.speed_rpm": "", "output.speed_rpm": str(3000 * 120 / 26)}
+    first, second = (
+        np.sort(stage_train(tmp_path, **port).assemble().campbell([0.0, 1.0]).campbell_frequency[1])
+        for port in (carrier, sun)
+    )
+    assert first == pytest.approx(second, rel=1e-9)

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 from scipy.optimize import brentq
-from trains import spur_pair, write
+from trains import spur_pair, stage_train, write
 
 import flexgear as fg
 
@@ -173,3 +173,19 @@ def test_constant_stiffness_without_errors_excites_nothing(tmp_path):
     case = pair(tmp_path).case.with_(**{"stages.stage_1.gear_mesh.model": "constant"})
     data = case.assemble().linear_response((0.2, 2.0), count=9)
     assert data.linear_force_amplitude.max() < 1e-6
+
+
+def test_planets_that_do_not_stand_evenly_are_excited_by_their_own_forces(tmp_path):
+    """x_1 = F̄ a/k̄ of a wave k̄ (1 + a cos ψ), to first order, with F̄ of the equilibrium."""
+    wave = {"model": '"fourier"', "sun_harmonic_shares": "[1e-4]", "ring_harmonic_shares": "[1e-4]"}
+    keys = {f"stage.gear_mesh.{key}": text for key, text in wave.items()}
+    places = {
+        "stage.planet_positions_deg": "[0, 84, 183, 270]",
+        "stage.sun.support.radial_n_per_m": "1e8",
+    }
+    model = stage_train(tmp_path, **keys, **places).assemble()
+    static = model.linear_response((0.9, 1.0), count=2).static_transmission_error_amplitude[:, 0]
+    stiffness = np.where(static.kind == "ring", 8e8, 6e8)
+    force = model.static(0.0).gear_mesh_force[0].to_numpy()
+    assert np.ptp(force) > 0.02 * force.mean()
+    assert static.to_numpy() * stiffness / 1e-4 == pytest.approx(force, rel=1e-3)
