@@ -12,6 +12,8 @@ import os
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("MPLBACKEND", "Agg")
 
+import gc
+
 import pytest
 from hypothesis import settings
 
@@ -22,6 +24,12 @@ os.environ.setdefault("NUMBA_CACHE_DIR", str(cache_directory() / "compiled"))
 
 settings.register_profile("flexgear", deadline=None, derandomize=bool(os.environ.get("CI")))
 settings.load_profile("flexgear")
+
+
+def pytest_collection_finish():
+    """What is imported by now stays: to look through it for garbage takes a tenth of the time."""
+    gc.freeze()
+    gc.set_threshold(20_000, 20, 20)
 
 
 @pytest.fixture

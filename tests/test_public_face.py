@@ -55,11 +55,6 @@ def model(case):
     return case.assemble()
 
 
-@pytest.fixture(scope="module")
-def modes(model):
-    return model.modes()
-
-
 @pytest.mark.parametrize(
     ("call", "line"),
     [
@@ -261,10 +256,6 @@ def test_rigid_adds_to_what_is_rigid():
     assert model.rigid_parts == ("all",) and model.variant == "rigid"
     assert model.rigid("ring").variant == "rigid"
     assert model.without_errors().rigid().variant == "rigid, without errors"
-
-
-def test_modes_have_their_frequencies_over_speed(modes):
-    assert np.allclose(modes.campbell_frequency[0], modes.frequency[: modes.sizes["mode"]])
 
 
 def test_runs_are_compared_in_a_table_and_a_picture(model):

@@ -89,8 +89,9 @@ SLOPES = {
 }
 
 
-@pytest.mark.parametrize("keys", SLOPES.items())
-@pytest.mark.parametrize("torque", ["3000", "-3000"])
+@pytest.mark.parametrize(
+    ("torque", "keys"), zip(("3000", "3000", "-3000", "-3000"), SLOPES.items(), strict=True)
+)
 def test_a_helix_slope_error_is_the_modification_of_that_flank(tmp_path, keys, torque):
     """Line loads of slices and the bodies' own approach and tilt, for the drive flanks and, under
     the other torque in the run, for the coast flanks."""

@@ -222,11 +222,6 @@ def test_terms_of_the_published_series():
     assert published[0] > mean > published[512]
 
 
-def test_unknown_models_are_no_waves():
-    with pytest.raises(ValueError, match="no stiffness wave"):
-        stiffness_wave("per_pair", 1.0, 1.5)
-
-
 def pairs_in_contact(path, planet, theta):
     return np.array([len(pair_indices(path, planet, t)) for t in theta])
 

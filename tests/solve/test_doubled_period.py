@@ -9,7 +9,6 @@ import pytest
 from dead_zone import GEAR_MESH_HZ, DeadZone, case_text
 
 import flexgear
-from flexgear.model.errors import InputError
 
 DAMPING, SETTLED = 0.05, 200  # periods until what is free has decayed
 
@@ -75,18 +74,6 @@ def test_the_period_doubles_once_more_where_motion_in_time_repeats_after_four(da
             at = at[np.argsort(share[at])]
             quarter = np.interp(speed, share[at], largest[at])
             assert quarter == pytest.approx(2 * abs(np.fft.rfft(x.ravel())[2]) / x.size, rel=2e-2)
-
-
-def test_a_doubling_is_in_the_dataset_where_it_is_not_followed(pair):
-    none = pair.response((1.9, 2.3), harmonics=6, doublings=0)
-    assert set(none["response_period"].to_numpy()) == {1}
-    assert none["gear_mesh_order"].to_numpy().tolist() == [1, 2, 3, 4, 5, 6]
-    assert none["stability_change_kind"].to_numpy().tolist() == [1, 1]
-    assert none["stability_change_leaving"].to_numpy().tolist() == [0, 0]
-    once = pair.response((1.9, 2.3), harmonics=6)
-    assert set(once["response_period"].to_numpy()) == {1, 2}
-    with pytest.raises(InputError, match="doublings: 9: is out of range"):
-        pair.response((1.9, 2.3), doublings=9)
 
 
 def test_a_sweep_jumps_to_the_state_of_one_period(data):

@@ -135,6 +135,7 @@ def test_sensors_measure_the_motion_of_steady_states(tmp_path):
         ({"speeds": (0.5, 1.0), "torque": -1.0}, "is not positive -- .*: turn round torques"),
         ({"speeds": (0.5, 1.0), "stage": "stage_9"}, "is not a stage"),
         ({"speeds": (0.5, 1.0), "harmonics": 0}, "is not from 1 to 200"),
+        ({"speeds": (0.5, 1.0), "doublings": 9}, "doublings: 9: is out of range"),
     ],
 )
 def test_what_is_no_range_is_one_line(pair, asked, problem):

@@ -53,14 +53,6 @@ def test_clearance_does_not_change_what_a_bearing_carries(tmp_path):
     np.testing.assert_allclose(b, a, atol=2e-3 * np.abs(a).max())
 
 
-def test_torque_scales_all_ports():
-    model = bundled("double-rotor-5mw")
-    rated = static(model, [0.0])
-    half = static(model, [0.0], 0.5 * model.system.rated_torque)
-    np.testing.assert_allclose(half["port_torque"], 0.5 * rated["port_torque"], rtol=1e-9)
-    assert half["load_sharing"].values == pytest.approx(1.0, abs=1e-9)
-
-
 def test_two_independent_rotations_turn_in_rated_proportion():
     model = bundled("double-rotor-5mw")
     angle = static(model, [0.5])["input_angle"].values[0]

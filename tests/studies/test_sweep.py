@@ -230,14 +230,6 @@ class TestFlexibleStage:
         monkeypatch.setattr(solve_bodies, "stage_bodies", lambda stage, *_: cheap_stage(stage))
         monkeypatch.setattr(sweep, "stage_bodies", bodies)
 
-    @pytest.mark.slow
-    def test_bodies_are_made_once_for_keys_they_do_not_depend_on(self):
-        data = swept("wind-5mw", "stage.planet_bearing.radial_n_per_m=1e9,2e9,3e9", modes=3,
-                     measures=["frequencies"])  # fmt: skip
-        assert len(self.made) == 1
-        assert data.attrs["reductions"] == 1
-        assert float(data["frequency"].diff(data["frequency"].dims[0]).min()) > -1e-6
-
     def test_a_flexible_stage_in_a_train(self, tmp_path):
         path = write(tmp_path, FLEXIBLE)
         data = swept(path, "stages.stage_1.planet_bearing.radial_n_per_m=1e9,4e9",
