@@ -15,7 +15,6 @@ from scipy.signal import find_peaks
 
 from flexgear.cli.analysis import Analysis
 from flexgear.cli.display import columns, table
-from flexgear.coupling.laws import LAW_NUMBERS
 from flexgear.model.units import RPM
 from flexgear.results.quantities import number
 from flexgear.results.report.wording import with_unit, words
@@ -139,13 +138,6 @@ def _show_linear(model: Model, peaks: list[dict[str, Any]]) -> None:
             f"  {peak['gear_mesh']}, order {peak['order']}, {peak['speed_share']:.4g} of rated "
             f"speed: {with_unit(peak['force_n'], 'N')} ({modes})"
         )
-    _tell_dampers(model)
-
-
-def _tell_dampers(model: Model) -> None:
-    """Print that a linear analysis neglects dampers, where the case has some."""
-    if LAW_NUMBERS["dampers"] in model.system.pairs.bearing_law:
-        typer.echo("left out: dampers of bearings, supports, joints and ports")
 
 
 def _linear_peak(row: xr.Dataset) -> dict[str, Any]:
@@ -398,7 +390,6 @@ def _show_stability(model: Model, data: xr.Dataset, bands: list[dict[str, Any]])
     ]
     if inside:
         typer.echo(f"\nthe case runs inside a band at {', '.join(inside)} times rated speed")
-    _tell_dampers(model)
 
 
 def _meets(modes: list[int], order: int, frequency: dict[int, float]) -> str:

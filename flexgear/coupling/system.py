@@ -17,6 +17,7 @@ from scipy import linalg
 
 from flexgear.arrays import Array, Ints
 from flexgear.coupling.gear_meshes import GearMeshLabel, StageFrame
+from flexgear.coupling.laws.dampers import DAMPERS
 from flexgear.coupling.machines import MachineLaw
 from flexgear.coupling.pair_data import PairData
 from flexgear.coupling.springs import LawBearing
@@ -187,6 +188,16 @@ class System(BodyCoordinates):
     def port_rows(self) -> Array:
         """Rows (P, d) of all ports."""
         return np.vstack([p.row for p in self.ports])
+
+    @property
+    def dampers(self) -> Array:
+        """C (d, d) N s/m, N m s/rad of the dampers at bearings, supports, joints and ports, before
+        anything has turned."""
+        out = np.zeros_like(self.mass)
+        for bearing in self.bearings:
+            if bearing.law == DAMPERS.name:
+                out += bearing.relative.T @ (bearing.parameters[:, None] * bearing.relative)
+        return out
 
     @property
     def rated_port_torques(self) -> Array:

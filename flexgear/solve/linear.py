@@ -216,10 +216,11 @@ def train_harmonic(model: Model) -> SteadyState:
 
 
 def structural_damping(modal: ModalSystem) -> Array:
-    """Modal damping of the structure and slopes of the brakes' torques at rated speed, (d, d)."""
+    """Modal damping of the structure, dampers, and slopes of the brakes' torques at rated speed,
+    (d, d)."""
     system = modal.system
     momentum = system.mass @ modal.modes
-    out = (momentum * modal.damping) @ momentum.T
+    out = (momentum * modal.damping) @ momentum.T + system.dampers
     for port, brake in zip(system.ports, system.machines, strict=True):
         if isinstance(brake, Brake) and brake.rated_speed > 0:
             slope = brake.exponent * brake.rated_torque / brake.rated_speed

@@ -114,14 +114,15 @@ class Model:
         return out
 
     def structural_decay(self, shapes: Array) -> Array:
-        """γ = φᵀCφ (n,), 1/s, of motions φ (d, n) with φᵀMφ = 1; C: structural damping."""
+        """γ = φᵀCφ (n,), 1/s, of motions φ (d, n) with φᵀMφ = 1; C: structural damping, dampers."""
         modal = self.shared_modal or self.__dict__.get("modal")
         if modal is None:
             omega, motions = elastic_modes(self.system)
             rates = self.system.damping.rate(omega)
         else:
             motions, rates = modal.modes, modal.damping
-        return np.asarray(rates @ (motions.T @ self.system.mass @ shapes) ** 2)
+        by_dampers = np.einsum("dn,dn->n", shapes, self.system.dampers @ shapes)
+        return np.asarray(rates @ (motions.T @ self.system.mass @ shapes) ** 2 + by_dampers)
 
     @cached_property
     def mean_springs(self) -> ContactSprings:

@@ -189,3 +189,26 @@ def test_planets_that_do_not_stand_evenly_are_excited_by_their_own_forces(tmp_pa
     force = model.static(0.0).gear_mesh_force[0].to_numpy()
     assert np.ptp(force) > 0.02 * force.mean()
     assert static.to_numpy() * stiffness / 1e-4 == pytest.approx(force, rel=1e-3)
+
+
+def test_dampers_in_proportion_to_masses_take_half_their_rate_off_growth(tmp_path):
+    """M q̈ + γ M q̇ + K(t) q = 0 with q = e^{−γt/2} y: y has K − γ²/4 M, beyond notice here."""
+    gears = 'kinematics = "planar", support = {{ radial_n_per_m = 4e8 }}'
+    path, gamma = write(tmp_path, pair_text(gears=gears)), 40.0
+    radii = np.array([0.06, 0.12]) * np.cos(np.radians(20))
+    across, about = gamma * np.array([3, 9]), gamma * np.array([1.2, 2.4]) * radii**2
+    keys = {
+        "output.damping_nm_s_per_rad": f"{about[0]}",
+        "inputs.0.damping_nm_s_per_rad": f"{about[1]}",
+    }
+    for gear, c in zip(("pinion", "gear"), across, strict=True):
+        keys[f"stages.0.{gear}.support.damping.radial_n_s_per_m"] = f"{c}"
+    free, damped = (
+        fg.load_case(path, k).assemble().stability(speeds=(0.4, 2.6), count=31) for k in ({}, keys)
+    )
+    speeds = np.intersect1d(free.speed_factor, damped.speed_factor)
+    free, damped = (x.sel(speed_factor=speeds).growth_rate.to_numpy() for x in (free, damped))
+    assert free.max() > 2 * gamma
+    growing = damped > 0
+    assert damped[growing] == pytest.approx(free[growing] - gamma / 2, rel=2e-3, abs=0.2)
+    assert free[~growing].max() < gamma / 2 * 1.01
