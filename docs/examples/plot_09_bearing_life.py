@@ -8,7 +8,7 @@ Basic rating life by ISO 281 from the power flow: the load on a pin and the plan
 import matplotlib.pyplot as plt
 
 import flexgear as fg
-from flexgear.gears.bearings.basic_life import planet_bearing_life_hours
+from flexgear.gears.bearings.nominal import nominal_bearings
 from flexgear.views.style import save_figure
 
 rating = {"stage.planet_bearing.dynamic_rating_kn": 18, "stage.planet_bearing.rolling": "roller"}
@@ -16,7 +16,8 @@ torques = [60, 80, 100, 130, 170]
 hours = []
 for torque in torques:
     case = fg.load_case("lin-parker", {**rating, "inputs.0.torque_nm": torque})
-    hours.append(planet_bearing_life_hours(case, fg.power_flow(case))["stage"])
+    bearings = nominal_bearings(case, fg.power_flow(case), "stage")
+    hours.append(bearings["planet_bearing"].life_hours)
 figure, axes = plt.subplots(layout="constrained")
 axes.loglog(torques, hours, "o-")
 axes.set(xlabel="torque of the sun (N m)", ylabel="L10h of a planet bearing (h)")

@@ -18,7 +18,7 @@ from flexgear.coupling.build import build_system, rigid_system
 from flexgear.coupling.machines import machine_words
 from flexgear.coupling.pace import case_pace, pace_sections
 from flexgear.files.atomic import file_target, staged_folder, write_bytes, write_json
-from flexgear.gears.bearings.basic_life import planet_bearing_life_hours
+from flexgear.gears.bearings.nominal import nominal_bearings
 from flexgear.gears.expected_lines import expected_lines, line_rows
 from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import PowerFlow, StageFlow, power_flow
@@ -199,12 +199,15 @@ def _expected(case: Case, flow: PowerFlow) -> Sections:
 def _running(case: Case, flow: PowerFlow) -> Sections:
     """Sections of the printout from torques and speeds: members, stages, the whole train."""
     motions, sections = stage_motions(case, flow), _members(flow)
-    lives = planet_bearing_life_hours(case, flow)
     for stage, motion in zip(flow.stages, motions, strict=True):
         before = f"{stage.name} " if len(flow.stages) > 1 else ""
         rows = _stage(stage, motion)
-        if math.isfinite(lives.get(stage.name, math.inf)):
-            rows["nominal_planet_bearing_life_h"] = lives[stage.name]
+        for label, bearing in nominal_bearings(case, flow, stage.name).items():
+            if bearing.place.part != "planet":
+                rows[f"{label}_radial_force_n"] = bearing.radial
+                rows[f"{label}_axial_force_n"] = bearing.axial
+            if bearing.life_hours is not None and math.isfinite(bearing.life_hours):
+                rows[f"nominal_{label}_life_h"] = bearing.life_hours
         sections[f"{before}running"] = rows
     sections["machines"] = dict(machine_words(case))
     sections["power"] = {

@@ -32,6 +32,7 @@ from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.names import BodyName, MemberName, SupportName
 from flexgear.model.section import Refusal
+from flexgear.model.stage import PARALLEL
 from flexgear.structures.bodies import Body, rigid_rows, turn
 
 MISPLACED = 0.05  # of the size of an FE housing, by which a node may be off its support
@@ -152,15 +153,16 @@ class Assembly(BodyCoordinates):
         has_law = c.bearing is not None and bool(laws_of(c.bearing))
         if not (np.any(c.matrix) or has_law):
             return
-        housing = self._housing_rows(c.name, self.place(*c.first))
+        housing = self._housing_rows(c.name, self.place(*c.first), c.bearing.z if c.bearing else 0)
         if angle >= 0:
             self._rotating_frame_support(c, first, housing, angle)
         else:
             self.link(c.name, turn(c.axes).T @ (first - housing), c.matrix, c.kind)
         self._law_bearing(stage, c, first, housing, angle)
 
-    def _housing_rows(self, support: SupportName, position: Array) -> Array:
-        """Motion (6, d) of the housing where a support at ``position`` (3,) of its stage stands.
+    def _housing_rows(self, support: SupportName, position: Array, z: float) -> Array:
+        """Motion (6, d) of the housing at ``position`` (3,) of a stage, for a support that stands
+        at z from there, m.
 
         Zero on rigid ground. An FE housing has a node of the support's name. A stage stands in it
         where its first support does; what a node is off from there is rigid.
@@ -170,7 +172,8 @@ class Assembly(BodyCoordinates):
         node, place = "housing", position
         if not self.housing.rigid:
             node = support.place
-            place = self._place_in_housing(self.housing, node, position)
+            offset = np.array([0.0, 0.0, z])
+            place = self._place_in_housing(self.housing, node, position + offset) - offset
         rows = self.node_rows("housing", node)
         return rigid_rows(place, self.housing.position(node))[:6] @ rows
 
@@ -182,7 +185,8 @@ class Assembly(BodyCoordinates):
                 "name the node on which that support stands so",
             )  # fmt: skip
         at = MemberName.parse(node)
-        group = node if at.part in ("pinion", "gear") else at.stage  # gears beside each other
+        gear = next((gear for gear in PARALLEL if at.part.startswith(gear)), "")
+        group = f"{at.stage}.{gear}" if gear else at.stage  # whose gears are side by side
         node_position = housing.position(node)
         place = position + self.stands.setdefault(group, node_position - position)
         off, size = np.linalg.norm(place - node_position), np.ptp(housing.positions, axis=0).max()
@@ -230,7 +234,7 @@ class Assembly(BodyCoordinates):
         ends = (rows, other, end, other_end)
         for name, parameters in laws:
             bearing = LawBearing(c.name, *ends, name, parameters, c.bearing.z, angle)
-            elements = getattr(c.bearing, "elements", None)
+            elements = c.bearing.elements
             if name == ROLLERS.name and c.defects and elements is not None:
                 turned, rates = self._race_rates(stage, c, moves)
                 passing = with_defects(parameters, elements, rates, c.defects)

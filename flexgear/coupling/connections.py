@@ -16,7 +16,7 @@ from flexgear.coupling.gear_meshes import (
     GearMeshSet,
     StageFrame,
 )
-from flexgear.coupling.members import body_names, can_turn, mass_properties
+from flexgear.coupling.members import can_turn, mass_properties
 from flexgear.coupling.springs import linear_part
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.errors import stage_errors
@@ -29,7 +29,7 @@ from flexgear.gears.stiffness import line_load
 from flexgear.gears.tooth_faults import FaultGroups, fault_groups, with_faults
 from flexgear.model.bearings import Bearing
 from flexgear.model.faults import Fault, bearing_defects
-from flexgear.model.names import BodyName, MemberName, SupportName
+from flexgear.model.names import BodyName, SupportName
 from flexgear.model.stage_view import StageView
 from flexgear.structures.reduced import RimFlexibility
 from flexgear.structures.sources.ring import source as ring_source
@@ -81,30 +81,25 @@ def spline_matrix(view: StageView) -> Array:
 
 
 def _of_supports(view: StageView, part: str) -> Iterator[Connection]:
-    """Support of each body of a member: of both halves of a double-helical lumped ring."""
-    for body in body_names(view.stage, part):
-        yield from _support(view, part, SupportName.of(body, "support"), body)
+    """Supports of each body of a member at its gear, of both halves of a double-helical lumped
+    ring, the tangential spring as torsion k r²."""
+    for key, support in view.stage.member(part).supports.items():
+        matrix = np.array(support.matrix, dtype=float)
+        matrix[5, 5] += support.tangential * stage_radii(view).rotation_radius(part) ** 2
+        matrix = linear_part(support, matrix)
+        bodies = view.stage.body_names(part)
+        for name, body in zip(view.support_names(part, key), bodies, strict=True):
+            yield from _held(name, (body, "gear"), matrix, view.key(f"{part}.{key}"), support)
 
 
 def _of_shaft(view: StageView, part: str) -> Iterator[Connection]:
-    """The spline of a sun that is held, and its support at the gear."""
-    sun, shaft = MemberName.of(view.name, part), BodyName.of(view.name, "shaft")
+    """The spline of a sun that is held, and its supports at the gear."""
+    shaft = BodyName.of(view.name, "shaft")
     if view.is_held(part):
         place = SupportName.of(f"{view.name}.spline")
         key = view.key("sun.shaft.spline")
         yield from _held(place, (shaft, "spline"), spline_matrix(view), key)
-    yield from _support(view, part, SupportName.of(sun), shaft)
-
-
-def _support(
-    view: StageView, part: str, place: SupportName, body: BodyName
-) -> Iterator[Connection]:
-    """Support of a member at the gear of a body of it, its tangential spring as torsion k r²."""
-    support = view.stage.member(part).support
-    matrix = np.array(support.matrix, dtype=float)
-    matrix[5, 5] += support.tangential * stage_radii(view).rotation_radius(part) ** 2
-    matrix = linear_part(support, matrix)
-    yield from _held(place, (body, "gear"), matrix, view.key(f"{part}.support"), support)
+    yield from _of_supports(view, part)
 
 
 def _of_fe_ring(view: StageView, part: str) -> Iterator[Connection]:
@@ -151,7 +146,7 @@ def _of_planets(view: StageView) -> Iterator[Connection]:
         )
     matrix = linear_part(bearing, bearing.matrix)
     defects = bearing_defects(view.case, view.name, "planet_bearing")
-    for number, planet in enumerate(body_names(view.stage, "planet"), 1):
+    for number, planet in enumerate(view.stage.body_names("planet"), 1):
         yield Connection(
             SupportName.of(f"{view.name}.planet_bearing_{number}"),
             (carrier, f"pin_{number}"),

@@ -15,7 +15,6 @@ from flexgear.gears.radii import role_of, stage_radii
 from flexgear.model.errors import FlexgearError
 from flexgear.model.member import CarrierMember, GearMember, RingGear
 from flexgear.model.names import BodyName, MemberName
-from flexgear.model.stage import Stage
 from flexgear.model.stage_view import StageView
 from flexgear.structures.bodies import Body, lumped_body, rigid_variant
 from flexgear.structures.reduced import ReducedBody, floating
@@ -105,18 +104,6 @@ def stage_members(
     return [*out, *_hub(view), *_behind_spline(view, out)]
 
 
-def body_names(stage: Stage, part: str) -> list[BodyName]:
-    """Bodies of a member: all planets, both halves of a lumped double-helical ring; "shaft" of a
-    sun on one."""
-    form = stage.form(part)
-    if form == "beam":
-        return [BodyName.of(stage.name, "shaft")]
-    if part == "planet":
-        return [BodyName.of(stage.name, part, i) for i in range(stage.planets)]
-    sides = stage.sides if part == "ring" and form == "lumped" else ("",)
-    return [BodyName.of(stage.name, part, side=side) for side in sides]
-
-
 def can_turn(view: StageView, part: str) -> bool:
     """Whether a member has a rotation about its axis: not so if it is held fast, or an FE body."""
     form, member = view.stage.form(part), MemberName.of(view.name, part)
@@ -124,7 +111,7 @@ def can_turn(view: StageView, part: str) -> bool:
         return True
     if form == "fe":
         return not view.is_held(part)
-    fast = view.is_held(part) and not view.stage.member(part).support.holds_rotation
+    fast = view.is_held(part) and not view.stage.member(part).holds_rotation
     return view.case.kinematics_of(member) != "fixed" and not fast
 
 
@@ -197,7 +184,7 @@ def _fe_planets(view: StageView, reduced: AnyBody | None) -> list[Member]:
         raise FlexgearError(f"the reduced planet of stage {view.name} is missing")
     stage, g, out = view.stage, stage_geometry(view), []
     turned = planet_tooth_angle(g, ring_start(g, np.asarray(stage.planet_angles)))
-    for name, angle in zip(body_names(stage, "planet"), turned, strict=True):
+    for name, angle in zip(stage.body_names("planet"), turned, strict=True):
         body = floating(reduced, name, float(angle))
         ports = {"gear": Port(name), "bore": Port("bore", floats=True)}
         contacts = [name, *(node for node in body.nodes[1:] if node.kind == "tooth")]
@@ -212,7 +199,7 @@ def _lumped(view: StageView, part: str) -> list[Member]:
     angles, fast = view.stage.planet_angles, not can_turn(view, part)
     mass, polar, tilt = mass_properties(view, part)
     kinematics, out = view.case.kinematics_of(MemberName.of(view.name, part)), []
-    for name in body_names(view.stage, part):
+    for name in view.stage.body_names(part):
         body = lumped_body(name, mass, (tilt, tilt, polar), kinematics, held=fast)
         axes = angles[0] if part == "gear" else 0.0
         ports = {"end": Port(name, axes), "gear": Port(name, axes), "bore": Port(name)}

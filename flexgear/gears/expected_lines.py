@@ -36,19 +36,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flexgear.gears.bearings.nominal import bearing_speed
 from flexgear.gears.power_flow import PowerFlow, StageFlow, power_flow
 from flexgear.gears.radii import role_of
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT
 
 if TYPE_CHECKING:
-    from flexgear.model.bearings import Rolling
     from flexgear.model.case import Case
     from flexgear.model.stage import Stage
-    from flexgear.model.stage_view import StageView
+    from flexgear.model.stage_view import BearingPlace, StageView
 
 SIDEBAND, TOOTH_FAULT, BEARING = "sideband", "tooth fault", "bearing"
 PASS = "pass"  # row of the line of all planets that pass
@@ -110,10 +110,17 @@ def expected_lines(
 def _of_stage(
     view: StageView, flow: StageFlow, harmonics: int, sensor: float
 ) -> Iterator[ExpectedLine]:
-    stage = view.stage
-    if stage.kind == "parallel":
-        yield from _parallel(stage, flow, harmonics, sensor)
-        return
+    teeth = _parallel if view.stage.kind == "parallel" else _planetary
+    yield from teeth(view.stage, flow, harmonics, sensor)
+    for place in view.bearings:
+        speed = abs(bearing_speed(place, flow))
+        turns = speed > SAME * abs(flow.carrier_speed)  # else the stage turns as one piece
+        yield from _bearing(view.name, place, speed / TURN if turns else 0.0)
+
+
+def _planetary(
+    stage: Stage, flow: StageFlow, harmonics: int, sensor: float
+) -> Iterator[ExpectedLine]:
     assert stage.ring is not None
     rolling = flow.carrier_speed - flow.ring_speed
     if abs(rolling) <= SAME * max(abs(flow.carrier_speed), abs(flow.ring_speed)):
@@ -125,11 +132,6 @@ def _of_stage(
     yield from shaft_lines(stage, flow, sensor)
     yield from pass_lines(stage, flow, sensor)
     yield from _tooth_faults(stage, abs(gear_mesh))
-    relative = abs(flow.planet_relative_speed) / TURN if rolling else 0.0
-    yield from _bearing(stage.name, "planet bearing", stage.planet_bearing, relative, "inner")
-    for seat, bearing in view.stage.seat_bearings.items():
-        name = f"carrier bearing {seat}"
-        yield from _bearing(stage.name, name, bearing, abs(flow.carrier_speed) / TURN, "outer")
 
 
 def shaft_lines(stage: Stage, flow: StageFlow, sensor: float = 0.0) -> Iterator[ExpectedLine]:
@@ -218,24 +220,18 @@ def _parallel(
         yield ExpectedLine(stage.name, TOOTH_FAULT, f"tooth of {part}", fault, row=part)
 
 
-def _bearing(
-    stage: str,
-    name: str,
-    bearing: Rolling | None,
-    turns: float,
-    stationary: Literal["inner", "outer"],
-) -> Iterator[ExpectedLine]:
+def _bearing(stage: str, place: BearingPlace, turns: float) -> Iterator[ExpectedLine]:
     """Lines of a bearing; none where its elements are not stated. turns: of one ring against the
-    other, 1/s; stationary: ring that is stationary relative to the load."""
-    elements = None if bearing is None else bearing.elements
+    other, 1/s; the inner ring of a planet's bearing, the outer one of any other, is stationary."""
+    elements, rollers = place.bearing.elements, place.bearing.rollers
     if elements is None:
         return
-    rollers = getattr(bearing, "rollers", None)
     count = elements.count if rollers is None else rollers.count
-    assert count is not None  # ``check_elements``
+    assert count is not None  # the model asks for it
     ratio = elements.diameter / elements.pitch_diameter
     g = ratio * math.cos(elements.contact_angle)
-    cage = 1 + g if stationary == "inner" else 1 - g
+    cage = 1 + g if place.part == "planet" else 1 - g
+    name = place.label.replace("_", " ")
     for part, frequency in (
         ("outer race", 0.5 * count * turns * (1 - g)),
         ("inner race", 0.5 * count * turns * (1 + g)),

@@ -24,7 +24,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from flexgear.gears.bearings.basic_life import planet_bearing_life_hours, roller_bearing_stiffness
+from flexgear.gears.bearings.basic_life import roller_bearing_stiffness
+from flexgear.gears.bearings.nominal import nominal_bearings
 from flexgear.gears.contact import ASSEMBLY_TOLERANCE, GearMeshKind, assembly_mismatch
 from flexgear.gears.errors import errors_closing, stage_errors
 from flexgear.gears.geometry import (
@@ -39,7 +40,6 @@ from flexgear.gears.power_flow import PowerFlow, StageFlow
 from flexgear.gears.radii import base_arm
 from flexgear.gears.tool import CutterTool
 from flexgear.gears.tooth import ToothGeometry
-from flexgear.model.bearings import Bearing
 from flexgear.model.case import Case
 from flexgear.model.stage_view import StageView
 
@@ -324,12 +324,10 @@ def _bearings(view: StageView, stage: StageFlow) -> Iterator[str]:
     if load == 0.0:
         return
     usual = roller_bearing_stiffness(load, view.stage.gear_width)
-    supports: dict[str, Bearing] = {
-        f"{m}.support": view.stage.member(m).support
-        for m in view.stage.members
-        if m != "ring"  # which stands in the housing
-    }
-    for key, bearing in {**supports, **view.stage.bearings}.items():
+    in_housing = ("ring.support", "ring.hub.bearing")
+    for key, bearing in view.stage.bearings.items():
+        if key in in_housing:
+            continue
         carries = parallel or key == "planet_bearing"
         stiffness = max(bearing.stiffness[:2])
         if stiffness > APART * usual or (carries and 0.0 < stiffness < usual / APART):
@@ -341,14 +339,14 @@ def _bearings(view: StageView, stage: StageFlow) -> Iterator[str]:
 
 
 def _rating(case: Case, flow: PowerFlow, view: StageView, stage: StageFlow) -> Iterator[str]:
-    """Dynamic rating of the planets' bearings against their load."""
-    bearing = view.stage.planet_bearing
-    hours = planet_bearing_life_hours(case, flow).get(stage.name, math.inf)
-    if bearing.dynamic_rating is None or not math.isfinite(hours):
-        return
-    ratio = bearing.dynamic_rating * bearing.count / stage.planet_bearing_force
-    if not 1.0 <= ratio <= APART:
-        yield (
-            f"{view.key('planet_bearing')}.dynamic_rating is {ratio:.2g} times the load of a "
-            f"planet's bearings, with a life of {hours:.2g} h; check its unit"
-        )
+    """Dynamic rating of bearings against their nominal load."""
+    for nominal in nominal_bearings(case, flow, stage.name).values():
+        bearing, hours = nominal.place.bearing, nominal.life_hours
+        if bearing.dynamic_rating is None or hours is None or not math.isfinite(hours):
+            continue
+        ratio = bearing.dynamic_rating * bearing.count / nominal.equivalent
+        if not 1.0 <= ratio <= APART:
+            yield (
+                f"{nominal.place.key}.dynamic_rating is {ratio:.2g} times the load that it carries, "
+                f"with a life of {hours:.2g} h; check its unit"
+            )

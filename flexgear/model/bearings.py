@@ -130,46 +130,6 @@ class Dampers(Section):
         return (self.radial, self.radial, self.axial, self.tilt, self.tilt, self.torsion)
 
 
-class Bearing(Springs):
-    """A bearing; ``torsion``, stiffness against rotation about its axis, is usually 0.
-
-    z: where its springs act along the axis, m, from the middle of the gear or the seat, off centre
-    where two rows are unequal. They act on u_x + z r_y, u_y - z r_x and the tilts. clearance:
-    radial gap there before the radial springs carry. rollers: carry radial load and tilting moment
-    with a stiffness that grows with load; radial and tilt are then used in modes and other linear
-    analyses. damping: dampers at z beside the springs.
-    """
-
-    z: Length = Field(default=0.0, ge=-1.0, le=1.0)
-    clearance: Length = Field(default=0.0, ge=0.0, le=5e-3)
-    rollers: Rollers | None = None
-    damping: Dampers | None = None
-
-    @property
-    def matrix(self) -> NDArray[np.float64]:
-        """Stiffness (6, 6) at the node, Tᵀ K T with T the motion at z; SI."""
-        to_z = at_height(self.z)
-        return to_z.T @ super().matrix @ to_z
-
-    def _check(self) -> None:
-        if self.rollers is not None and (min(self.stiffness[:2]) <= 0 or self.full is not None):
-            raise Refusal(
-                "radial",
-                "is needed beside rollers: the stiffness of modes and of whatever is linear",
-                "give radial, and no full matrix",
-            )
-        if self.clearance == 0:
-            return
-        if min(self.stiffness[:2]) <= 0:
-            problem = "is the gap of a support without radial stiffness"
-            raise Refusal("clearance", problem, "give radial")
-        if self.rollers is not None:
-            raise Refusal("clearance", "stands beside rollers", "give it as rollers.clearance")
-        if self.full is not None and np.array(self.full)[:2, 2:].any():
-            problem = "is a radial gap, but full couples radial motion with other directions"
-            raise Refusal("clearance", problem, "take one of the two out")
-
-
 class RollingElements(Section):
     """Rolling elements of one bearing, for the load in every row (ISO/TS 16281).
 
@@ -222,6 +182,38 @@ class RollingElements(Section):
             raise Refusal("drops", "is no profile", "give two values or more, none negative")
 
 
+class Thrust(Section):
+    """How thrust counts in the equivalent loads of a bearing that has no ``elements``.
+
+    P = F_r + Y_1 F_a where F_a is at most e F_r, else X F_r + Y F_a (ISO 281); P_0 = X_0 F_r + Y_0
+    F_a, at least F_r (ISO 76). Thrusts of both directions are alike.
+
+    contact_angle: nominal, from which the factors follow by the tables of both standards: of
+    rollers, of balls from 20° on, and 0 of deep-groove balls. rows: of one bearing: 1, or 2 that
+    face one another, as in a pair of single-row bearings with the ratings of the pair.
+    calculation_factor: f_0 of deep-groove balls (ISO 76), as catalogues state it. e, x, y, y_1:
+    factors of a catalogue in place of contact_angle. x_0, y_0: likewise, for the static safety.
+    """
+
+    contact_angle: Angle | None = Field(default=None, ge=0.0, le=0.78539816339745)
+    rows: int = Field(default=1, ge=1, le=2)
+    calculation_factor: float | None = Field(default=None, ge=3.0, le=30.0)
+    e: float | None = Field(default=None, gt=0.0, le=10.0)
+    x: float | None = Field(default=None, ge=0.0, le=2.0)
+    y: float | None = Field(default=None, ge=0.0, le=10.0)
+    y_1: float = Field(default=0.0, ge=0.0, le=10.0)
+    x_0: float | None = Field(default=None, ge=0.0, le=2.0)
+    y_0: float | None = Field(default=None, ge=0.0, le=10.0)
+
+    def _check(self) -> None:
+        if self.contact_angle is None:
+            remedy = "give contact_angle_deg, or e, x and y"
+            self._require_set(("e", "x", "y"), "is missing without contact_angle", remedy)
+            return
+        factors = ("e", "x", "y", "y_1", "x_0", "y_0")
+        self._refuse_set(factors, "follows from contact_angle", "keep one of the two")
+
+
 class Rolling(Section):
     """Data for the rating of a rolling bearing.
 
@@ -229,7 +221,8 @@ class Rolling(Section):
     of its elements, which decides the life exponent; fatigue_load_limit: C_u, for the modified
     life. count: equal bearings side by side, which share the load evenly; the load of their rows
     follows from elements. required_life: limit for the verdict on the rating life. elements: for
-    the load in rows.
+    the load in rows. thrust: for the equivalent load without elements, which is the radial load
+    where thrust is left out.
     """
 
     dynamic_rating: Force | None = Field(default=None, gt=0.0, le=1e9)
@@ -239,6 +232,7 @@ class Rolling(Section):
     count: int = Field(default=1, ge=1, le=8)
     required_life: Life | None = Field(default=None, gt=0.0, le=1e10)
     elements: RollingElements | None = None
+    thrust: Thrust | None = None
 
     def _check(self) -> None:
         for key in ("dynamic_rating", "elements"):
@@ -248,31 +242,92 @@ class Rolling(Section):
         if self.required_life is not None:
             remedy = "add dynamic_rating and rolling"
             self._require_set(["dynamic_rating"], "is missing beside required_life", remedy)
+        if self.thrust is not None:
+            self._check_thrust(self.thrust)
+
+    def _check_thrust(self, thrust: Thrust) -> None:
+        if self.elements is not None:
+            problem = "stands beside elements, whose contact angle says it"
+            raise Refusal("thrust", problem, "keep one of the two")
+        self._require_set(["dynamic_rating"], "is missing beside thrust", "add dynamic_rating_kn")
+        angle = thrust.contact_angle
+        if self.rolling == "roller" and angle == 0.0:
+            problem = "is 0, and rollers without one take no thrust but by their ribs"
+            raise Refusal("thrust.contact_angle", problem, "take thrust out, or give e, x and y")
+        if self.rolling == "ball" and angle == 0.0:
+            self._require_set(["static_rating"], "is missing beside thrust", "add static_rating_kn")
+            if thrust.calculation_factor is None:
+                raise Missing("thrust.calculation_factor", "is missing of deep-groove balls")
+        elif self.rolling == "ball" and angle is not None and angle < math.radians(20 - 1e-9):
+            problem = f"of {math.degrees(angle):g} deg has factors that depend on the load"
+            raise Refusal("thrust.contact_angle", problem, "give e, x and y of the catalogue")
 
 
-def check_elements(bearing: Bearing, rolling: Rolling) -> None:
+class Bearing(Springs, Rolling):
+    """A bearing with springs and data for its rating; ``torsion``, stiffness against rotation about
+    its axis, is usually 0.
+
+    z: where its springs act along the axis, m, from the middle of the gear or the seat, off centre
+    where two rows are unequal. They act on u_x + z r_y, u_y - z r_x and the tilts. clearance:
+    radial gap there before the radial springs carry. rollers: carry radial load and tilting moment
+    with a stiffness that grows with load; radial and tilt are then used in modes and other linear
+    analyses. damping: dampers at z beside the springs.
+    """
+
+    z: Length = Field(default=0.0, ge=-1.0, le=1.0)
+    clearance: Length = Field(default=0.0, ge=0.0, le=5e-3)
+    rollers: Rollers | None = None
+    damping: Dampers | None = None
+
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """Stiffness (6, 6) at the node, Tᵀ K T with T the motion at z; SI."""
+        to_z = at_height(self.z)
+        return to_z.T @ super().matrix @ to_z
+
+    def _check(self) -> None:
+        _check_elements(self)
+        if self.rollers is not None and (min(self.stiffness[:2]) <= 0 or self.full is not None):
+            raise Refusal(
+                "radial",
+                "is needed beside rollers: the stiffness of modes and of whatever is linear",
+                "give radial, and no full matrix",
+            )
+        if self.clearance == 0:
+            return
+        if min(self.stiffness[:2]) <= 0:
+            problem = "is the gap of a support without radial stiffness"
+            raise Refusal("clearance", problem, "give radial")
+        if self.rollers is not None:
+            raise Refusal("clearance", "stands beside rollers", "give it as rollers.clearance")
+        if self.full is not None and np.array(self.full)[:2, 2:].any():
+            problem = "is a radial gap, but full couples radial motion with other directions"
+            raise Refusal("clearance", problem, "take one of the two out")
+
+
+def _check_elements(bearing: Bearing) -> None:
     """Refusal for elements that lack a size, or contradict ``rollers``."""
-    elements, rollers = rolling.elements, bearing.rollers
+    elements, rollers = bearing.elements, bearing.rollers
     if elements is None:
         return
-    if rolling.rolling == "ball":
+    if bearing.rolling == "ball":
         distance = (elements.inner_groove + elements.outer_groove - 1) * elements.diameter
         room = distance * math.cos(elements.contact_angle)
         if (elements.clearance or 0.0) >= room:
             problem = f"is no clearance in grooves whose centres are {1e3 * distance:.4g} mm apart"
             raise Refusal("elements.clearance", problem, f"keep it below {1e3 * room:.4g} mm")
     if rollers is None:
-        several = (elements.rows or 1) * rolling.count > 1
-        needed = {"count": True, "length": rolling.rolling == "roller", "spacing": several}
+        several = (elements.rows or 1) * bearing.count > 1
+        needed = {"count": True, "length": bearing.rolling == "roller", "spacing": several}
         for key, is_needed in needed.items():
             if is_needed and getattr(elements, key) is None:
                 unit = "" if key == "count" else "_mm"
                 raise Missing(f"elements.{key}", "is missing", f"add elements.{key}{unit}")
         return
-    if rolling.rolling == "ball":
+    if bearing.rolling == "ball":
         raise Refusal("rolling", "is ball, beside rollers", "take one of the two out")
-    if rollers.rows % rolling.count:
-        problem = f"of {rollers.rows} rows are not {rolling.count} equal bearings"
+    if rollers.rows % bearing.count:
+        problem = f"of {rollers.rows} rows are not {bearing.count} equal bearings"
         raise Refusal("rollers.rows", problem, "correct rows or count")
     for key in ("count", "rows", "spacing", "length", "clearance"):
         if getattr(elements, key) is not None:

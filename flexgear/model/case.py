@@ -115,11 +115,11 @@ def _check_held(case: Case) -> None:
     held = case.held_members()
     for name in case.member_names():
         k, part = case.stage_index(name), name.part
-        form, support = case.stages[k].form(part), case.member(name).support
+        form, member = case.stages[k].form(part), case.member(name)
         if form == "fe":
             continue  # its own supports, or the hub
         needs_none = (
-            support.holds_rotation
+            member.holds_rotation
             or form == "beam"  # the shaft's end stands in the housing
             or case.kinematics_of(name) == "fixed"
             or (case.output is None and name in case.held)  # there is no torque to take
@@ -130,10 +130,11 @@ def _check_held(case: Case) -> None:
                 f"is zero, so nothing takes the torque of the held {name}",
                 f'give it (or torsion), or {part}.kinematics = "fixed"',
             )
-        if name not in held and support.holds_rotation and case.output is not None:
+        if name not in held and member.holds_rotation and case.output is not None:
+            at, support = next(x for x in member.supports.items() if x[1].holds_rotation)
             key = "tangential" if support.tangential > 0 else "torsion"
             raise Refusal(
-                f"stages.{k}.{part}.support.{key}",
+                f"stages.{k}.{part}.{at}.{key}",
                 f"holds the rotation of {name}, which turns",
                 f'set it to zero, or name "{name}" in held (a case of free vibration, without '
                 "[output], may have it)",
@@ -292,10 +293,11 @@ class Case(Section):
         return 0.0 if port is None or port.inertia is None else port.inertia
 
     def kinematics_of(self, name: str) -> Kinematics:
-        """Coordinates of a member or of "<stage>.planet"; "spatial" unless said in a stage with FE
-        bodies or a shaft."""
-        kinematics = self.member(name).kinematics
-        return kinematics or ("spatial" if self.stage(name).is_flexible else self.kinematics)
+        """Coordinates of a member or of "<stage>.planet"; "spatial" unless said on several supports
+        and in a stage with FE bodies or a shaft."""
+        member = self.member(name)
+        tilts = self.stage(name).is_flexible or len(member.supports) > 1
+        return member.kinematics or ("spatial" if tilts else self.kinematics)
 
     def held_members(self) -> tuple[MemberName, ...]:
         """Members that do not turn: ``held``, those with kinematics "fixed", default rings."""

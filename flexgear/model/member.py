@@ -8,12 +8,12 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from flexgear.model.bearings import Bearing, Rolling, check_elements
+from flexgear.model.bearings import Bearing
 from flexgear.model.bodies import Carrier, Hub, Planet, Shaft
 from flexgear.model.modifications import GearModifications, PlanetModifications
 from flexgear.model.rating import GearRating
 from flexgear.model.ring import Ring
-from flexgear.model.section import Missing, Refusal, Section
+from flexgear.model.section import Missing, OneOrMany, Refusal, Section
 from flexgear.model.units import (
     Angle,
     DynamicViscosity,
@@ -133,7 +133,7 @@ class Journal(Section):
             raise Refusal("least_film", "is not below half of the clearance", "lower it")
 
 
-class PlanetBearing(Support, Rolling):
+class PlanetBearing(Support):
     """Bearing between planet and pin.
 
     journal: a plain bearing; radial is then the stiffness where surfaces touch, and in modes and
@@ -143,7 +143,6 @@ class PlanetBearing(Support, Rolling):
     journal: Journal | None = None
 
     def _check(self) -> None:
-        check_elements(self, self)
         if self.journal is None:
             return
         if self.rollers is not None or self.clearance > 0:
@@ -154,22 +153,16 @@ class PlanetBearing(Support, Rolling):
             raise Refusal("radial", "is needed beside a journal: of surfaces that touch", remedy)
 
 
-class SeatBearing(Bearing, Rolling):
-    """Bearing between a seat of a carrier and the housing."""
-
-    def _check(self) -> None:
-        check_elements(self, self)
-
-
 class LumpedInertia(Section):
     """Mass properties; those that are left out are those of a steel disc or ring of the member's
     size.
 
-    mass: of the lumped body. support: springs to the housing. inertia: about the axis, kg m².
+    mass: of the lumped body. support: springs to the housing, or a list of them: bearings at their
+    z along a rigid shaft. inertia: about the axis, kg m².
     equivalent_mass: inertia / r², kg, with the base radius of a gear or the centre distance for a
     carrier. tilt_inertia: about a diameter. kinematics: "fixed" (), "torsional" (rz), "planar" (x,
-    y, rz), "axial" (x, y, z, rz), "spatial" (all six); if left out "spatial" in a stage with an FE
-    body or a shaft, else the case's.
+    y, rz), "axial" (x, y, z, rz), "spatial" (all six); if left out "spatial" of a member on several
+    supports and in a stage with an FE body or a shaft, else the case's.
     """
 
     mass: Mass | None = Field(default=None, gt=0.0, le=1e7)
@@ -177,10 +170,25 @@ class LumpedInertia(Section):
     equivalent_mass: Mass | None = Field(default=None, gt=0.0, le=1e9)
     tilt_inertia: Inertia | None = Field(default=None, gt=0.0, le=1e12)
     kinematics: Kinematics | None = None
-    support: Support = Support()
+    support: OneOrMany[Support] = Support()
+
+    @property
+    def supports(self) -> dict[str, Support]:
+        """Supports by their keys: "support", of several "support.0", "support.1" …"""
+        if isinstance(self.support, Support):
+            return {"support": self.support}
+        return {f"support.{k}": support for k, support in enumerate(self.support)}
+
+    @property
+    def holds_rotation(self) -> bool:
+        """Whether one of its supports has a stiffness against turning about the axis."""
+        return any(support.holds_rotation for support in self.supports.values())
 
     def _check(self) -> None:
         self._keep_one("equivalent_mass", "inertia", ", which says the same (times r²)")
+        if len(self.supports) > 1 and self.kinematics in ("torsional", "planar", "axial"):
+            problem = f"{self.kinematics!r} does not tilt, so its supports would share no moment"
+            raise Refusal("kinematics", problem, 'take "spatial", or one support')
 
     def _refuse_lumped(self, instead: str) -> None:
         """Refusal where a member that is an FE body has keys of a lumped one."""
@@ -265,8 +273,8 @@ class CarrierMember(LumpedInertia):
     """
 
     fe: Carrier | None = None
-    bearing_drive: SeatBearing | None = None
-    bearing_far: SeatBearing | None = None
+    bearing_drive: Bearing | None = None
+    bearing_far: Bearing | None = None
 
     def _check(self) -> None:
         seats = ("bearing_drive", "bearing_far")

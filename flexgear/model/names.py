@@ -48,19 +48,22 @@ Member = Annotated[str, AfterValidator(MemberName.parse)]  # in a section of a c
 
 
 class SupportName(_Name):
-    """A spring between a body and the housing: "<place>", or "<place>_support", "<place>_torsion".
+    """A spring between a body and the housing: "<body>", or "<body>_support", "<body>_torsion", of
+    one of several "<body>_support_<number from 1>".
 
-    place: node of an FE housing on which it stands; kind: "support" of a lumped member, "torsion"
-    for the spring against its rotation, or "" of a bearing.
+    place: node of an FE housing on which it stands, "<body>", "<body>_<number>"; kind: "support" of
+    a member, "torsion" for the spring against its rotation, or "" of a bearing.
     """
 
     place: str
     kind: str
 
     @classmethod
-    def of(cls, place: str, kind: str = "") -> Self:
-        """Name of a support at a place of the housing."""
-        return cls(f"{place}_{kind}" if kind else place, place=place, kind=kind)
+    def of(cls, body: str, kind: str = "", number: int = 0) -> Self:
+        """Name of the support of a body; number: from 1 of several, else 0."""
+        which = f"_{number}" if number else ""
+        text = f"{body}_{kind}{which}" if kind else body
+        return cls(text, place=f"{body}{which}", kind=kind)
 
 
 class BodyName(_Name):

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
+from flexgear.model.bearings import Bearing
 from flexgear.model.bodies import Material
 from flexgear.model.gear_mesh import MOST_PLANETS, GearErrors, GearMesh, equal_spacing
 from flexgear.model.member import (
@@ -19,11 +20,12 @@ from flexgear.model.member import (
     PlanetBearing,
     PlanetGear,
     RingGear,
-    SeatBearing,
     SunGear,
+    Support,
     check_bore,
     required_hand,
 )
+from flexgear.model.names import BodyName
 from flexgear.model.ring import Ring
 from flexgear.model.section import Missing, Refusal, Section, below, raw_value
 from flexgear.model.units import Angle, Length
@@ -153,15 +155,22 @@ class Stage(Section):
         return PLANETARY if self.kind == "planetary" else PARALLEL
 
     @property
-    def bearings(self) -> dict[str, PlanetBearing | SeatBearing]:
-        """Bearings of planets and of the seats of an FE carrier, by their keys."""
-        if self.kind != "planetary":
-            return {}
-        seats = {f"carrier.bearing_{side}": seat for side, seat in self.seat_bearings.items()}
-        return {"planet_bearing": self.planet_bearing, **seats}
+    def bearings(self) -> dict[str, Bearing]:
+        """Bearings by their keys: of planets, of the seats of an FE carrier, of the hub of a ring,
+        and supports of lumped members and of a sun on a shaft."""
+        bearings: dict[str, Bearing] = {}
+        if self.kind == "planetary":
+            bearings["planet_bearing"] = self.planet_bearing
+        bearings |= {f"carrier.bearing_{side}": seat for side, seat in self.seat_bearings.items()}
+        for part in (name for name in self.members if self.form(name) != "fe"):
+            supports = self.member(part).supports
+            bearings |= {f"{part}.{key}": support for key, support in supports.items()}
+        if self.ring is not None and self.ring.hub is not None and self.ring.hub.bearing:
+            bearings["ring.hub.bearing"] = self.ring.hub.bearing
+        return bearings
 
     @property
-    def seat_bearings(self) -> dict[str, SeatBearing]:
+    def seat_bearings(self) -> dict[str, Bearing]:
         """Bearings of an FE carrier on its seats, "drive" and "far"; none of a lumped carrier."""
         seats = {side: getattr(self.carrier, f"bearing_{side}", None) for side in ("drive", "far")}
         return {side: seat for side, seat in seats.items() if seat is not None}
@@ -173,6 +182,17 @@ class Stage(Section):
             raise KeyError(f"stage {self.name} has no {name}")
         assert isinstance(member, GearMember | CarrierMember)
         return member
+
+    def body_names(self, part: str) -> list[BodyName]:
+        """Bodies of a member: all planets, both halves of a lumped double-helical ring; "shaft" of
+        a sun on one."""
+        form = self.form(part)
+        if form == "beam":
+            return [BodyName.of(self.name, "shaft")]
+        if part == "planet":
+            return [BodyName.of(self.name, part, i) for i in range(self.planets)]
+        sides = self.sides if part == "ring" and form == "lumped" else ("",)
+        return [BodyName.of(self.name, part, side=side) for side in sides]
 
     def dump_geometry(self) -> dict[str, Any]:
         """Plain SI data of its gears and their places alone."""
@@ -256,7 +276,7 @@ class Stage(Section):
             )
         if self.is_flexible:
             self._check_flexible()
-        if self.planet.support.matrix.any() or self.planet.support.tangential:
+        if self.planet.support != Support():
             raise Refusal(
                 "planet.support", "planets are not supported by the housing", "use planet_bearing"
             )
@@ -331,8 +351,7 @@ class Stage(Section):
 
     def _check_clearances(self) -> None:
         """Bearings let no gear move by more than one module: beyond it gears lose contact."""
-        members = {f"{name}.support": self.member(name).support for name in self.members}
-        for key, support in {**members, **self.bearings}.items():
+        for key, support in self.bearings.items():
             if support.clearance >= self.normal_module:
                 raise Refusal(
                     f"{key}.clearance",

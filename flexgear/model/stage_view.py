@@ -11,14 +11,37 @@ from typing import TYPE_CHECKING, Any, Literal
 from flexgear.model.bodies import Carrier, FeMeshSource, Material, Shaft
 from flexgear.model.content import content_hash, digest_files
 from flexgear.model.errors import InputError
-from flexgear.model.names import BodyName
+from flexgear.model.names import BodyName, SupportName
 from flexgear.model.ring import Ring
 
 if TYPE_CHECKING:
+    from flexgear.model.bearings import Bearing
     from flexgear.model.case import Case
     from flexgear.model.gear_mesh import GearMesh
     from flexgear.model.member import RingGear
     from flexgear.model.stage import Stage
+
+
+@dataclass(frozen=True)
+class BearingPlace:
+    """A bearing of a case, and what it supports.
+
+    key: of its section as messages write it; part: member or "planet" whose shaft or bore it is on,
+    "sun" also behind a shaft's spline, "ring" of a hub; springs: their names in results, of all
+    planets' bearings or of both halves of a ring; labels: of each in summaries, without the stage.
+    """
+
+    key: str
+    bearing: Bearing
+    part: str
+    springs: tuple[SupportName, ...]
+    labels: tuple[str, ...]
+
+    @property
+    def label(self) -> str:
+        """That of the first spring, without the number of a planet."""
+        return "planet_bearing" if self.part == "planet" else self.labels[0]
+
 
 _PARALLEL_WORDS = {"sun": "pinion", "planet": "gear"}
 
@@ -76,6 +99,52 @@ class StageView:
         """Sections of bodies that may be flexible: its FE bodies, and the shaft of its sun."""
         shaft = self.stage.sun and self.stage.sun.shaft
         return self.fe_bodies | ({BodyName.of(self.name, "shaft"): shaft} if shaft else {})
+
+    @property
+    def bearings(self) -> tuple[BearingPlace, ...]:
+        """Bearings of its planets and members, and of the body behind its sun's spline."""
+        places, numbers = list[BearingPlace](), range(1, self.stage.planets + 1)
+        for key, bearing in self.stage.bearings.items():
+            part, _, below = key.partition(".")
+            labels = [key.replace(".", "_")]
+            if below.startswith("support"):
+                springs = self.support_names(part, below)
+                labels = [s.partition(".")[2] if s.kind else f"{part}_support" for s in springs]
+            elif part == "planet_bearing":
+                part, labels = "planet", [f"planet_bearing_{k}" for k in numbers]
+                springs = [SupportName.of(f"{self.name}.{label}") for label in labels]
+            else:  # seats of a carrier, and the hub of a ring
+                at = "hub" if part == "ring" else below.replace("bearing", part)
+                springs = [SupportName.of(f"{self.name}.{at}")]
+            places.append(BearingPlace(self.key(key), bearing, part, tuple(springs), tuple(labels)))
+        port = self.case.port_at(f"{self.name}.sun")
+        if port is not None and port.bearing is not None:
+            number = self.case.ports.index(port)
+            key = "output" if port is self.case.output else f"inputs.{number}"
+            spring = SupportName.of(f"{self.name}.output")
+            places.append(
+                BearingPlace(f"{key}.bearing", port.bearing, "sun", (spring,), ("output_bearing",))
+            )
+        return tuple(places)
+
+    @property
+    def rated_bearings(self) -> tuple[BearingPlace, ...]:
+        """Those to be rated: bearings that carry force, of what turns or with ratings."""
+        return tuple(
+            place
+            for place in self.bearings
+            if place.part == "planet"
+            or place.bearing.rolling
+            or (place.bearing.matrix[:3, :3].any() and not self.is_held(place.part))
+        )
+
+    def support_names(self, part: str, key: str) -> list[SupportName]:
+        """Names of a support of all bodies of a member; key: "support", "support.0" …"""
+        number = int(key.removeprefix("support").strip(".") or -1) + 1
+        if self.stage.form(part) == "beam":
+            return [SupportName.of(f"{self.name}.{part}", "support" if number else "", number)]
+        bodies = self.stage.body_names(part)
+        return [SupportName.of(body, "support", number) for body in bodies]
 
     def is_held(self, part: str) -> bool:
         """Whether a member does not turn."""

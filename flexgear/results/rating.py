@@ -231,7 +231,9 @@ def _load_of(bearing: bool) -> Callable[[RatedPart], Array]:
 
 PARTS = {
     "stress": _by_bin("Pa", "contact or root stress", _load_of(False), "of a bearing"),
-    "equivalent_load": _by_bin("N", "radial load of a bearing", _load_of(True), "of a gear"),
+    "equivalent_load": _by_bin(
+        "N", "equivalent or radial load of a bearing", _load_of(True), "of a gear"
+    ),
     "load_cycles": _by_bin("1", "load cycles, of a bearing revolutions", lambda p: p.cycles),
     "bin_safety": _by_bin(
         "1", "safety in the bin alone, of a bearing static", lambda p: p.safety, NOT_RATED

@@ -12,12 +12,11 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.gears.bearings.basic_life import bearing_life_hours
+from flexgear.gears.bearings.nominal import bearing_speed
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.nominal_stress import largest_root_stress
 from flexgear.gears.power_flow import PowerFlow, StageFlow
-from flexgear.model.member import PlanetBearing
-from flexgear.model.names import MemberName
-from flexgear.model.stage_view import StageView
+from flexgear.model.stage_view import BearingPlace, StageView
 from flexgear.model.units import RPM
 from flexgear.results.quantities import ABSENT, ALWAYS, Bars, Figure, values
 
@@ -138,39 +137,44 @@ class StageRun:
         return life if life is not None and math.isfinite(life) else ABSENT
 
     @cached_property
-    def seat_loads(self) -> dict[str, Array]:
-        """Radial loads of a carrier's seats over the positions, N."""
-        if not self.view.stage.seat_bearings:
+    def bearing_loads(self) -> dict[str, tuple[BearingPlace, Array]]:
+        """Places of bearings and their radial and axial loads (2, p), N, over the positions, by
+        label; without those that have no stiffness."""
+        if "support" not in self.equilibria:
             return {}
-        force = self.equilibria["bearing_force"].sel(dof=["ux", "uy"])
-        seats = {side: f"{self.view.name}.carrier_{side}" for side in self.view.stage.seat_bearings}
-        supports = set(map(str, force["support"].to_numpy()))  # without stiffness it is no support
+        force = self.equilibria["bearing_force"].sel(dof=["ux", "uy", "uz"])
+        springs = set(map(str, force["support"].to_numpy()))
         return {
-            side: self._radial(force.sel(support=name).to_numpy())
-            for side, name in seats.items()
-            if name in supports
+            label: (place, self._sizes(force.sel(support=spring).to_numpy()))
+            for place in self.view.rated_bearings
+            for label, spring in zip(place.labels, place.springs, strict=True)
+            if spring in springs
+        }
+
+    def largest_radial(self, seats: bool) -> dict[str, float]:
+        """Largest radial load over the positions, N, of a carrier's seats by side, or of other
+        bearings than these and planets' by label; without those that carry none."""
+        before = "carrier_bearing_"
+        return {
+            label.removeprefix(before): float(load[0].max())
+            for label, (place, load) in self.bearing_loads.items()
+            if place.part != "planet" and label.startswith(before) == seats
+            if seats or load[0].any()
         }
 
     def lives(self) -> dict[str, float]:
-        """L₁₀ₕ, h, of the bearings of planets and of a carrier's seats, under the constant loads of
-        equal damage over the positions; without bearings that have no rating or do not turn."""
+        """L₁₀ₕ, h, of bearings by label, under the constant loads of equal damage over the
+        positions; without bearings that have no rating or do not turn."""
         lives = {}
-        bearing = self.view.stage.planet_bearing
-        if self.view.stage.kind == "planetary" and isinstance(bearing, PlanetBearing):
-            for name in map(MemberName.parse, self.equilibria["bearing"].to_numpy().tolist()):
-                if name.stage == self.view.name:
-                    force = self.equilibria["planet_bearing_force"].sel(bearing=name).to_numpy()
-                    load, speed = self._radial(force[:, :2]), self.flow.planet_relative_speed
-                    lives[name.part] = bearing_life_hours(bearing, load, speed)
-        for side, load in self.seat_loads.items():
-            seat, speed = self.view.stage.seat_bearings[side], self.flow.carrier_speed
-            lives[f"carrier_bearing_{side}"] = bearing_life_hours(seat, load, speed)
+        for label, (place, (radial, axial)) in self.bearing_loads.items():
+            speed = bearing_speed(place, self.flow)
+            lives[label] = bearing_life_hours(place.bearing, radial, speed, axial)
         return {n: life for n, life in lives.items() if life is not None and math.isfinite(life)}
 
-    def _radial(self, force: Array) -> Array:
-        """Magnitudes (p,) of forces (p, 2), zero where they are rounding."""
-        x, y = np.where(np.abs(force) > self.least, force, 0.0).T
-        return np.asarray(np.hypot(x, y))
+    def _sizes(self, force: Array) -> Array:
+        """Radial and axial sizes (2, p) of forces (p, 3), zero where they are rounding."""
+        x, y, z = np.where(np.abs(force) > self.least, force, 0.0).T
+        return np.array([np.hypot(x, y), np.abs(z)])
 
 
 MEMBERS = (  # of a power flow and the name of a member
@@ -243,11 +247,13 @@ PLANET_BEARINGS = (
 SEATS = (
     Figure("carrier_bearing_force_n.<seat>", "N", "largest radial load of the bearing on each seat "
            "of an FE carrier over the rated equilibria of the run", "",
-           lambda s: {side: float(load.max()) for side, load in s.seat_loads.items()},
-           "largest radial load, {name} side"),
+           lambda s: s.largest_radial(seats=True), "largest radial load, {name} side"),
+    Figure("bearing_force_n.<bearing>", "N", "that of the bearings of pinion, gear, sun, hub and "
+           "lumped carrier", "", lambda s: s.largest_radial(seats=False),
+           "{name}, largest radial load"),
 )  # fmt: skip
 LIVES = (
-    Figure("bearing_life_h.<bearing>", "h", "L₁₀ₕ of planets' bearings and carriers' seats under "
+    Figure("bearing_life_h.<bearing>", "h", "L₁₀ₕ of bearings under "
            "the constant load of the same damage over the equilibria", "", StageRun.lives, "{name}",
            bars=Bars("bearings", "basic rating life", "Basic rating life of the bearings, ISO 281",
                      "Under the constant load of the same damage over the equilibria.")),

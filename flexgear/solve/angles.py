@@ -30,6 +30,7 @@ from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.tooth_faults import faulty_gears
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
+from flexgear.model.member import PlanetBearing
 
 ALL_CYCLES = 25_000  # gear-mesh cycles of a linear train that are all looked at
 SPREAD_CYCLES = 4_000  # of a linear train whose error cycle is longer
@@ -154,8 +155,8 @@ def given_speeds(case: Case) -> list[str]:
 def _stands_in_space(case: Case) -> bool:
     """Whether weight, loads, supports or joints make a difference in fixed directions."""
     loads = any(load.frame == "fixed" and load.points[:, [0, 1, 3, 4]].any() for load in case.loads)
-    supports = [s.member(m).support for s in case.stages for m in s.members]
-    uneven = any(_is_uneven(s.matrix) for s in supports)
+    bearings = [place.bearing for stage in case.stages for place in case.view(stage.name).bearings]
+    uneven = any(_is_uneven(b.matrix) for b in bearings if not isinstance(b, PlanetBearing))
     sideways = any(j.is_shaft or j.matrix[[0, 1, 3, 4]].any() for j in case.joints)
     return any(case.gravity) or loads or uneven or sideways
 

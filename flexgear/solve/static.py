@@ -19,9 +19,8 @@ from numpy.typing import ArrayLike
 from flexgear.analysis.equilibrium import revolution
 from flexgear.arrays import Array
 from flexgear.gears.bearings.basic_life import bearing_life_hours
+from flexgear.gears.bearings.nominal import bearing_speed
 from flexgear.model.errors import FlexgearError, InputError
-from flexgear.model.member import PlanetBearing
-from flexgear.model.names import MemberName
 from flexgear.results.face_load import face_figures, positions_for, with_orders
 from flexgear.results.labelled_dataset import coordinate, groups_in, labelled_dataset
 from flexgear.results.load_sharing import (
@@ -94,8 +93,10 @@ def position_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
     if "face_line_load" in data:
         figures["face_load"] = face_figures(data.expand_dims("position"))
         figures |= _root_stress(model, data.expand_dims("position"))
-    if "planet_bearing_force" in data:
-        figures["planet_bearing"] = bearing_loads(model, data)
+    loads = bearing_loads(model, data)
+    for key, of_planets in (("planet_bearing", True), ("bearing", False)):
+        of_kind = {name: row for name, (row, planet) in loads.items() if planet == of_planets}
+        figures |= {key: of_kind} if of_kind else {}
     return figures
 
 
@@ -108,27 +109,31 @@ def _root_stress(model: Model, data: xr.Dataset) -> dict[str, Any]:
     return {"root_stress_mpa": stresses} if stresses else {}
 
 
-def bearing_loads(model: Model, data: xr.Dataset) -> dict[str, dict[str, float]]:
-    """Magnitude and direction (from radial outward, in the sense of rotation) of the force on every
-    pin at one position, and the basic rating life under that load where the case has a rating and
-    the bearing turns under load."""
-    out = {}
-    least = UNLOADED * float(np.abs(model.rated).max())
-    for name in map(str, data["bearing"].to_numpy()):
-        x, y, z = (float(v) for v in data["planet_bearing_force"].sel(bearing=name))
-        size = math.hypot(x, y)
-        size = size if size > least else 0.0
-        out[name] = {
-            "force_n": size,
-            "direction_deg": round(math.degrees(math.atan2(y, x)), 6) + 0.0 if size else 0.0,
-            "axial_n": z if abs(z) > UNLOADED * size else 0.0,
-        }
-        stage = model.case.stage(MemberName.parse(name).stage)
-        speed = model.flow.stage(stage.name).planet_relative_speed
-        if isinstance(stage.planet_bearing, PlanetBearing):
-            life = bearing_life_hours(stage.planet_bearing, size, speed)
-            if life is not None and math.isfinite(life):
-                out[name]["life_h"] = life
+def bearing_loads(model: Model, data: xr.Dataset) -> dict[str, tuple[dict[str, float], bool]]:
+    """Magnitude, direction and thrust of the force that every bearing carries at one position, and
+    the basic rating life under that load where the case has a rating and the bearing turns under
+    load; whether it is a planet's. Directions are from x of the axes of ``bearing_force``, in the
+    sense of rotation; of the force on a pin from radial outward."""
+    out, least = {}, UNLOADED * float(np.abs(model.rated).max())
+    carried = set(map(str, data["support"].to_numpy() if "support" in data else ()))
+    for stage in model.flow.stages:
+        for place in model.case.view(stage.name).rated_bearings:
+            planet, speed = place.part == "planet", bearing_speed(place, stage)
+            for name in (spring for spring in place.springs if spring in carried):
+                of_spring = data["bearing_force"].sel(support=name).to_numpy()[:3]
+                x, y, z = (float(v) for v in (-of_spring if planet else of_spring))
+                size = math.hypot(x, y)
+                size = size if size > least else 0.0
+                direction = round(math.degrees(math.atan2(y, x)), 6) + 0.0 if size else 0.0
+                row = {
+                    "force_n": size,
+                    "direction_deg": direction,
+                    "axial_n": z if abs(z) > max(UNLOADED * size, least * (not planet)) else 0.0,
+                }
+                life = bearing_life_hours(place.bearing, size, speed, row["axial_n"])
+                if life is not None and math.isfinite(life):
+                    row["life_h"] = life
+                out[str(name)] = row, planet
     return out
 
 

@@ -9,9 +9,9 @@ from typing import Any
 from flexgear.gears.bearings.basic_life import (
     BALL,
     ROLLER,
-    planet_bearing_life_hours,
     planet_bearing_life_ratios,
 )
+from flexgear.gears.bearings.nominal import nominal_bearings
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
 from flexgear.model.units import RPM
@@ -110,7 +110,6 @@ def _of_part(part: RatedPart, before: str) -> dict[str, Any]:
 
 def _flow_figures(case: Case, flow: PowerFlow) -> dict[str, Any]:
     rows: dict[str, Any] = {"input_power_w": flow.input_power}
-    hours = planet_bearing_life_hours(case, flow)
     for s in flow.stages:
         rows |= {
             f"{s.name}_gear_mesh_frequency_hz": s.gear_mesh_frequency,
@@ -122,6 +121,9 @@ def _flow_figures(case: Case, flow: PowerFlow) -> dict[str, Any]:
                 f"{s.name}_planet_bearing_force_n": s.planet_bearing_force,
                 f"{s.name}_planet_speed_in_carrier_rpm": s.planet_relative_speed * RPM,
             }
-        if s.name in hours:
-            rows[f"{s.name}_nominal_planet_bearing_life_h"] = hours[s.name]
+        rows |= {
+            f"{s.name}_nominal_{label}_life_h": bearing.life_hours
+            for label, bearing in nominal_bearings(case, flow, s.name).items()
+            if bearing.life_hours is not None
+        }
     return rows

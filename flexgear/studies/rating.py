@@ -108,7 +108,6 @@ def rate(
             **open_parts,
             **({} if any(b.hours for b in bins) else {"damage and life": NO_SPECTRUM}),
             **_yield_unknown(bins, parts),
-            **_unrated_supports(case),
             **({"faults": NOT_ASSESSED} if case.faults else {}),
             **NEVER,
         },
@@ -162,14 +161,6 @@ def _yield_unknown(bins: Sequence[LoadBin], parts: Sequence[RatedPart]) -> dict[
     ]
     unknown = any("S_0.2" not in sheet for sheet in roots)
     return {"yield of roots": "rating.yield_strength_mpa of gears is missing"} if unknown else {}
-
-
-def _unrated_supports(case: Case) -> dict[str, str]:
-    """Members on supports or ports' bearings, which are springs without ratings."""
-    supported = [m for m in case.member_names() if case.member(m).support.matrix.any()]
-    ports = [port.member for port in case.ports if port.bearing is not None]
-    names = [m for m in (*supported, *ports) if m not in case.held_members()]
-    return {f"{name} bearings": "their support is springs, without bearing data" for name in names}
 
 
 def _solved(

@@ -25,6 +25,8 @@ from flexgear.gears.bearings.bearing import (
     rate_load,
     rolling_bearing,
 )
+from flexgear.gears.bearings.equivalent_load import LEAST_E, equivalent_load, static_load
+from flexgear.gears.bearings.nominal import bearing_speed
 from flexgear.gears.bearings.reference_life import (
     LAWS,
     Lubrication,
@@ -37,12 +39,11 @@ from flexgear.gears.bearings.reference_life import (
 )
 from flexgear.gears.load_bins import LoadBin
 from flexgear.gears.power_flow import PowerFlow, power_flow
-from flexgear.gears.rating.sheet import COMPUTED, ROWS, Factor, Sheet, sheet_of, value_of
+from flexgear.gears.rating.sheet import BASIC, COMPUTED, ROWS, Factor, Sheet, sheet_of, value_of
+from flexgear.model.bearings import Bearing
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
-from flexgear.model.member import PlanetBearing, SeatBearing
-from flexgear.model.names import MemberName
-from flexgear.model.stage_view import stage_key
+from flexgear.model.stage_view import BearingPlace
 from flexgear.results.rating import RatedPart
 from flexgear.solve.bin_loads import BinLoads
 
@@ -54,11 +55,14 @@ ROUNDING = 1e-9  # of the radial load: less is no thrust
 class BearingLoad(NamedTuple):
     """vector: force and moment (5,) x, y, z, about x and y, N and N m, x along the radial load;
     largest: radial load at any position, N; stationary: ring against which the load stands still,
-    of a bearing whose inner ring is on what its axes turn with."""
+    of a bearing whose inner ring is on what its axes turn with; radial, axial: sizes (p,) at all
+    positions, N."""
 
     vector: Array
     largest: float
     stationary: Ring
+    radial: Array
+    axial: Array
 
 
 def bearing_load(
@@ -76,7 +80,7 @@ def bearing_load(
     radial = np.hypot(x, y)
     largest, axial = float(radial.max()), float(force[:, 2].mean())
     if max(largest, abs(axial)) <= least:
-        return BearingLoad(np.zeros(5), 0.0, "inner")
+        return BearingLoad(np.zeros(5), 0.0, "inner", *np.zeros((2, len(x))))
     cos, sin = np.divide([x, y], radial, out=np.zeros((2, len(x))), where=radial > 0.0)
     along = cos * force[:, 3] + sin * force[:, 4]
     across = cos * force[:, 4] - sin * force[:, 3] - z * radial
@@ -84,22 +88,25 @@ def bearing_load(
     turns_along = abs(load.mean()) >= abs((load * np.exp(1j * turned)).mean())
     axial = axial if abs(axial) > ROUNDING * largest else 0.0
     constant = varying_load(radial, exponent) if largest > least else 0.0
-    vector = [constant, 0.0, axial, along.mean(), across.mean()]
-    return BearingLoad(np.array(vector), largest, "inner" if turns_along else "outer")
+    vector = np.array([constant, 0.0, axial, along.mean(), across.mean()])
+    thrust = np.abs(force[:, 2]) * (axial != 0.0)
+    return BearingLoad(vector, largest, "inner" if turns_along else "outer", radial, thrust)
 
 
 class _Place(NamedTuple):
-    """A bearing of the model. name: of its support; alike: of all equal ones; planet: from 1 that
-    turns on it, 0 of a carrier's seat; key: of its section in the stage; rows: its rows, or why
-    they cannot be rated."""
+    """A bearing of the model. name: of its spring; alike: of all equal ones; planet: from 1 that
+    turns on it, 0 of any other bearing; rows: its rows, or why they cannot be rated."""
 
     stage: str
     name: str
     alike: str
     planet: int
-    key: str
-    section: PlanetBearing | SeatBearing
+    place: BearingPlace
     rows: RollingBearing | str
+
+    @property
+    def section(self) -> Bearing:
+        return self.place.bearing
 
     @property
     def kind(self) -> Rolling:
@@ -114,9 +121,7 @@ class _Place(NamedTuple):
 
     def speed(self, flow: PowerFlow) -> float:
         """Speed of the inner against the outer ring, rad/s."""
-        if self.planet:
-            return flow.stage(self.stage).planet_relative_speed
-        return flow.speed[f"{self.stage}.carrier"]
+        return bearing_speed(self.place, flow.stage(self.stage))
 
 
 class _InBin(NamedTuple):
@@ -132,7 +137,7 @@ class _InBin(NamedTuple):
 def rate_bearings(
     case: Case, bins: Sequence[LoadBin], flows: Sequence[PowerFlow], loads: Sequence[BinLoads]
 ) -> tuple[RatedPart, ...]:
-    """Bearings of planets and of the seats of FE carriers."""
+    """Bearings of planets, and of members that turn or whose bearings have ratings."""
     forces = [np.abs(f[:, :3]).max() for x in loads for f in x.supports.values()]
     forces += [abs(f) for s in power_flow(case).stages for f in s.gear_mesh_forces.values()]
     least = NOTHING * float(max(forces, default=0.0))
@@ -140,16 +145,13 @@ def rate_bearings(
 
 
 def _places(case: Case) -> Iterator[_Place]:
-    for stage in case.stages:
-        bearing = stage.planet_bearing
-        if stage.kind == "planetary" and isinstance(bearing, PlanetBearing):
-            rows, alike = rolling_bearing(bearing), MemberName.of(stage.name, "planet_bearings")
-            for planet in range(1, stage.planets + 1):
-                name = MemberName.of(stage.name, f"planet_bearing_{planet}")
-                yield _Place(stage.name, name, alike, planet, "planet_bearing", bearing, rows)
-        for side, seat in stage.seat_bearings.items():
-            name, key = MemberName.of(stage.name, f"carrier_{side}"), f"carrier.bearing_{side}"
-            yield _Place(stage.name, name, name, 0, key, seat, rolling_bearing(seat))
+    for view in map(case.view, [stage.name for stage in case.stages]):
+        for place in view.rated_bearings:
+            rows, of_planets = rolling_bearing(place.bearing), place.part == "planet"
+            for number, spring in enumerate(place.springs, 1):
+                alike = f"{view.name}.planet_bearings" if of_planets else spring
+                number *= of_planets
+                yield _Place(view.name, str(spring), str(alike), number, place, rows)
 
 
 def _part(
@@ -162,7 +164,7 @@ def _part(
     if any(place.name not in x.supports for x in loads):
         missing = "the model has no such support"
     elif isinstance(place.rows, str) and section.dynamic_rating is None:
-        missing = f"{stage_key(place.stage, place.key)}.dynamic_rating_kn is missing"
+        missing = f"{place.place.key}.dynamic_rating_kn is missing"
     speeds = [place.speed(flow) for flow in flows]
     try:
         states = _in_bins(case, place, loads, speeds, least, rated=not missing)
@@ -185,7 +187,8 @@ def _part(
         name=place.name, alike=place.alike, stage=place.stage, kind="bearing", rolling=place.kind,
         count=section.count if isinstance(place.rows, str) else 1,
         planets=(place.planet,) * len(bins) if place.planet else (),
-        load=np.array([value_of(x.factors, "F_r") for x in states]), cycles=cycles,
+        load=np.array([value_of(x.factors, "P", value_of(x.factors, "F_r")) for x in states]),
+        cycles=cycles,
         safety=np.array([x.safety for x in states]), damage=damage,
         life=math.nan if math.isnan(total) else hours * lasts,
         whole_safety=lasts ** (1.0 / place.exponent), required=required, missing=missing,
@@ -219,6 +222,8 @@ def _in_bin(
     factors = sheet_of(loads_of, how)
     if not rated or not load.vector.any():
         return _InBin(math.inf, math.inf if rated else math.nan, factors, {})
+    if place.place.part not in ("planet", "carrier"):  # whose inner rings turn with the axes
+        load = load._replace(stationary="outer")
     if isinstance(place.rows, RollingBearing):
         of_bin = _of_rows(case, place.rows, load, speed)
     else:
@@ -227,25 +232,36 @@ def _in_bin(
 
 
 def _unevenness(case: Case, place: _Place, loads: BinLoads) -> float:
-    """K_γ that a key states over the largest of the model: by it a planet's bearing carries more
-    than the model says, as its teeth do; 1 without a key."""
-    if not place.planet:
+    """K_γ that a key states over the largest of the model: by it the bearing of a planet, a pinion
+    or its gear carries more than the model says, as their teeth do; 1 without a key."""
+    if place.place.part not in ("planet", "pinion", "gear"):
         return 1.0
     stated = [case.rating.forced(place.stage, kind).k_gamma or 0.0 for kind in ("sun", "ring")]
     shares = [g.largest_share for n, g in loads.groups.items() if n.stage == place.stage]
     return max(stated) / max(shares) if max(stated) and shares else 1.0
 
 
-def _basic(section: PlanetBearing | SeatBearing, load: BearingLoad, exponent: float) -> _InBin:
-    """Basic life of one of the bearings side by side, which share the radial load evenly."""
-    rating, static = section.dynamic_rating, section.static_rating
+def _basic(section: Bearing, load: BearingLoad, exponent: float) -> _InBin:
+    """Basic life of one of the bearings side by side, which share their load evenly; thrust that
+    ought to count in it, and does not, leaves no verdict."""
+    rating, static, estimates = section.dynamic_rating, section.static_rating, dict[str, str]()
     assert rating is not None
-    life = rating_life(rating, float(load.vector[0]) / section.count, exponent)
-    safety = None if static is None else math.inf
-    if static is not None and load.largest:
-        safety = static * section.count / load.largest
-    factors = sheet_of({"C": rating, "C_0": static, "S_0": safety, "L_10": life / 1e6})
-    return _InBin(life, math.nan if safety is None else safety, factors, {})
+    of_position = equivalent_load(section, load.radial, load.axial)
+    equivalent = varying_load(of_position, exponent)
+    life = rating_life(rating, equivalent / section.count, exponent)
+    largest = float(static_load(section, load.radial, load.axial).max())
+    safety = None
+    if static is not None and not math.isnan(largest):
+        safety = static * section.count / largest if largest else math.inf
+    if section.thrust is None and load.axial.max() > LEAST_E * load.largest:
+        estimates["equivalent_load"] = "by the radial load alone, as thrust is left out"
+    factors, basis = sheet_of({"C": rating, "C_0": static, "S_0": safety}), BASIC
+    if section.thrust is None:
+        basis += ", radial load alone"
+    else:
+        factors |= sheet_of({"P": equivalent, "P_0": None if safety is None else largest})
+    factors |= sheet_of({"L_10": life / 1e6}, basis)
+    return _InBin(life, math.nan if safety is None else safety, factors, estimates)
 
 
 def _of_rows(case: Case, bearing: RollingBearing, at: BearingLoad, speed: float) -> _InBin:

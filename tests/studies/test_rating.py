@@ -137,6 +137,9 @@ def test_a_load_at_rest_and_one_without_torque(monkeypatch):
     rating = rate(case, workers=1)
     assert any("F_2" in p.factors[0] for p in rating.parts if p.factors)
     for part in rating.parts:
+        if part.missing:  # the supports of the carriers have no data, and carry nothing here
+            assert part.alike.endswith("carrier_support") and not part.load.any()
+            continue
         assert part.damage_sum == 0.0 and part.life == math.inf
         assert part.load[0] > 0.0 and part.load[1] == pytest.approx(0.0, abs=1e-6)
     assert not any("together" in why for why in rating.not_assessed.values())
@@ -171,11 +174,14 @@ def test_outputs_hold_every_part_and_bin():
     for part in rating.parts:
         values = data.sel(part=part.name)
         assert values["damage"].to_numpy() == pytest.approx(part.damage, nan_ok=True)
+        if part.missing:
+            assert summary["parts"][part.name]["not_assessed"] == part.missing
+            continue
         assert summary["parts"][part.name]["damage_sum"] == pytest.approx(part.damage_sum)
         assert values["safety"] == pytest.approx(part.least_safety)
     rows = list(rating_rows(rating))
     found = {(of, b) for of, b, quantity, *_ in rows if quantity == "damage"}
-    assert found == {(p.name, b.name) for p in rating.parts for b in rating.bins}
+    assert found == {(p.name, b.name) for p in rating.ranked for b in rating.bins}
     assert np.isfinite(data["load_factor"].to_numpy()).all()
 
 

@@ -39,7 +39,7 @@ _WRITTEN = {
     "output", "loads", "load_cases", "spectrum",
 }  # fmt: skip
 _UNWRITTEN = sorted(FlankModifications.model_fields.keys() - table.KEYS)  # modifications
-_OF_SPRINGS = ("damping", "journal", "rollers")  # that REXS has not
+_OF_SPRINGS = ("damping", "elements", "journal", "rollers", "thrust")  # that REXS has not
 _OF_PORTS = {
     "member", "speed", "torque", "power", "inertia", "mass", "tilt_inertia", "bearing",
 }  # fmt: skip
@@ -67,7 +67,8 @@ def not_written(case: Case) -> list[str]:
             if getattr(member, "inertia", None) or getattr(member, "equivalent_mass", None):
                 lost.append(f"{where}: its moment of inertia")
             if isinstance(member, LumpedInertia):
-                lost += _lost(member.support, f"{where}.support.", *_OF_SPRINGS)
+                for key, support in member.supports.items():
+                    lost += _lost(support, f"{where}.{key}.", *_OF_SPRINGS)
             if isinstance(member, MatedGear | PlanetGear):
                 ground = member.modifications
                 lost += _lost(member, f"{where}.", "rating")

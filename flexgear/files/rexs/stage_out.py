@@ -21,7 +21,7 @@ from flexgear.gears.tool import CutterTool
 from flexgear.model.bearings import Bearing, Springs
 from flexgear.model.bodies import Shaft
 from flexgear.model.case import Case
-from flexgear.model.member import PlanetBearing, Support
+from flexgear.model.member import Support
 from flexgear.model.modifications import FlankModifications
 from flexgear.model.names import GroupName, MemberName
 from flexgear.model.stage import Stage
@@ -313,29 +313,33 @@ class StageOut:
                 yield self.model.add(kind, **words, **sizes)
 
     def _support(self, part: str) -> None:
-        """Springs to the casing; of a held member a coupling, which takes its torque."""
+        """Springs to the casing; of a held member couplings, which take its torque."""
         member, casing = f"{self.stage.name}.{part}", self.train.casing
-        support = self.stage.member(part).support
-        shaft, place = self.train.shafts[member], self.train.places[member]
+        shaft, (u, v, w) = self.train.shafts[member], self.train.places[member]
         copies = 2 if part == "ring" and self.stage.double_helical else 1  # halves with one each
         spline = self.stage.form(part) == "beam"  # which takes the torque of a held sun
-        if spline or member not in self.train.case.held_members():
-            if support.matrix.any():
-                self._bearing(shaft, casing, f"{member} bearing", support, place, copies)
-            return
-        springs = springs_out(support, copies)
-        torsion = torsion_out(support, self.geometry, part)
-        if torsion > 0:  # else it is held rigidly, which is a coupling without stiffness
-            springs["rotational_stiffness"] = torsion * copies
-        place = (place[0] + support.z, *place[1:])
-        self.model.side("coupling", shaft, casing, f"{member} held", **located(place), **springs)
+        held = not spline and member in self.train.case.held_members()
+        supports = self.stage.member(part).supports
+        for number, support in enumerate(supports.values(), 1):
+            which = f" {number}" if len(supports) > 1 else ""
+            if not held:
+                if support.matrix.any():
+                    name = f"{member} bearing{which}"
+                    self._bearing(shaft, casing, name, support, (u, v, w), copies)
+                continue
+            springs = springs_out(support, copies)
+            torsion = torsion_out(support, self.geometry, part)
+            if torsion > 0:  # else it is held rigidly, which is a coupling without stiffness
+                springs["rotational_stiffness"] = torsion * copies
+            place = located((u + support.z, v, w))
+            self.model.side("coupling", shaft, casing, f"{member} held{which}", **place, **springs)
 
     def _bearing(
         self, inner: int, outer: int, name: str, springs: Bearing, place: Place, share: float
     ) -> int:
         kind, clearance = "concept_bearing", "radial_clearance"
         rating: dict[str, Written | None] = {}
-        if isinstance(springs, PlanetBearing) and springs.dynamic_rating is not None:
+        if springs.dynamic_rating is not None:
             kind, clearance = "rolling_bearing_with_catalog_geometry", "radial_bearing_clearance"
             ball = springs.rolling == "ball"
             rating = table.written(springs, table.RATING)

@@ -1,9 +1,10 @@
 """Springs of a case from bearings and couplings of a file, and the blank of a carrier.
 
-Bearings of one member act side by side on a rigid shaft: with radial stiffness k_i at z_i they are
-Σ k_i at their centre z_c = Σ k_i z_i/Σ k_i, with the tilt stiffness Σ k_i (z_i − z_c)² beside their
-own. What a file calls rigid, or leaves out, gets a stiffness of the size of the machine: E b is
-about ten times the stiffness of a gear mesh of face width b (ISO 6336-1: c_γ ≈ 20 N/(mm µm)).
+Bearings of one member act side by side on a rigid shaft. With ratings each is a support of its own;
+else with radial stiffness k_i at z_i they are Σ k_i at their centre z_c = Σ k_i z_i/Σ k_i, with the
+tilt stiffness Σ k_i (z_i − z_c)² beside their own. What a file calls rigid, or leaves out, gets a
+stiffness of the size of the machine: E b is about ten times the stiffness of a gear mesh of face
+width b (ISO 6336-1: c_γ ≈ 20 N/(mm µm)).
 """
 
 from __future__ import annotations
@@ -62,11 +63,29 @@ class SupportWriter:
         joints = [*member.bearings, *member.couplings]
         if not joints and not needs:
             return
-        section = self.case.section(f"[stages.{member.role}.support]")
         torsion = bool(member.couplings) or "torsion" in needs
         directions = ("radial", "axial", "tilt") + (("torsion",) if torsion else ())
         halves = len(member.stage.halves["ring"]) if member.role == "ring" else 1
+        if self._stand_apart(member):
+            held = {d for d in directions if any(self._stiffness(j, d, scale) for j in joints)}
+            missing = tuple(d for d in needs if d not in {*held, "tilt"})
+            for joint in joints:
+                section = self.case.section(f"[[stages.{member.role}.support]]")
+                self.springs(section, [joint], scale, directions, missing, member.z)
+                self._rating(section, [joint])
+            return
+        section = self.case.section(f"[stages.{member.role}.support]")
         self.springs(section, joints, scale, directions, needs, member.z, halves)
+        if len(member.bearings) == 1:
+            self._rating(section, member.bearings)
+
+    def _stand_apart(self, member: Member) -> bool:
+        """Whether a member has several bearings at known places, one with ratings at least, and no
+        coupling to the casing: each is a support then, and they resist tilt together."""
+        rated = any(read([bearing], RATING[0]) for bearing in member.bearings)
+        places = {axial_place(self.assembly, bearing) for bearing in member.bearings}
+        differ = member.z is not None and None not in places and len(places) > 1
+        return rated and differ and not member.couplings
 
     def planet(
         self, bearings: list[list[Component]], scale: Scale, z: float | None, needs: tuple[str, ...]

@@ -233,7 +233,7 @@ SPRINGS = (
     Row("tilt", "nm_per_rad", ("bending_stiffness",)),
     Row("torsion", "nm_per_rad", ("rotational_stiffness",)),
 )
-RATING = (  # of a planet bearing
+RATING = (  # of a bearing
     Row("dynamic_rating", "kn", ("radial_dynamic_load_rating", "dynamic_capacity"), positive=True),
     Row("static_rating", "kn", ("radial_static_load_rating",)),
     Row("fatigue_load_limit", "kn", ("fatigue_limit_load",)),

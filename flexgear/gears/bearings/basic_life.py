@@ -4,7 +4,7 @@ Basic rating life of rolling bearings (ISO 281) and its ratio between trains.
 
     L₁₀ = (C/P)^p million revolutions,  L₁₀ₕ = L₁₀ · 2π/|ω| / 3600,
 
-C the basic dynamic load rating, P the equivalent load (here the radial force), p = 3 for ball and
+C the basic dynamic load rating, P the equivalent load (``equivalent_load``), p = 3 for ball and
 10/3 for roller bearings, ω the speed of the inner against the outer ring. A planet's bearing turns
 with the planet's speed relative to the carrier and carries both of its gear meshes: 2 F_t where
 the tangential forces of ring and sun mesh are equal. Between trains with the same bearing C drops
@@ -28,10 +28,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexgear.gears.bearings.equivalent_load import equivalent_load
+
 if TYPE_CHECKING:
     from flexgear.gears.power_flow import PowerFlow
     from flexgear.model.bearings import Rolling
-    from flexgear.model.case import Case
 
 
 BALL = 3.0
@@ -72,34 +73,16 @@ def planet_bearing_life_ratios(
     }
 
 
-def planet_bearing_life_hours(case: Case, flow: PowerFlow) -> dict[str, float]:
-    """L₁₀ₕ of one planet bearing by stage, in hours, at the nominal speeds and loads of the flow.
-
-    Bearings side by side share the load of a planet evenly. Stages whose case gives no dynamic
-    rating, and parallel ones, are left out.
-    """
-    lives = {}
-    for stage in case.stages:
-        if stage.kind == "planetary":
-            stage_flow = flow.stage(stage.name)
-            life = bearing_life_hours(
-                stage.planet_bearing,
-                stage_flow.planet_bearing_force,
-                stage_flow.planet_relative_speed,
-            )
-            if life is not None:
-                lives[stage.name] = life
-    return lives
-
-
-def bearing_life_hours(bearing: Rolling, loads: ArrayLike, speed: float) -> float | None:
-    """L₁₀ₕ of a bearing under radial loads (n,), N, at a speed in rad/s: that of the constant load
-    of the same damage. Bearings side by side share each load evenly; None without a dynamic rating,
-    inf at rest or without load."""
+def bearing_life_hours(
+    bearing: Rolling, radial: ArrayLike, speed: float, axial: ArrayLike = 0.0
+) -> float | None:
+    """L₁₀ₕ of a bearing under loads (n,), N, at a speed in rad/s: that of the constant equivalent
+    load of the same damage. Bearings side by side share each load evenly; None without a dynamic
+    rating, inf at rest or without load."""
     if bearing.dynamic_rating is None or bearing.rolling is None:
         return None
     exponent = EXPONENTS[bearing.rolling]
-    load = varying_load(np.atleast_1d(loads), exponent) / bearing.count
+    load = varying_load(equivalent_load(bearing, radial, axial), exponent) / bearing.count
     return rating_life_hours(bearing.dynamic_rating, load, speed, exponent)
 
 

@@ -50,9 +50,8 @@ from flexgear.gears.bearings.rows import (
     roller_stiffness,
     standard_drops,
 )
-from flexgear.model.bearings import RollingElements
+from flexgear.model.bearings import Bearing, RollingElements
 from flexgear.model.errors import FlexgearError
-from flexgear.model.member import PlanetBearing, SeatBearing
 
 COMPONENTS = ("x", "y", "z", "rx", "ry")
 FILM = {"a_ISO": "is 0.1 for a viscosity ratio below 0.1, where ISO 281 states none"}
@@ -225,9 +224,7 @@ LAMINAE = 30  # of a roller: the least number of the standard
 STATIC_PRESSURE, STATIC_YOUNG = 4200e6, 207e9  # of balls at the static rating in ISO 76, Pa
 
 
-def rolling_bearing(
-    section: PlanetBearing | SeatBearing, laminae: int = LAMINAE
-) -> RollingBearing | str:
+def rolling_bearing(section: Bearing, laminae: int = LAMINAE) -> RollingBearing | str:
     """The bearing with all its rows, or why it cannot be rated."""
     elements = section.elements
     if elements is None:
@@ -251,9 +248,7 @@ def rolling_bearing(
     return RollingBearing(rows, Ratings(dynamic, static, limit, each), estimates)
 
 
-def _rows(
-    section: PlanetBearing | SeatBearing, elements: RollingElements, laminae: int
-) -> tuple[Row, ...]:
+def _rows(section: Bearing, elements: RollingElements, laminae: int) -> tuple[Row, ...]:
     """Rows of all bearings, from −z to +z."""
     source = section.rollers or elements
     total = section.rollers.rows if section.rollers else (elements.rows or 1) * section.count

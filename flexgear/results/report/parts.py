@@ -59,7 +59,7 @@ SECTIONS = {  # in the order of the page: heading and what the section answers
         "the mean of all, at the worst instant; 1 is perfectly even.",
     ),
     "tolerance": ("Tolerance study", "How far random errors of the parts spread the load sharing."),
-    "bearings": ("Bearings", "What the planet bearings carry, and their basic rating life."),
+    "bearings": ("Bearings", "What bearings carry, and their basic rating life."),
     "deflections": ("Deflections", "How far ring, carrier, sun and planets move under load."),
     "dynamics": ("Dynamics", "Steady running and torque drops in time, and their spectra."),
     "modes": ("Natural modes", "Frequencies, what moves in them, and what excites them."),

@@ -142,7 +142,8 @@ def _sentence(rating: Rating, part: RatedPart) -> str:
     if part.kind == "bearing" and static:
         texts.append(f"static safety {number(min(static), 3)}")
     if part.kind == "bearing" and not any("L_nmr" in sheet for sheet in part.factors):
-        alone = " of the radial load alone" if any("L_10" in x for x in part.factors) else ""
+        by_radial = any("L_10" in x and "P" not in x for x in part.factors)
+        alone = " of the radial load alone" if by_radial else ""
         texts.append(f"basic life{alone}, without the lubricant's factor a_ISO")
     if part.estimates:
         texts.append(f"no verdict: {', '.join(part.estimates)} estimated")

@@ -133,7 +133,7 @@ def _coefficients(figures: Mapping[str, Any]) -> Iterator[Row]:
 
 def _bearings(case: Case, flow: PowerFlow, summary: Summary) -> Iterator[Table]:
     over = f"load of the same damage over {summary['equilibrium_window']}"
-    for at in (stage for stage in flow.stages if stage.kind == "planetary"):
+    for at in flow.stages:
         figures, rounding = summary["stages"][at.name], ROUNDING * at.planet_bearing_force
         radial = at.planet_bearing_radial
         loads = [
@@ -143,8 +143,8 @@ def _bearings(case: Case, flow: PowerFlow, summary: Summary) -> Iterator[Table]:
             Row("bearings side by side", case.stage(at.name).planet_bearing.count),
         ]
         for title, lines in (
-            ("planet bearings", loads),
-            ("carrier bearings", list(rows(SEATS, figures))),
+            ("planet bearings", loads if at.kind == "planetary" else []),
+            ("bearings on the housing", list(rows(SEATS, figures))),
             (f"basic rating life (ISO 281), {over}", list(rows(LIVES, figures))),
         ):
             yield Table("bearings", titled_by_stage(title, at.name), lines)

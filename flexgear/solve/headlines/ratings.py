@@ -10,7 +10,6 @@ from typing import Any
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.nominal_stress import pitch_point_pressure
 from flexgear.gears.tooth_faults import NOT_ASSESSED
-from flexgear.model.bearings import Rolling
 from flexgear.model.names import FlankName, GroupName, NodeName
 from flexgear.model.stage_view import StageView
 from flexgear.model.units import Quantity
@@ -166,7 +165,11 @@ FLANK_PRESSURE = Headline(
 
 
 UNIT = Quantity("life")
-LOADS = {"planet_bearing_force_n": "planet bearing", "carrier_bearing_force_n": "carrier bearing"}
+LOADS = {  # names of bearings before what a key of the figures goes on with
+    "planet_bearing_force_n": "planet bearing",
+    "carrier_bearing_force_n": "carrier bearing",
+    "bearing_force_n": "",
+}
 
 
 def _life(findings: Findings) -> Iterator[Answer]:
@@ -204,22 +207,22 @@ def _life(findings: Findings) -> Iterator[Answer]:
 
 def _required(view: StageView, names: Iterable[str]) -> dict[str, float | None]:
     """Required life of bearings by their names in a summary, h; None where the case has none."""
-    bearings: dict[str, Rolling] = {"planet_bearing": view.stage.planet_bearing}
-    bearings |= {f"carrier_bearing_{side}": seat for side, seat in view.stage.seat_bearings.items()}
-    seconds = {name: bearings[NodeName.parse(name).kind].required_life for name in names}
+    bearings = {label: place.bearing for place in view.bearings for label in place.labels}
+    seconds = {name: bearings[name].required_life for name in names}
     return {n: None if s is None else UNIT.from_si(s, "h") for n, s in seconds.items()}
 
 
 def _unrated(figures: Mapping[str, Any], lives: Mapping[str, float]) -> str:
     """Bearings that carry a load and have no life, with their loads."""
-    rated = {NodeName.parse(name).kind for name in lives}
+    rated = {*lives, *(NodeName.parse(name).kind for name in lives)}
     loads: dict[tuple[str, str], float] = {}
     for key, name in LOADS.items():
         of_kind = figures.get(key, {})
         sides = of_kind if isinstance(of_kind, Mapping) else {"": of_kind}
         loads |= {(name, side): load for side, load in sides.items() if load}
     named = [
-        f"{name}{f', {words(side)} side' if side else ''} ({with_unit(load, 'N')})"
+        f"{name}{f', {words(side)} side' if name and side else words(side)} "
+        f"({with_unit(load, 'N')})"
         for (name, side), load in loads.items()
         if f"{name} {side}".strip().replace(" ", "_") not in rated
         and load > ROUNDING * max(loads.values())
@@ -242,7 +245,7 @@ FAULTS = Headline(
 )  # fmt: skip
 BEARING_LIFE = Headline(
     "bearing_life", "Bearing life", "h",
-    "shortest basic rating life (ISO 281) of the bearings of planets and carriers, under the "
+    "shortest basic rating life (ISO 281) of the bearings, under the "
     "constant load of the same damage over the positions of equilibria", "bearings", _life,
     "required_life of the bearing", is_least=True,
 )  # fmt: skip

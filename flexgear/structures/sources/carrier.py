@@ -14,8 +14,8 @@ import numpy as np
 
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.tooth import reference_radius
+from flexgear.model.bearings import Bearing
 from flexgear.model.bodies import Carrier
-from flexgear.model.member import SeatBearing
 from flexgear.model.names import NodeName
 from flexgear.model.stage_view import StageView
 from flexgear.structures.bodies import Spring
@@ -47,7 +47,7 @@ class CarrierSource(FeBody):
     parameters: CarrierFeMeshParameters
     pin_angles: tuple[float, ...]
     pitch: float
-    bearings: Mapping[str, SeatBearing]
+    bearings: Mapping[str, Bearing]
 
     @property
     def groups(self) -> Groups:

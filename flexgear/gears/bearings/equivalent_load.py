@@ -1,0 +1,103 @@
+"""Equivalent loads of a bearing whose rows are not followed.
+
+    P = F_r + Y_1 F_a where F_a <= e F_r,   P = X F_r + Y F_a beyond,
+    P_0 = max(X_0 F_r + Y_0 F_a, F_r)
+
+from ``thrust`` of the bearing, or from its contact angle α. Rollers of one row (of two):
+
+    e = 1.5 tan α,  Y_1 = 0 (0.45 cot α),  X = 0.4 (0.67),  Y = 0.4 cot α (0.67 cot α),
+    X_0 = 0.5 (1),  Y_0 = 0.22 cot α (0.44 cot α)
+
+and balls by tables, linear between their entries: over α, and where α = 0 over f_0 F_a/C_0 of one
+bearing. Sources: ISO 281:2007, table 3 (balls) and table 8 (rollers); P_0: ISO 76:2006.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flexgear.arrays import Array
+from flexgear.model.bearings import Rolling
+
+_RELATIVE = (0.172, 0.345, 0.689, 1.03, 1.38, 2.07, 3.45, 5.17, 6.89)  # f_0 F_a/C_0, α = 0
+_E_RELATIVE = (0.19, 0.22, 0.26, 0.28, 0.30, 0.34, 0.38, 0.42, 0.44)
+_Y_RELATIVE = (2.30, 1.99, 1.71, 1.55, 1.45, 1.31, 1.15, 1.04, 1.00)
+_ANGLES = (20, 25, 30, 35, 40, 45)  # degrees
+_E = (0.57, 0.68, 0.80, 0.95, 1.14, 1.34)
+_Y_0 = (0.42, 0.38, 0.33, 0.29, 0.26, 0.22)  # of one row; of two 2 Y_0
+_BALLS = {  # by rows: X, Y, Y_1
+    1: ((0.43, 0.41, 0.39, 0.37, 0.35, 0.33), (1.00, 0.87, 0.76, 0.66, 0.57, 0.50), (0.0,) * 6),
+    2: (
+        (0.70, 0.67, 0.63, 0.60, 0.57, 0.54),
+        (1.63, 1.41, 1.24, 1.07, 0.93, 0.81),
+        (1.09, 0.92, 0.78, 0.66, 0.55, 0.47),
+    ),
+}
+LEAST_E = 0.19  # of the tables: less thrust than that share of the radial load never counts
+
+
+class ThrustFactors(NamedTuple):
+    """Factors of P and P_0, alike for all loads or (n,); x_0, y_0: None where unknown."""
+
+    e: float | Array
+    x: float
+    y: float | Array
+    y_1: float
+    x_0: float | None
+    y_0: float | None
+
+
+def thrust_factors(bearing: Rolling, axial: Array) -> ThrustFactors | None:
+    """Factors under thrusts (n,) of one bearing, N; None where thrust does not count."""
+    thrust = bearing.thrust
+    if thrust is None:
+        return None
+    angle, two = thrust.contact_angle, thrust.rows == 2
+    if angle is None:
+        assert thrust.e is not None and thrust.x is not None and thrust.y is not None
+        return ThrustFactors(thrust.e, thrust.x, thrust.y, thrust.y_1, thrust.x_0, thrust.y_0)
+    if bearing.rolling == "roller":
+        cot = 1.0 / math.tan(angle)
+        if two:
+            return ThrustFactors(1.5 / cot, 0.67, 0.67 * cot, 0.45 * cot, 1.0, 0.44 * cot)
+        return ThrustFactors(1.5 / cot, 0.4, 0.4 * cot, 0.0, 0.5, 0.22 * cot)
+    if angle == 0.0:
+        assert bearing.static_rating is not None and thrust.calculation_factor is not None
+        relative = thrust.calculation_factor * axial / bearing.static_rating
+        limit, slope = (np.interp(relative, _RELATIVE, row) for row in (_E_RELATIVE, _Y_RELATIVE))
+        return ThrustFactors(limit, 0.56, slope, 0.0, 0.6, 0.5)
+    rows = (_E, *_BALLS[thrust.rows], _Y_0)
+    e, x, y, y_1, y_0 = (float(np.interp(math.degrees(angle), _ANGLES, row)) for row in rows)
+    return ThrustFactors(e, x, y, y_1, 0.5 * thrust.rows, y_0 * thrust.rows)
+
+
+def equivalent_load(bearing: Rolling, radial: ArrayLike, axial: ArrayLike = 0.0) -> Array:
+    """P (n,) of radial and axial loads (n,) or one for all, N, of all bearings side by side, which
+    share them evenly; the radial loads where thrust does not count."""
+    of_radial, of_axial = _sizes(radial, axial)
+    factors = thrust_factors(bearing, of_axial / bearing.count)
+    if factors is None:
+        return of_radial
+    below = of_axial <= factors.e * of_radial
+    beyond = factors.x * of_radial + factors.y * of_axial
+    return np.where(below, of_radial + factors.y_1 * of_axial, beyond)
+
+
+def static_load(bearing: Rolling, radial: ArrayLike, axial: ArrayLike = 0.0) -> Array:
+    """P_0 (n,), as ``equivalent_load``; NaN under thrust whose X_0 and Y_0 are unknown."""
+    of_radial, of_axial = _sizes(radial, axial)
+    factors = thrust_factors(bearing, of_axial / bearing.count)
+    if factors is None:
+        return of_radial
+    if factors.x_0 is None or factors.y_0 is None:
+        return np.where(of_axial > 0.0, math.nan, of_radial)
+    return np.maximum(factors.x_0 * of_radial + factors.y_0 * of_axial, of_radial)
+
+
+def _sizes(radial: ArrayLike, axial: ArrayLike) -> tuple[Array, Array]:
+    sizes = np.broadcast_arrays(np.abs(np.atleast_1d(radial)), np.abs(np.atleast_1d(axial)))
+    return np.asarray(sizes[0], dtype=float), np.asarray(sizes[1], dtype=float)

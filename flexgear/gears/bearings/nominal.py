@@ -1,0 +1,95 @@
+"""Nominal loads and lives of bearings, by the forces of a power flow.
+
+A planet's bearing carries both of its gear meshes. Sun, ring and carrier have no resultant in a
+stage whose planets share evenly. A pinion or a gear is a rigid shaft on the springs of its
+supports, without those of its joints, under the force f of its gear mesh: u = (Σ Kₖ)⁺ f, and
+fₖ = Kₖ u is what support k carries. The force on the pinion, with x from pinion to gear, y in the
+sense of its rotation, and T the torque of the rest of the train on it:
+
+    F_x = −|F_t| tan α_wt,   F_t = −T/r_w,   F_z = ∓F_t tan β_b/cos α_wt of right, left hand
+
+(double-helical: F_z = 0), at r_w from its axis; that on the gear is opposite, on the other side.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from flexgear.arrays import Array
+from flexgear.gears.bearings.basic_life import bearing_life_hours
+from flexgear.gears.bearings.equivalent_load import equivalent_load
+from flexgear.gears.power_flow import PowerFlow, StageFlow
+from flexgear.gears.radii import role_of, stage_radii
+from flexgear.model.case import Case
+from flexgear.model.stage_view import BearingPlace, StageView
+
+FREE = {"planar": (0, 1), "axial": (0, 1, 2), "spatial": (0, 1, 2, 3, 4)}  # but for rotation
+
+
+class NominalBearing(NamedTuple):
+    """radial, axial, equivalent: loads of all bearings side by side, N; life_hours: L₁₀ₕ, None
+    without a dynamic rating, inf at rest or without load."""
+
+    place: BearingPlace
+    radial: float
+    axial: float
+    equivalent: float
+    life_hours: float | None
+
+
+def bearing_speed(place: BearingPlace, flow: StageFlow) -> float:
+    """Speed of the inner against the outer ring, rad/s."""
+    if place.part == "planet":
+        return flow.planet_relative_speed
+    return float(getattr(flow, f"{role_of(place.part)}_speed"))
+
+
+def nominal_bearings(case: Case, flow: PowerFlow, stage: str) -> dict[str, NominalBearing]:
+    """Bearings of planets, of a pinion and its gear by label; one for all planets."""
+    bearings, view, of_stage = {}, case.view(stage), flow.stage(stage)
+    for place in view.rated_bearings:
+        force = _force(view, of_stage, place)
+        if force is not None:
+            radial, axial = math.hypot(force[0], force[1]), abs(float(force[2]))
+            equivalent = float(equivalent_load(place.bearing, radial, axial)[0])
+            life = bearing_life_hours(place.bearing, radial, bearing_speed(place, of_stage), axial)
+            bearings[place.label] = NominalBearing(place, radial, axial, equivalent, life)
+    return bearings
+
+
+def _force(view: StageView, flow: StageFlow, place: BearingPlace) -> Array | None:
+    """Force (3,) or more on a bearing, N; None where none is known."""
+    if place.part == "planet":
+        return np.array([flow.planet_bearing_radial, flow.planet_bearing_tangential, 0.0])
+    kinematics = view.case.kinematics_of(f"{view.name}.{place.part}")
+    if flow.kind != "parallel" or kinematics not in FREE:
+        return None
+    at = np.ix_(FREE[kinematics], FREE[kinematics])
+    supports = view.stage.member(place.part).supports.values()
+    stiffness = np.sum([support.matrix for support in supports], axis=0)[at]
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(stiffness), 1e-300))  # N/m and N m/rad
+    inverse = np.linalg.pinv(stiffness * np.outer(scale, scale), rcond=1e-12, hermitian=True)
+    load = gear_force(view, flow, place.part)[list(FREE[kinematics])]
+    force = np.zeros(6)
+    force[list(FREE[kinematics])] = place.bearing.matrix[at] @ (scale * (inverse @ (scale * load)))
+    return force
+
+
+def gear_force(view: StageView, flow: StageFlow, part: str) -> Array:
+    """Force and moment (6,) of the gear mesh on the pinion or gear of a parallel stage at its
+    middle, in the axes of the stage, N and N m."""
+    radii, stage = stage_radii(view), view.stage
+    angle, sides = radii.working_angles["sun"], len(stage.sides)
+    tangential = -sides * flow.sun_working_force
+    right = 1.0 if stage.planet_hand == "left" else -1.0  # of the pinion
+    axial = -right * tangential * math.tan(radii.base_helix_angle) / math.cos(angle)
+    force = np.array([-abs(tangential) * math.tan(angle), tangential, axial if sides == 1 else 0.0])
+    arm = radii.base["sun"] / math.cos(angle)
+    if part == "gear":
+        force, arm = -force, -radii.base["planet"] / math.cos(angle)
+    c, s = math.cos(stage.position), math.sin(stage.position)
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return np.hstack([turn @ force, turn @ np.cross([arm, 0.0, 0.0], force)])

@@ -1,0 +1,255 @@
+"""Bearings of shafts between gears, by statics and the formulas of ISO 281 and ISO 76 by hand."""
+
+import math
+
+import pytest
+from trains import STEEL, write
+
+from flexgear.model.errors import InputError
+from flexgear.model.load import load_case
+from flexgear.results.rating_files import rating_rows
+from flexgear.studies.rating import rate
+
+TORQUE, RPM = 800.0, 1500.0  # of the pinion, which drives
+A, B = {"pinion": 0.08, "gear": 0.05}, {"pinion": 0.12, "gear": 0.11}  # m
+TEETH, MODULE, HELIX = {"pinion": 21, "gear": 64}, 4.0, 14.0
+PLAIN = {"dynamic_rating_kn": 120, "static_rating_kn": 150, "rolling": '"roller"'}
+HOURS = 2000.0
+
+
+def table(values):
+    return "{ " + ", ".join(f"{key} = {value}" for key, value in values.items()) + " }"
+
+
+def supports(part, locating):
+    """One bearing free along the axis at −A, one with thrust at +B, softer."""
+    at_a = {"z_mm": -1e3 * A[part], "radial_n_per_m": 8e8, **PLAIN}
+    at_b = {"z_mm": 1e3 * B[part], "radial_n_per_m": 3e8, "axial_n_per_m": 2e8, **locating}
+    return f"[{table(at_a)}, {table(at_b)}]"
+
+
+def text(hand="right", position=0.0, torque=TORQUE, locating=PLAIN, more=""):
+    return f"""{STEEL}
+[[stages]]
+kind = "parallel"
+normal_module_mm = {MODULE}
+pressure_angle_deg = 20
+helix_angle_deg = {HELIX}
+planet_hand = "{hand}"
+face_width_mm = 50
+position_deg = {position}
+pinion = {{ teeth = {TEETH["pinion"]}, support = {supports("pinion", locating)} }}
+gear = {{ teeth = {TEETH["gear"]}, support = {supports("gear", locating)} }}
+[stages.gear_mesh]
+model = "constant"
+[[inputs]]
+member = "stage_1.pinion"
+speed_rpm = {RPM}
+torque_nm = {torque}
+[output]
+member = "stage_1.gear"
+[rating]
+k_h_beta = 1.0
+[[load_cases]]
+name = "rated"
+hours = {HOURS}
+torque_nm = {torque}
+[[load_cases]]
+name = "gust"
+extreme = true
+torque_nm = {2 * torque}
+{more}
+"""
+
+
+def by_hand(hand="right", torque=TORQUE):
+    """Radial force on both bearings of each shaft, and the thrust, N.
+
+    The tooth force on the pinion in its own x (towards the gear) and y (across) at the arm r; on
+    the gear the opposite at −r. A right-handed pinion that drives anticlockwise is pushed along +z.
+    """
+    helix, normal = math.radians(HELIX), math.radians(20)
+    radius = {part: 5e-4 * MODULE * z / math.cos(helix) for part, z in TEETH.items()}
+    across = -torque / radius["pinion"]
+    thrust = abs(across) * math.tan(helix)
+    right = 1 if hand == "left" else -1  # of the pinion; the hand is the gear's
+    force = (
+        -abs(across) * math.tan(normal) / math.cos(helix),
+        across,
+        right * math.copysign(thrust, torque),
+    )
+    loads = {}
+    for part, sign, arm in (("pinion", 1, radius["pinion"]), ("gear", -1, -radius["gear"])):
+        x, y, z = (sign * f for f in force)
+        span = A[part] + B[part]
+        far_x = (A[part] * x - arm * z) / span  # moments about the bearing at −A
+        far_y = A[part] * y / span
+        loads[part] = math.hypot(x - far_x, y - far_y), math.hypot(far_x, far_y)
+    return loads, thrust
+
+
+def life(load, speed_rpm, exponent=10 / 3, rating=120e3):
+    return 1e6 * (rating / load) ** exponent / (60 * speed_rpm)
+
+
+SPEEDS = {"pinion": RPM, "gear": RPM * TEETH["pinion"] / TEETH["gear"]}
+
+
+@pytest.mark.parametrize("hand", ["right", "left"])
+@pytest.mark.parametrize("torque", [TORQUE, -TORQUE])
+@pytest.mark.parametrize("position", [0, 70])
+def test_two_bearings_of_every_shaft_carry_what_statics_says(
+    flexgear, tmp_path, hand, torque, position
+):
+    """In check, static and run alike; rollers without a contact angle carry no thrust."""
+    path = write(tmp_path, text(hand, position, torque))
+    loads, thrust = by_hand(hand, torque)
+    running = flexgear.json("check", path)["running"]
+    static = flexgear.json("static", path)["0 deg"]["bearing"]
+    assert set(static) == {f"stage_1.{part}_support_{k}" for part in loads for k in (1, 2)}
+    for part, radial in loads.items():
+        for k, of_bearing in enumerate(radial, 1):
+            name, hours = f"{part}_support_{k}", life(of_bearing, SPEEDS[part])
+            assert running[f"{name}_radial_force_n"] == pytest.approx(of_bearing, rel=1e-6)
+            assert running[f"{name}_axial_force_n"] == pytest.approx(thrust * (k == 2), abs=1e-3)
+            assert running[f"nominal_{name}_life_h"] == pytest.approx(hours, rel=1e-5)
+            at = static[f"stage_1.{name}"]
+            assert at["force_n"] == pytest.approx(of_bearing, rel=1e-4)
+            assert abs(at["axial_n"]) == pytest.approx(thrust * (k == 2), rel=1e-4, abs=1.0)
+            assert at["life_h"] == pytest.approx(hours, rel=1e-3)
+
+
+def test_a_run_reports_them(flexgear, tmp_path):
+    path, out = write(tmp_path, text()), tmp_path / "out"
+    quick = ["--set", "solver.settle_s=0.01", "--set", "solver.duration_s=0.03"]
+    summary = flexgear.json("run", path, *quick, "--out", out)
+    loads, _ = by_hand()
+    for part, radial in loads.items():
+        for k, of_bearing in enumerate(radial, 1):
+            figures, name = summary["stages"]["stage_1"], f"{part}_support_{k}"
+            assert figures["bearing_force_n"][name] == pytest.approx(of_bearing, rel=1e-4)
+            hours = life(of_bearing, SPEEDS[part])
+            assert figures["bearing_life_h"][name] == pytest.approx(hours, rel=1e-3)
+    assert "pinion support 2" in (out / "report.html").read_text(encoding="utf-8")
+
+
+def cot(degrees):
+    return 1 / math.tan(math.radians(degrees))
+
+
+def of(**thrust):
+    return {"thrust": table(thrust)}
+
+
+BALL = {**PLAIN, "rolling": '"ball"'}
+CASES = {  # data of the bearing with thrust; P and P_0 over the radial load, by F_a/F_r
+    "one row of rollers": (
+        {**PLAIN, **of(contact_angle_deg=10)},
+        lambda t: 0.4 + 0.4 * cot(10) * t if t > 1.5 / cot(10) else 1.0,
+        lambda t: max(0.5 + 0.22 * cot(10) * t, 1.0),
+    ),
+    "two rows of rollers": (
+        {**PLAIN, **of(contact_angle_deg=25, rows=2)},
+        lambda t: 0.67 + 0.67 * cot(25) * t if t > 1.5 / cot(25) else 1 + 0.45 * cot(25) * t,
+        lambda t: 1 + 0.44 * cot(25) * t,
+    ),
+    "angular contact balls": (
+        {**BALL, **of(contact_angle_deg=40)},
+        lambda t: 0.35 + 0.57 * t if t > 1.14 else 1.0,
+        lambda t: max(0.5 + 0.26 * t, 1.0),
+    ),
+    "their pair between two angles of the table": (
+        {**BALL, **of(contact_angle_deg=22.5, rows=2)},
+        lambda t: 0.685 + 1.52 * t if t > 0.625 else 1 + 1.005 * t,
+        lambda t: 1 + 0.80 * t,
+    ),
+    "factors of a catalogue": (
+        {**PLAIN, **of(e=0.1, x=0.5, y=1.5, y_1=0.4, x_0=0.6, y_0=1.2)},
+        lambda t: 0.5 + 1.5 * t if t > 0.1 else 1 + 0.4 * t,
+        lambda t: max(0.6 + 1.2 * t, 1.0),
+    ),
+}
+
+
+def rated(tmp_path, locating, **options):
+    rating = rate(load_case(write(tmp_path, text(locating=locating, **options))), workers=1)
+    rows = {tuple(row[:3]): row[3] for row in rating_rows(rating)}
+    return rating, lambda name, symbol, of="rated": rows.get((f"stage_1.{name}", of, symbol))
+
+
+@pytest.mark.parametrize("data", CASES.values(), ids=CASES)
+def test_thrust_counts_as_in_the_standards(tmp_path, data):
+    bearing, equivalent, static = data
+    _, row = rated(tmp_path, bearing)
+    loads, thrust = by_hand()
+    exponent = 3 if "ball" in bearing["rolling"] else 10 / 3
+    for part, (near, far) in loads.items():
+        name, speed = f"{part}_support_2", SPEEDS[part]
+        load = far * equivalent(thrust / far)
+        assert row(name, "P") == pytest.approx(load, rel=1e-4)
+        damage = HOURS / life(load, speed, exponent)
+        assert row(name, "damage") == pytest.approx(damage, rel=1e-3)
+        gust = 150e3 / (2 * far * static(thrust / far))
+        assert row(name, "bin_safety", "gust") == pytest.approx(gust, rel=1e-3)
+        free = HOURS / life(near, speed)  # of cylindrical rollers beside it
+        assert row(f"{part}_support_1", "damage_sum", "all") == pytest.approx(free, rel=1e-3)
+
+
+def test_deep_groove_balls_by_their_relative_axial_load(tmp_path):
+    """f_0 F_a/C_0 half way between 0.689 and 1.03: e = 0.27, Y = 1.63."""
+    loads, thrust = by_hand()
+    f_0 = 0.5 * (0.689 + 1.03) * 150e3 / thrust
+    _, row = rated(tmp_path, {**BALL, **of(contact_angle_deg=0, calculation_factor=f_0)})
+    far = loads["pinion"][1]
+    assert thrust > 0.27 * far
+    load = 0.56 * far + 1.63 * thrust
+    assert row("pinion_support_2", "P") == pytest.approx(load, rel=1e-4)
+    hours = life(load, RPM, 3)
+    assert row("pinion_support_2", "damage") == pytest.approx(HOURS / hours, rel=1e-3)
+
+
+def test_thrust_that_is_left_out_leaves_no_verdict(tmp_path):
+    rating, row = rated(tmp_path, PLAIN)
+    parts = {part.name: part for part in rating.parts}
+    assert parts["stage_1.pinion_support_1"].holds is True
+    assert parts["stage_1.pinion_support_2"].holds is None
+    assert "radial load alone" in parts["stage_1.pinion_support_2"].factors[0]["L_10"].source
+    assert row("pinion_support_2", "P") is None
+
+
+def test_springs_without_data_are_named(tmp_path):
+    rating, _ = rated(tmp_path, {})
+    missing = rating.not_assessed["stage_1.pinion_support_2"]
+    assert missing == "stages.stage_1.pinion.support.1.dynamic_rating_kn is missing"
+    assert "stage_1.pinion_support_1" not in rating.not_assessed
+
+
+ELEMENTS = table({"count": 20, "diameter_mm": 20, "pitch_diameter_mm": 150, "length_mm": 20})
+
+
+@pytest.mark.parametrize(
+    ("keys", "line"),
+    [
+        ({**PLAIN, "elements": ELEMENTS, **of(contact_angle_deg=12)}, "thrust.*beside elements"),
+        ({**PLAIN, **of(contact_angle_deg=0)}, "contact_angle.*rollers without one take no thrust"),
+        ({**BALL, **of(contact_angle_deg=15)}, "contact_angle.*give e, x and y"),
+        ({**BALL, **of(contact_angle_deg=0)}, "calculation_factor.*missing"),
+        (
+            {**PLAIN, **of(e=0.3, x=0.4)},
+            "thrust.y.*missing -- give contact_angle_deg, or e",
+        ),
+        ({**PLAIN, **of(contact_angle_deg=12, y=0.3)}, "thrust.y.*follows from contact_angle"),
+        (of(contact_angle_deg=12), "dynamic_rating.*missing -- add dynamic_rating_kn"),
+    ],
+)
+def test_data_that_do_not_fit_are_one_line(tmp_path, keys, line):
+    with pytest.raises(InputError, match=rf"support\[1\].*{line}") as caught:
+        load_case(write(tmp_path, text(locating=keys)))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_shaft_on_several_bearings_can_tilt(tmp_path):
+    path = write(tmp_path, text())
+    assert load_case(path).kinematics_of("stage_1.pinion") == "spatial"
+    with pytest.raises(InputError, match=r"pinion.kinematics: 'axial' does not tilt"):
+        load_case(path, {"stages.stage_1.pinion.kinematics": "axial"})
