@@ -16,7 +16,7 @@ torques = [60, 80, 100, 130, 170]
 hours = []
 for torque in torques:
     case = fg.load_case("lin-parker", {**rating, "inputs.0.torque_nm": torque})
-    bearings = nominal_bearings(case, fg.power_flow(case), "stage")
+    bearings = nominal_bearings(case.view(), fg.power_flow(case).stage("stage"))
     hours.append(bearings["planet_bearing"].life_hours)
 figure, axes = plt.subplots(layout="constrained")
 axes.loglog(torques, hours, "o-")

@@ -202,7 +202,7 @@ def _running(case: Case, flow: PowerFlow) -> Sections:
     for stage, motion in zip(flow.stages, motions, strict=True):
         before = f"{stage.name} " if len(flow.stages) > 1 else ""
         rows = _stage(stage, motion)
-        for label, bearing in nominal_bearings(case, flow, stage.name).items():
+        for label, bearing in nominal_bearings(case.view(stage.name), stage).items():
             if bearing.place.part != "planet":
                 rows[f"{label}_radial_force_n"] = bearing.radial
                 rows[f"{label}_axial_force_n"] = bearing.axial

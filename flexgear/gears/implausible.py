@@ -189,7 +189,7 @@ def implausible(case: Case, flow: PowerFlow) -> list[str]:
     doubts = list(_gravity(case))
     for stage in flow.stages:
         before = f"{stage.name}: " if len(case.stages) > 1 else ""
-        doubts += [before + text for text in _of_stage(case, flow, stage)]
+        doubts += [before + text for text in _of_stage(case.view(stage.name), stage)]
     return doubts
 
 
@@ -199,8 +199,7 @@ def _gravity(case: Case) -> Iterator[str]:
         yield f"gravity is {size:g} m/s², and that of the Earth 9.81: check its unit"
 
 
-def _of_stage(case: Case, flow: PowerFlow, stage: StageFlow) -> Iterator[str]:
-    view = case.view(stage.name)
+def _of_stage(view: StageView, stage: StageFlow) -> Iterator[str]:
     g = stage_geometry(view)
     yield from _places(view, g)
     yield from _teeth(view, g)
@@ -208,7 +207,7 @@ def _of_stage(case: Case, flow: PowerFlow, stage: StageFlow) -> Iterator[str]:
     yield from _stress(view, g, stage)
     yield from _shaft(view, stage)
     yield from _bearings(view, stage)
-    yield from _rating(case, flow, view, stage)
+    yield from _rating(view, stage)
 
 
 def _places(view: StageView, g: StageGeometry) -> Iterator[str]:
@@ -338,15 +337,15 @@ def _bearings(view: StageView, stage: StageFlow) -> Iterator[str]:
             )
 
 
-def _rating(case: Case, flow: PowerFlow, view: StageView, stage: StageFlow) -> Iterator[str]:
+def _rating(view: StageView, stage: StageFlow) -> Iterator[str]:
     """Dynamic rating of bearings against their nominal load."""
-    for nominal in nominal_bearings(case, flow, stage.name).values():
+    for nominal in nominal_bearings(view, stage).values():
         bearing, hours = nominal.place.bearing, nominal.life_hours
         if bearing.dynamic_rating is None or hours is None or not math.isfinite(hours):
             continue
         ratio = bearing.dynamic_rating * bearing.count / nominal.equivalent
         if not 1.0 <= ratio <= APART:
             yield (
-                f"{nominal.place.key}.dynamic_rating is {ratio:.2g} times the load that it carries, "
-                f"with a life of {hours:.2g} h; check its unit"
+                f"{nominal.place.key}.dynamic_rating is {ratio:.2g} times the load on it, with a "
+                f"life of {hours:.2g} h; check its unit"
             )

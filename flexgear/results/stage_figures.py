@@ -12,7 +12,7 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.gears.bearings.basic_life import bearing_life_hours
-from flexgear.gears.bearings.nominal import bearing_speed
+from flexgear.gears.bearings.nominal import bearing_speed, nominal_bearings
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.nominal_stress import largest_root_stress
 from flexgear.gears.power_flow import PowerFlow, StageFlow
@@ -130,10 +130,8 @@ class StageRun:
     def nominal_life(self) -> Any:
         """L₁₀ₕ of a planet's bearing under the nominal load, h; absent without a rating or at zero
         relative speed."""
-        if self.view.stage.kind != "planetary":
-            return ABSENT
-        force, speed = self.flow.planet_bearing_force, self.flow.planet_relative_speed
-        life = bearing_life_hours(self.view.stage.planet_bearing, force, speed)
+        bearing = nominal_bearings(self.view, self.flow).get("planet_bearing")
+        life = None if bearing is None else bearing.life_hours
         return life if life is not None and math.isfinite(life) else ABSENT
 
     @cached_property

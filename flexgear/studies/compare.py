@@ -123,7 +123,7 @@ def _flow_figures(case: Case, flow: PowerFlow) -> dict[str, Any]:
             }
         rows |= {
             f"{s.name}_nominal_{label}_life_h": bearing.life_hours
-            for label, bearing in nominal_bearings(case, flow, s.name).items()
+            for label, bearing in nominal_bearings(case.view(s.name), s).items()
             if bearing.life_hours is not None
         }
     return rows

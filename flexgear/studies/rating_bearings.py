@@ -89,7 +89,7 @@ def bearing_load(
     axial = axial if abs(axial) > ROUNDING * largest else 0.0
     constant = varying_load(radial, exponent) if largest > least else 0.0
     vector = np.array([constant, 0.0, axial, along.mean(), across.mean()])
-    thrust = np.abs(force[:, 2]) * (axial != 0.0)
+    thrust = np.where(np.abs(force[:, 2]) > ROUNDING * largest, np.abs(force[:, 2]), 0.0)
     return BearingLoad(vector, largest, "inner" if turns_along else "outer", radial, thrust)
 
 
@@ -118,10 +118,6 @@ class _Place(NamedTuple):
         if isinstance(self.rows, RollingBearing):
             return LAWS[type(self.rows.rows[0])].turning
         return EXPONENTS[self.kind]
-
-    def speed(self, flow: PowerFlow) -> float:
-        """Speed of the inner against the outer ring, rad/s."""
-        return bearing_speed(self.place, flow.stage(self.stage))
 
 
 class _InBin(NamedTuple):
@@ -165,12 +161,16 @@ def _part(
         missing = "the model has no such support"
     elif isinstance(place.rows, str) and section.dynamic_rating is None:
         missing = f"{place.place.key}.dynamic_rating_kn is missing"
-    speeds = [place.speed(flow) for flow in flows]
+    speeds = [bearing_speed(place.place, flow.stage(place.stage)) for flow in flows]
+
+    def in_bins(rated: bool) -> list[_InBin]:
+        of_bins = zip(loads, speeds, strict=True)
+        return [_in_bin(case, place, of_bin, speed, least, rated) for of_bin, speed in of_bins]
+
     try:
-        states = _in_bins(case, place, loads, speeds, least, rated=not missing)
+        states = in_bins(rated=not missing)
     except FlexgearError as error:
-        missing = str(error)
-        states = _in_bins(case, place, loads, speeds, least, rated=False)
+        missing, states = str(error), in_bins(rated=False)
     cycles = np.array([b.turns(speed) for b, speed in zip(bins, speeds, strict=True)], dtype=float)
     damage = np.array([n / x.life if n else 0.0 for n, x in zip(cycles, states, strict=True)])
     damage[:] = damage if hours and not missing else math.nan
@@ -195,16 +195,6 @@ def _part(
         estimates={key: rule for x in states for key, rule in x.estimates.items()},
         factors=tuple(x.factors for x in states), exponent=place.exponent, of_rows=of_rows,
     )  # fmt: skip
-
-
-def _in_bins(
-    case: Case, place: _Place, loads: Sequence[BinLoads], speeds: Sequence[float], least: float,
-    rated: bool,
-) -> list[_InBin]:  # fmt: skip
-    return [
-        _in_bin(case, place, of_bin, speed, least, rated)
-        for of_bin, speed in zip(loads, speeds, strict=True)
-    ]
 
 
 def _in_bin(

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from trains import STEEL, write
+from trains import STAGE, STEEL, write
 
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
@@ -253,3 +253,39 @@ def test_a_shaft_on_several_bearings_can_tilt(tmp_path):
     assert load_case(path).kinematics_of("stage_1.pinion") == "spatial"
     with pytest.raises(InputError, match=r"pinion.kinematics: 'axial' does not tilt"):
         load_case(path, {"stages.stage_1.pinion.kinematics": "axial"})
+
+
+def planetary_text(support):
+    """A stage of ``trains`` whose carrier stands on these supports."""
+    plain = STAGE.format(planets=3, helix=0, sun="1e6")
+    before, after = plain.split("[stage.planet_bearing]")
+    before = before.removesuffix("support = { radial_n_per_m = 1e9 }\n")
+    return f"{before}support = {support}\n[stage.planet_bearing]{after}"
+
+
+ROTOR = """
+[[loads]]
+member = "stage.carrier"
+force_n = [0, -9000, 4000]
+moment_nm = [1200, 0, 0]
+"""
+
+
+def test_a_carrier_on_two_bearings_carries_what_hangs_on_it(flexgear, tmp_path):
+    """Weight of a rotor and its moment about x: with springs at a = −0.1 m and b = 0.4 m, and z of
+    the load 0, moments about x at a give b's force along y. Planets between ring and a soft sun
+    take less than a hundredth of it."""
+    table_a = "{ z_mm = -100, radial_n_per_m = 1e9 }"
+    rated = 'dynamic_rating_kn = 200, static_rating_kn = 300, rolling = "roller"'
+    table_b = f"{{ z_mm = 400, radial_n_per_m = 4e8, axial_n_per_m = 5e8, {rated} }}"
+    text = planetary_text(f"[{table_a}, {table_b}]")
+    found = flexgear.json("static", write(tmp_path, text + ROTOR))["0 deg"]["bearing"]
+    # about x at a: 0.1 * 9000 + 1200 = 0.5 f_b, f_b what the shaft gives the bearing along −y
+    far = (0.1 * 9000 + 1200) / 0.5
+    near = 9000 - far
+    first, second = (found[f"stage.carrier_support_{k}"] for k in (1, 2))
+    assert first["force_n"] == pytest.approx(abs(near), rel=0.01)
+    assert second["force_n"] == pytest.approx(abs(far), rel=0.01)
+    assert abs(second["axial_n"]) == pytest.approx(4000, rel=1e-6)
+    assert "life_h" not in first
+    assert second["life_h"] == pytest.approx(life(far, 100, rating=200e3), rel=0.03)

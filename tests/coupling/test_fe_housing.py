@@ -200,3 +200,33 @@ def test_a_housing_without_a_mount_is_refused(tmp_path, places):
 def test_keys_that_belong_together(keys, said):
     with pytest.raises(InputError, match=said):
         build_system(make_case(**keys).case, make_bodies(make_case()))
+
+
+def test_bearings_along_a_shaft_stand_on_nodes_of_their_own(tmp_path):
+    """On a housing that hardly bends and moves they carry what they carry on the ground."""
+    bearings = (
+        "support = [{ z_mm = -90, radial_n_per_m = 9e8 }, "
+        "{ z_mm = 150, radial_n_per_m = 4e8, axial_n_per_m = 3e8 }]"
+    )
+    train = write(tmp_path, spur_pair(f"teeth = 30, {bearings}"))
+    places = {
+        "mount_1": (0.0, 0.0, 0.0),
+        "stage_1.pinion_1": (0.2, 0.1, 0.41),
+        "stage_1.pinion_2": (0.2, 0.1, 0.65),
+        "stage_1.gear": (0.5, 0.1, 0.5),
+    }
+    stiff = written(tmp_path, {n: np.array(x) for n, x in places.items()}, 1e14)
+    force = []
+    for keys in ({}, stiff | dict.fromkeys(MOUNT, "1e14")):
+        system = build_system(load_case(train, keys))
+        found = revolution(modal_system(system), np.array([0.0, 0.2]), system.rated_torque)
+        recovery = Recovery(found)
+        force.append([recovery.link_force(f"stage_1.pinion_support_{k}") for k in (1, 2)])
+    on_ground, on_housing = np.array(force)
+    assert np.abs(on_housing - on_ground).max() < 1e-4 * np.abs(on_ground).max()
+    size = np.hypot(*np.moveaxis(on_ground[:, 0, :2], -1, 0))
+    assert size * (0.09, 0.15) == pytest.approx(size[0] * 0.09)  # moments about the gear
+    with pytest.raises(InputError, match=r"lacks stage_1.pinion_2 -- name the node"):
+        build_system(load_case(train, written(tmp_path, {
+            n: np.array(x) for n, x in places.items() if n != "stage_1.pinion_2"
+        }, 1e14) | dict.fromkeys(MOUNT, "1e14")))  # fmt: skip

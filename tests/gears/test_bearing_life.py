@@ -104,7 +104,7 @@ def test_life_of_the_planet_bearings_of_a_flexible_stage():
     rating = {"dynamic_rating_kn": "9000", "rolling": "roller", "count": "2"}
     case = load_case("wind-5mw", {f"stage.planet_bearing.{k}": v for k, v in rating.items()}).view()
     alone, distance = case.case, stage_geometry(case).center_distance
-    hours = nominal_bearings(alone, power_flow(alone), "stage")
+    hours = nominal_bearings(case, power_flow(alone).stage("stage"))
     load = case.case.inputs[0].torque / (5 * distance)
     speed = case.case.inputs[0].speed * 93 / 33 / (2 * math.pi)
     turns = 1e6 * (9e6 / (load / 2)) ** (10 / 3)

@@ -77,7 +77,7 @@ RATED = {"stage.planet_bearing.rolling": "roller"}
         (
             "wind-5mw",
             RATED | {"stage.planet_bearing.dynamic_rating_kn": "4"},
-            ["planet_bearing.dynamic_rating is", "times the load"],
+            ["planet_bearing.dynamic_rating is", "times the load on it"],
         ),
         ("wind-5mw", {"gravity_m_per_s2": "[0, -9810, 0]"}, ["gravity is 9810 m/s²"]),
         ("wind-5mw", {"gravity_m_per_s2": "[0, -0.00981, 0]"}, ["gravity is 0.00981 m/s²"]),

@@ -221,6 +221,11 @@ def rate_load(
 
 
 LAMINAE = 30  # of a roller: the least number of the standard
+ESTIMATES = {
+    "dynamic_rating": "by ISO 281 from the size of the rolling elements",
+    "static_rating": "by ISO 76 from the size of the rolling elements",
+    "fatigue_load_limit": "by ISO 281, annex B, from the static rating",
+}
 STATIC_PRESSURE, STATIC_YOUNG = 4200e6, 207e9  # of balls at the static rating in ISO 76, Pa
 
 
@@ -230,21 +235,11 @@ def rolling_bearing(section: Bearing, laminae: int = LAMINAE) -> RollingBearing 
     if elements is None:
         return "elements are missing (diameter, pitch_diameter, …)"
     rows = _rows(section, elements, laminae)
-    estimates: dict[str, str] = {}
-    each = len(rows) // section.count
-    first = rows[0]
-    dynamic = section.dynamic_rating
-    if dynamic is None:
-        dynamic = dynamic_rating(first, each)
-        estimates["dynamic_rating"] = "by ISO 281 from the size of the rolling elements"
-    static = section.static_rating
-    if static is None:
-        static = static_rating(first, each)
-        estimates["static_rating"] = "by ISO 76 from the size of the rolling elements"
-    limit = section.fatigue_load_limit
-    if limit is None:
-        limit = fatigue_load_limit(first, static)
-        estimates["fatigue_load_limit"] = "by ISO 281, annex B, from the static rating"
+    first, each = rows[0], len(rows) // section.count
+    dynamic = section.dynamic_rating or dynamic_rating(first, each)
+    static = section.static_rating or static_rating(first, each)
+    limit = section.fatigue_load_limit or fatigue_load_limit(first, static)
+    estimates = {key: rule for key, rule in ESTIMATES.items() if getattr(section, key) is None}
     return RollingBearing(rows, Ratings(dynamic, static, limit, each), estimates)
 
 

@@ -21,9 +21,8 @@ import numpy as np
 from flexgear.arrays import Array
 from flexgear.gears.bearings.basic_life import bearing_life_hours
 from flexgear.gears.bearings.equivalent_load import equivalent_load
-from flexgear.gears.power_flow import PowerFlow, StageFlow
+from flexgear.gears.power_flow import StageFlow
 from flexgear.gears.radii import role_of, stage_radii
-from flexgear.model.case import Case
 from flexgear.model.stage_view import BearingPlace, StageView
 
 FREE = {"planar": (0, 1), "axial": (0, 1, 2), "spatial": (0, 1, 2, 3, 4)}  # but for rotation
@@ -47,35 +46,32 @@ def bearing_speed(place: BearingPlace, flow: StageFlow) -> float:
     return float(getattr(flow, f"{role_of(place.part)}_speed"))
 
 
-def nominal_bearings(case: Case, flow: PowerFlow, stage: str) -> dict[str, NominalBearing]:
+def nominal_bearings(view: StageView, flow: StageFlow) -> dict[str, NominalBearing]:
     """Bearings of planets, of a pinion and its gear by label; one for all planets."""
-    bearings, view, of_stage = {}, case.view(stage), flow.stage(stage)
+    bearings = {}
     for place in view.rated_bearings:
-        force = _force(view, of_stage, place)
+        force = _force(view, flow, place)
         if force is not None:
             radial, axial = math.hypot(force[0], force[1]), abs(float(force[2]))
             equivalent = float(equivalent_load(place.bearing, radial, axial)[0])
-            life = bearing_life_hours(place.bearing, radial, bearing_speed(place, of_stage), axial)
+            life = bearing_life_hours(place.bearing, radial, bearing_speed(place, flow), axial)
             bearings[place.label] = NominalBearing(place, radial, axial, equivalent, life)
     return bearings
 
 
 def _force(view: StageView, flow: StageFlow, place: BearingPlace) -> Array | None:
-    """Force (3,) or more on a bearing, N; None where none is known."""
+    """Force (3,) on a bearing, N; None where none is known."""
     if place.part == "planet":
         return np.array([flow.planet_bearing_radial, flow.planet_bearing_tangential, 0.0])
     kinematics = view.case.kinematics_of(f"{view.name}.{place.part}")
     if flow.kind != "parallel" or kinematics not in FREE:
         return None
-    at = np.ix_(FREE[kinematics], FREE[kinematics])
+    free = list(FREE[kinematics])
     supports = view.stage.member(place.part).supports.values()
-    stiffness = np.sum([support.matrix for support in supports], axis=0)[at]
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(stiffness), 1e-300))  # N/m and N m/rad
-    inverse = np.linalg.pinv(stiffness * np.outer(scale, scale), rcond=1e-12, hermitian=True)
-    load = gear_force(view, flow, place.part)[list(FREE[kinematics])]
-    force = np.zeros(6)
-    force[list(FREE[kinematics])] = place.bearing.matrix[at] @ (scale * (inverse @ (scale * load)))
-    return force
+    stiffness = np.sum([support.matrix for support in supports], axis=0)[np.ix_(free, free)]
+    load = gear_force(view, flow, place.part)[free]
+    motion = np.linalg.lstsq(stiffness, load, rcond=1e-12)[0]
+    return np.asarray(place.bearing.matrix[:3, free] @ motion)
 
 
 def gear_force(view: StageView, flow: StageFlow, part: str) -> Array:
