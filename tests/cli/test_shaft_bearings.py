@@ -95,9 +95,10 @@ def life(load, speed_rpm, exponent=10 / 3, rating=120e3):
 SPEEDS = {"pinion": RPM, "gear": RPM * TEETH["pinion"] / TEETH["gear"]}
 
 
-@pytest.mark.parametrize("hand", ["right", "left"])
-@pytest.mark.parametrize("torque", [TORQUE, -TORQUE])
-@pytest.mark.parametrize("position", [0, 70])
+@pytest.mark.parametrize(
+    ("hand", "torque", "position"),
+    [("right", TORQUE, 0), ("left", TORQUE, 70), ("left", -TORQUE, 0)],
+)
 def test_two_bearings_of_every_shaft_carry_what_statics_says(
     flexgear, tmp_path, hand, torque, position
 ):
