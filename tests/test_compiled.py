@@ -28,22 +28,32 @@ with warnings.catch_warnings(record=True) as heard:
     import numba
     import numpy as np
     from flexgear.compiled import code_folder
-    from flexgear.coupling.laws.coupled_slices import forces_of
     folder = code_folder()
-    one_slice = np.ones((1, 1)), np.zeros((1, 1)), np.array([[0.0, 1.0, 0.25]])
-    force, _ = forces_of(*one_slice)
+    {call}
 own = [str(w.message) for w in heard if w.category.__name__ == "FlexgearWarning"]
 kept = folder is not None and any(folder.rglob("*.nbi"))
-print(force[0, 0], kept, len(own), numba.config.CACHE_DIR)
+print(value, kept, len(own), numba.config.CACHE_DIR)
+"""
+SLICES = """
+    from flexgear.coupling.laws.coupled_slices import forces_of
+    one_slice = np.ones((1, 1)), np.zeros((1, 1)), np.array([[0.0, 1.0, 0.25]])
+    value = forces_of(*one_slice)[0][0, 0]
+"""
+DIVISION = """
+    from flexgear.structures.linalg.sparse import forward
+    x = np.array([[8.0]])
+    forward(np.array([0, 1]), np.array([0]), np.array([2.0]), x)
+    value = x[0, 0]
 """
 NO_ROOM = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (256, 256))"
 
 
-def ran(place, cache, limit="pass"):
+def ran(place, cache, limit="pass", call=SLICES):
     """What the program prints with the package in ``place``: value, kept or not, warnings, numba's
     own folder."""
+    code = CALLER.format(limit=limit, call=call.strip())
     out = subprocess.run(
-        [sys.executable, "-B", "-c", CALLER.format(limit=limit)], cwd=place, check=True,
+        [sys.executable, "-B", "-c", code], cwd=place, check=True,
         capture_output=True, text=True, env={"FLEXGEAR_CACHE": str(cache), "PATH": ""},
     )  # fmt: skip
     return out.stdout.split()
@@ -116,7 +126,7 @@ def test_without_room_code_is_compiled_in_memory_and_it_is_said_once(tmp_path, l
     cache = tmp_path / "cache"
     if limit == "pass":
         cache.write_text("a file in its place")
-    assert ran(ROOT.parent, cache, limit)[:3] == ["4.0", "False", "1"]
+    assert ran(ROOT.parent, cache, limit, DIVISION)[:3] == ["4.0", "False", "1"]
 
 
 def test_code_of_another_level_of_optimisation_is_kept_apart():

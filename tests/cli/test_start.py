@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ SHOWS = {"matplotlib", "pyvista", "plotly", "PIL", "jinja2"}
 MODEL = {"numpy", "scipy", "pydantic", "flexgear.model.case", "flexgear.gears"}
 
 
+@cache
 def loaded(*arguments):
     """Names of all modules that a command of its own has imported when it ends."""
     code = (

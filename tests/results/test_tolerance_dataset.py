@@ -5,13 +5,11 @@ import math
 
 import numpy as np
 import pytest
-import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 from tolerance_results import study_data
 
-from flexgear.results.dataset_file import load, write_netcdf
 from flexgear.results.tolerance_dataset import (
     distribution_band,
     failed,
@@ -69,19 +67,6 @@ def test_a_study_without_any_equilibrium_has_no_figures():
     json.dumps(summary, allow_nan=False)
 
 
-def test_numbers_that_are_none_are_null():
-    summary = tolerance_summary(study_data(count=8))
-    found = summary["load_sharing"]["stage_2 ring"]["quantiles"]["99"]
-    assert found["high"] is None
-    assert math.isfinite(found["value"])
-    json.dumps(summary, allow_nan=False)
-
-
-def test_saved_and_read_again(tmp_path, data):
-    path = write_netcdf(data, tmp_path / "a.nc")
-    xr.testing.assert_identical(load(path), data)
-
-
 def test_nothing_drawn_but_pitch_deviations():
     data = study_data(drawn=False)
     assert "error_size" not in data and "size" not in data.dims
@@ -99,29 +84,6 @@ def test_ranks_hold_what_they_promise_and_no_narrower_ones_do(count, share, conf
     assert below.sf(high - 1) <= risk * (1 + 1e-9)
     assert below.cdf(low) > risk * (1 - 1e-9)
     assert below.sf(high - 2) > risk * (1 - 1e-9)
-
-
-def test_wilks_59_samples():
-    """Wilks 1941: 59 samples are the first whose largest bounds 95 % with 95 % confidence."""
-    one_sided = 0.9  # half the risk on this side
-    assert quantile_ranks(59, 0.95, one_sided)[1] == 59
-    assert quantile_ranks(58, 0.95, one_sided)[1] == 59  # there is no such sample
-    found = quantile_of(np.arange(58.0), 0.95, one_sided)
-    assert math.isnan(found.high)
-    assert found.low < found.value
-
-
-@pytest.mark.parametrize("share", [0.5, 0.9, 0.95])
-def test_coverage_of_quantiles(share):
-    """In 2000 studies the interval holds the true quantile as often as promised."""
-    rng, studies, confidence = np.random.default_rng(1), 2000, 0.9
-    samples = rng.gumbel(size=(studies, 120))
-    true = stats.gumbel_r.ppf(share)
-    found = [quantile_of(x, share, confidence) for x in samples]
-    held = np.mean([not e.low > true and not e.high < true for e in found])
-    slack = 3 * math.sqrt(confidence * (1 - confidence) / studies)
-    assert confidence - slack < held < 0.97
-    assert np.mean([e.value for e in found]) == pytest.approx(true, abs=0.06)
 
 
 def test_coverage_of_means():

@@ -45,6 +45,13 @@ def ring():
     return model, interface, parts
 
 
+def test_interface_is_held_to_rounding(ring):
+    model, _, parts = ring
+    g = np.random.default_rng(0).standard_normal((model.dofs, 4))
+    x = parts.fixed_solve(parts.field_of(g))
+    assert np.abs(parts.interface_motion(x)).max() < 1e-13 * np.abs(x).max()
+
+
 def pencil(n=90, seed=0):
     """A mass, a flexibility that is symmetric, pairs and a triple among its eigenvalues."""
     random = np.random.default_rng(seed)
