@@ -1,4 +1,4 @@
-"""Load sharing of a train by different analyses side by side, and two trains side by side."""
+"""Comparison of load sharing by several analyses of one train, and of two trains."""
 
 from __future__ import annotations
 
@@ -6,11 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from flexgear.gears.bearings.basic_life import (
-    BALL,
-    ROLLER,
-    planet_bearing_life_ratios,
-)
+from flexgear.gears.bearings.basic_life import EXPONENTS, planet_bearing_life_ratios
 from flexgear.gears.bearings.nominal import nominal_bearings
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
@@ -25,7 +21,7 @@ from flexgear.solve.static import shared_stages, stages_sharing
 from flexgear.solve.transient import simulate
 from flexgear.studies.rating import rate
 
-REFERENCE = "reference_"  # before keys of the train compared with
+REFERENCE = "reference_"  # prefix of keys with figures of the reference train
 Figures = dict[str, dict[str, Any]]
 
 
@@ -38,8 +34,8 @@ def compare_sharing(
 ) -> dict[str, Figures]:
     """Load sharing by "variant: analysis", then group of gear meshes and definition.
 
-    Analyses: quasi-static over the error cycle, harmonic where the train is linear, transient
-    where anything moves beside the rolling.
+    Analyses: quasi-static over the error cycle, harmonic of a linear train, transient of a train
+    that does not roll in one equilibrium.
     """
     out: dict[str, Figures] = {}
     for label, model in models.items():
@@ -60,10 +56,10 @@ def compare_sharing(
 
 
 def against(case: Case, reference: Case) -> Figures:
-    """Speeds, torques, mean forces and bearing life of a train beside those of another.
+    """Speeds, torques, mean forces and bearing life of two trains, by name of the case.
 
-    Life ratios are those of the same bearings in both; stages are matched by name. Lives in hours
-    are given where a case states its bearings' rating.
+    Life ratios assume the same bearings in both trains; stages are matched by name. Lives in hours
+    need a dynamic rating of the bearings in the case.
     """
     flow, other = power_flow(case), power_flow(reference)
     second = reference.name if reference.name != case.name else f"{reference.name}, reference"
@@ -72,7 +68,7 @@ def against(case: Case, reference: Case) -> Figures:
         second: _flow_figures(reference, other),
     }
     ratios: dict[str, Any] = {}
-    for kind, exponent in (("ball", BALL), ("roller", ROLLER)):
+    for kind, exponent in EXPONENTS.items():
         life_ratios = planet_bearing_life_ratios(flow, other, exponent)
         ratios |= {f"{stage}_{kind}": ratio for stage, ratio in life_ratios.items()}
     figures["planet_bearing_life_ratio"] = ratios
@@ -86,7 +82,7 @@ def lives(
     case: Case, reference: Case, *, workers: int | None = None, progress: Progress = silent
 ) -> Figures:
     """Reserve, safety, damage and life of flanks, roots and bearings of two trains under their load
-    cases, the weakest of the first one first, and the ratio of lives of parts of one name."""
+    cases, the weakest part of the first train first, and the life ratio of parts with one name."""
     first, second = (rate(x, workers=workers, progress=progress) for x in (case, reference))
     others = {part.name: part for part in second.ranked}
     figures: Figures = {}
@@ -100,10 +96,11 @@ def lives(
     return figures | {name: _of_part(part, REFERENCE) for name, part in others.items()}
 
 
-def _of_part(part: RatedPart, before: str) -> dict[str, Any]:
+def _of_part(part: RatedPart, prefix: str) -> dict[str, Any]:
+    """Figures of a part by key: prefix, name of the quantity, unit."""
     values = {name: (PARTS[name][0].units, PARTS[name][1](part)) for name in RATED}
     return {
-        f"{before}{name}" + ("" if unit == "1" else f"_{unit}"): value
+        f"{prefix}{name}" + ("" if unit == "1" else f"_{unit}"): value
         for name, (unit, value) in values.items()
     }
 

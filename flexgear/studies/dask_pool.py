@@ -1,9 +1,9 @@
-"""Many runs on an existing Dask cluster, by its scheduler's address.
+"""Independent jobs on an existing Dask cluster, by the address of its scheduler.
 
-Runs of one study share one object, which is sent out once. A worker that is lost costs the runs it
-had begun, which others begin again. Transport and credentials are those of the user's Dask: for an
-address ``tls://...`` its configuration names certificate, key and authority
-(``distributed.comm.tls``). This process only calls; it never listens.
+The object that all jobs of a study share is sent once. Jobs that a lost worker had begun are begun
+again by other workers. Transport and credentials are those of the user's Dask: for an address
+``tls://...`` its configuration names certificate, key and authority (``distributed.comm.tls``).
+This process only connects to the scheduler and accepts no connections.
 """
 
 from __future__ import annotations
@@ -25,24 +25,24 @@ S = TypeVar("S")
 J = TypeVar("J")
 R = TypeVar("R")
 
-ANSWER = 10.0  # s in which a scheduler has to answer
-ARRIVAL = 60.0  # s in which it has to have a worker
+CONNECT_TIMEOUT = 10.0  # s
+WORKER_TIMEOUT = 60.0  # s in which the scheduler must have a worker
 
 
 def completed(
     function: Callable[[S, J], R], shared: S, jobs: Sequence[J], scheduler: str
 ) -> Generator[tuple[int, Outcome[R]], None, None]:
-    """Number and outcome of every job as it is done, function(shared, job) on some worker.
+    """Number and outcome of function(shared, job) for every job, in the order of completion.
 
     scheduler: address of a Dask scheduler whose workers have the same version of flexgear.
     Arguments and results must be picklable, of modules that workers can import. InputError where
-    the scheduler does not answer, FlexgearError where it has no worker. Closing the iterator, or an
-    exception in it, cancels jobs that have not begun.
+    the scheduler does not answer, FlexgearError where it has no worker. An exception, or closing
+    the iterator, cancels jobs that have not begun.
     """
     from distributed import as_completed
 
     with _client(scheduler) as client:
-        # a task of its own, which can be done again, where data that was sent can be lost
+        # a task, which Dask repeats if its worker is lost; scattered data would be lost with it
         common = client.submit(_same, pickle.dumps((function, shared)), pure=False)
         futures = {
             client.submit(_run, common, pickle.dumps(job), version(), pure=False): k
@@ -54,8 +54,8 @@ def completed(
 
 
 def reach(scheduler: str) -> None:
-    """InputError or FlexgearError where a cluster cannot be used, raised before long work for
-    it."""
+    """InputError or FlexgearError if a cluster cannot be used; called before the preparation of a
+    study."""
     with _client(scheduler):
         pass
 
@@ -68,17 +68,17 @@ def _client(address: str) -> Iterator[Client]:
     _require_certificates(address)
     with _silent():
         try:
-            # not the default: xarray would ask it for locks, even one that never answered
-            client = Client(address, timeout=ANSWER, set_as_default=False)
+            # not the default client, which xarray would use for locks even if it never connected
+            client = Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
         except (OSError, TimeoutError, ValueError, TypeError, AssertionError) as error:
-            # the last one: a busy machine did not start Dask's event loop in time
+            # AssertionError: a busy machine did not start the event loop of Dask in time
             raise InputError(
                 "--scheduler", address, f"no Dask scheduler answers there ({_error_text(error)})",
                 "start one and its workers as docs/howto/cluster.md says",
             ) from None  # fmt: skip
         with client:
             try:
-                client.wait_for_workers(1, timeout=ARRIVAL)
+                client.wait_for_workers(1, timeout=WORKER_TIMEOUT)
             except TimeoutError:
                 raise FlexgearError(
                     f"the scheduler at {address} has no workers; start some as "
@@ -108,7 +108,7 @@ def _require_certificates(address: str) -> None:
 
 @contextlib.contextmanager
 def _silent() -> Iterator[None]:
-    """Context without log lines of Dask; outcomes state what went wrong."""
+    """Context without log lines of Dask, whose failures are in the outcomes."""
     names = [n for n in logging.root.manager.loggerDict if n.split(".")[0] == "distributed"]
     levels = {name: logging.getLogger(name).level for name in names}
     for name in names:
@@ -121,7 +121,7 @@ def _silent() -> Iterator[None]:
 
 
 def _outcome(future: Any) -> Outcome[Any]:
-    """Outcome of a job, also where its worker was lost."""
+    """Outcome of a job; of a failed one with the reason."""
     from distributed import CancelledError, KilledWorker
 
     try:
@@ -131,7 +131,7 @@ def _outcome(future: Any) -> Outcome[Any]:
         return Outcome(None, DIED)
     except CancelledError:
         return Outcome(None, "the scheduler was lost")
-    except Exception as error:  # on the way there or back
+    except Exception as error:  # in sending the job or its result
         return Outcome(None, f"Dask could not run it ({_error_text(error)})")
 
 
@@ -143,6 +143,7 @@ def _error_text(error: Exception) -> str:
 
 
 def _same(common: bytes) -> bytes:
+    """The argument, as the result of a task."""
     return common
 
 

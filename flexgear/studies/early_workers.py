@@ -1,8 +1,8 @@
-"""Worker processes that are made before they are needed, while this process has one thread.
+"""Worker processes that start before there are jobs, and outcomes of jobs in any process.
 
-On Linux they are copies of this process, which cost nothing and have imported what it has;
-elsewhere they start anew, while this process works. They end when this process does, however it
-does. They do not hear Ctrl-C, and print nothing.
+On Linux early workers are forked while this process has a single thread: forks start at once, with
+all modules that this process has imported. Elsewhere they start as new processes during the work of
+this one. Workers ignore Ctrl-C, print nothing, and end when this process ends for any reason.
 """
 
 from __future__ import annotations
@@ -35,21 +35,21 @@ DIED = "its process died, most likely out of memory; take fewer --workers or a c
 
 @dataclass(frozen=True)
 class Outcome(Generic[R]):
-    """Result of a run, or in ``message`` one line with the reason of its failure."""
+    """Result of a job; of a failed job None, with the reason in one line in ``message``."""
 
     value: R | None
     message: str = ""
 
 
 def outcome_of(function: Callable[[S, J], R], shared: S, job: J) -> Outcome[R]:
-    """function(shared, job), or its error in one line."""
+    """Outcome of function(shared, job)."""
     try:
         return Outcome(function(shared, job))
     except FlexgearError as error:
         return Outcome(None, " ".join(str(error).split()))
     except MemoryError:
         return Outcome(None, "out of memory; choose a coarser case")
-    except Exception as error:  # one bad run must not cost the others
+    except Exception as error:  # a failed job must not stop the others
         text = " ".join(str(error).split()) or "no message"
         return Outcome(
             None, f"an internal error, please report it ({type(error).__name__}: {text})"
@@ -60,53 +60,53 @@ _of_thread = threading.local()
 
 
 def unpickled(common: bytes) -> Any:
-    """Function and what all runs of a study share: in each thread one object, which keeps what it
-    works out (such as an assembled train) from one run to the next."""
+    """The pickled function and shared object of a study, unpickled once in each thread, so that
+    results which the shared object caches (such as an assembled train) serve all jobs."""
     if getattr(_of_thread, "common", None) != common:
         _of_thread.common, _of_thread.value = common, pickle.loads(common)
     return _of_thread.value
 
 
 def on_one_thread(function: Callable[[S, J], R], shared: S, job: J) -> Outcome[R]:
-    """``outcome_of`` with linear algebra on one thread: the same digits in any process."""
+    """``outcome_of`` with linear algebra on one thread, so that rounding is the same everywhere."""
     with threadpool_limits(limits=1):
         return outcome_of(function, shared, job)
 
 
 def processors() -> int:
-    """Processors this process may use."""
+    """Number of processors that this process may use."""
     try:
         return len(os.sched_getaffinity(0))
     except AttributeError:  # not on macOS and Windows
         return os.cpu_count() or 1
 
 
-MOST = 3  # that pay beside this process
+MAX_WORKERS = 3  # more would not draw faster, as each reads the results
 
 
 class EarlyWorkers:
-    """Workers that wait for jobs; they end with the block.
+    """Context of worker processes, which end with the block.
 
-    needed: whether there are any; ready: what each does at its start, such as importing modules.
+    needed: whether to start any; initialise: called by each at its start, to import modules.
     """
 
-    def __init__(self, needed: bool, ready: Callable[[], object]) -> None:
-        self._count = min(processors() - 1, MOST) if needed else 0
-        self._ready = ready
+    def __init__(self, needed: bool, initialise: Callable[[], object]) -> None:
+        self._count = min(processors() - 1, MAX_WORKERS) if needed else 0
+        self._initialise = initialise
         self._ended = contextlib.ExitStack()
         self._pool: ProcessPoolExecutor | None = None
 
     def __enter__(self) -> EarlyWorkers:
-        # a copy would lack other threads, with the locks that they hold
+        # a fork has no other threads, but has the locks that they hold
         if self._count > 0 and threading.active_count() == 1:
             method = multiprocessing.get_context("fork" if sys.platform == "linux" else "spawn")
-            theirs, ours = method.Pipe(duplex=False)
-            arguments = (self._ready, theirs, ours)
-            self._pool = ProcessPoolExecutor(self._count, method, _prepare, arguments)
+            child_end, parent_end = method.Pipe(duplex=False)
+            arguments = (self._initialise, child_end, parent_end)
+            self._pool = ProcessPoolExecutor(self._count, method, _start_worker, arguments)
             self._ended.callback(self._pool.shutdown)
-            self._ended.callback(ours.close)
-            with deaf_children():
-                self._pool.submit(bool)  # which starts all of them
+            self._ended.callback(parent_end.close)
+            with block_interrupts_in_children():
+                self._pool.submit(bool)  # the first job starts all processes
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -115,25 +115,25 @@ class EarlyWorkers:
     def completed(
         self, function: Callable[[S, J], R], shared: S, jobs: Sequence[J]
     ) -> Iterator[tuple[int, Outcome[R]]]:
-        """Number and outcome of every job: function(shared, job), by the workers from the first on,
-        by this process from the last. A job whose worker died is done by this process.
+        """Number and outcome of function(shared, job) for every job, in the order of completion.
 
-        All must be picklable, of modules that workers can import.
+        Workers take jobs from the first on, this process from the last; it also repeats jobs whose
+        worker died. Arguments and results must be picklable, of modules that workers can import.
         """
         waiting = deque(range(len(jobs)))
-        answers: SimpleQueue[tuple[int, Outcome[R] | None]] = SimpleQueue()
+        outcomes: SimpleQueue[tuple[int, Outcome[R] | None]] = SimpleQueue()
 
         def feed(pool: ProcessPoolExecutor) -> None:
-            """Keep one worker busy while jobs wait."""
+            """Submit one job after the other while jobs wait; None for one whose worker died."""
             outcome: Outcome[R] | None = Outcome(None)
-            with contextlib.suppress(IndexError):  # no job waits
+            with contextlib.suppress(IndexError):  # raised by pop when no job waits
                 while outcome is not None:
                     k = waiting.popleft()
                     try:
                         outcome = pool.submit(on_one_thread, function, shared, jobs[k]).result()
                     except RuntimeError:  # its worker died
                         outcome = None
-                    answers.put((k, outcome))
+                    outcomes.put((k, outcome))
 
         if self._pool is not None:
             for _ in range(self._count):
@@ -141,15 +141,15 @@ class EarlyWorkers:
         for _ in jobs:
             with contextlib.suppress(IndexError):
                 k = waiting.pop()
-                answers.put((k, on_one_thread(function, shared, jobs[k])))
-            k, outcome = answers.get()
+                outcomes.put((k, on_one_thread(function, shared, jobs[k])))
+            k, outcome = outcomes.get()
             yield k, outcome or on_one_thread(function, shared, jobs[k])
 
 
 @contextlib.contextmanager
-def deaf_children() -> Iterator[None]:
-    """Block Ctrl-C inside the block, so that processes started there ignore it from the first
-    instruction on; this process takes it afterwards."""
+def block_interrupts_in_children() -> Iterator[None]:
+    """Context in which SIGINT is blocked, so that processes started in it ignore Ctrl-C from their
+    first instruction on; this process handles a blocked signal at the end of the context."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
@@ -161,31 +161,31 @@ def deaf_children() -> Iterator[None]:
 
 
 def _silence() -> None:
-    """A worker prints nothing and leaves Ctrl-C to its parent; other signals end it."""
+    """Make a worker print nothing and ignore Ctrl-C; other signals end it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     for name in ("SIGTERM", "SIGHUP"):
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_DFL)
-    with open(os.devnull, "r+b") as nowhere:  # what libraries print; outcomes say what went wrong
+    with open(os.devnull, "r+b") as null:
         for stream in range(3):
-            os.dup2(nowhere.fileno(), stream)
+            os.dup2(null.fileno(), stream)
 
 
-def _prepare(ready: Callable[[], object], parent: Connection, parents_end: Connection) -> None:
-    """Start of a worker: ties it to its parent by both ends of ``end_with``'s pipe, and calls
-    ``ready``."""
-    parents_end.close()
-    end_with(parent)
-    ready()
+def _start_worker(
+    initialise: Callable[[], object], child_end: Connection, parent_end: Connection
+) -> None:
+    """Set a new worker up: tie it to its parent by their pipe, and call ``initialise``."""
+    parent_end.close()  # the copy in a fork would keep the pipe open
+    end_with_parent(child_end)
+    initialise()
 
 
-def end_with(parent: Connection) -> None:
-    """Make this worker silent, and let it end, whatever it does, when its parent ends or closes the
-    other end of the pipe."""
+def end_with_parent(child_end: Connection) -> None:
+    """Silence this worker, and exit as soon as its parent ends or closes its end of the pipe."""
 
     def wait() -> None:
         with contextlib.suppress(OSError, EOFError):
-            parent.poll(None)
+            child_end.poll(None)
         os._exit(1)
 
     _silence()

@@ -1,14 +1,13 @@
-"""Many independent runs: in this process where they are short, else on others or a cluster.
+"""Independent jobs: in this process if they are short, else in other processes or on a cluster.
 
-Processes of this machine are started and ended by loky, which talks to them through pipes: nothing
-listens. Every worker is a pool of one, so that a lost worker blames the one run it had begun. That
-run is begun again; a run that takes three workers with it is given up. Workers do not hear Ctrl-C,
-which ends this process's work and thereby theirs; they also end when this process does, however it
-does.
+Processes of this machine are started and ended by loky, which communicates through pipes, so that
+no port is open. Every worker is a pool of one process: when a process dies, the job that it had
+begun is known and is begun again, at most three times. Workers ignore Ctrl-C, which ends the work
+of this process, and end when this process ends for any reason.
 
-Finished parts of a study are kept on disk, so that an interrupted study goes on where it stopped: a
-folder of the cache named by the content of the study holds one file a part, which is there whole or
-not at all. It is removed when the study's results are safe.
+Finished parts of a study are stored, so that an interrupted study continues with the next part. A
+folder of the cache, named by the content of the study, holds a file for each part, written as a
+whole. It is removed after the results of the study are written.
 """
 
 from __future__ import annotations
@@ -41,8 +40,8 @@ from flexgear.structures.cache import sealed, unsealed
 from flexgear.studies.early_workers import (
     DIED,
     Outcome,
-    deaf_children,
-    end_with,
+    block_interrupts_in_children,
+    end_with_parent,
     on_one_thread,
     outcome_of,
     processors,
@@ -53,8 +52,8 @@ S = TypeVar("S")
 J = TypeVar("J")
 R = TypeVar("R")
 
-LOST = 3  # workers that a run may lose
-STARTING = 3.0  # s that workers have to save before it pays to start them
+MAX_LOSSES = 3  # workers that die with a job before it fails
+STARTING = 3.0  # s that workers must save, as their start takes so long
 
 
 def run_jobs(
@@ -65,16 +64,16 @@ def run_jobs(
     workers: int | None = None,
     scheduler: str | None = None,
 ) -> Generator[tuple[int, Outcome[R]], None, None]:
-    """Number of every job and outcome of function(shared, job), as they are done.
+    """Number and outcome of function(shared, job) for every job, in the order of completion.
 
-    workers: processes of this machine (1: this one alone; None: as many as there are processors,
-    but none beside this one while the last job shows that starting them takes longer);
+    workers: number of processes of this machine (1: only this process; None: this process until
+    the duration of a job shows that others would save time, then one for each processor);
     scheduler: address of a Dask cluster instead. Linear algebra runs on one thread everywhere, so
-    that results do not depend on where. All three must be picklable, of modules that workers can
-    import. Closing the iterator, or an exception in it such as Ctrl-C, stops all workers at once;
-    take it in ``contextlib.closing``.
+    that results do not depend on the process. Arguments and results must be picklable, of modules
+    that workers can import. An exception such as Ctrl-C, or closing the iterator, stops all workers
+    at once, so use it in ``contextlib.closing``.
     """
-    local_jobs = 0  # jobs done in this process
+    local_jobs = 0  # done in this process
     if scheduler is None and jobs and workers in (None, 1):
         with threadpool_limits(limits=1):
             for local_jobs, job in enumerate(jobs, 1):
@@ -82,7 +81,7 @@ def run_jobs(
                 outcome = outcome_of(function, shared, job)
                 taken = time.perf_counter() - began
                 yield local_jobs - 1, outcome
-                # the first one loads what all need: the second one shows how long they take
+                # the first job also loads modules and data, so the second shows the duration
                 loading = local_jobs == 1 and taken < STARTING
                 saved = taken * (len(jobs) - local_jobs) * (1 - 1 / processors())
                 if workers is None and not loading and saved >= STARTING:
@@ -90,7 +89,7 @@ def run_jobs(
     if local_jobs == len(jobs):
         return
     if scheduler is not None:
-        from flexgear.studies import dask_pool  # loaded where it is needed
+        from flexgear.studies import dask_pool
 
         rest = dask_pool.completed(function, shared, jobs[local_jobs:], scheduler)
     else:
@@ -103,10 +102,10 @@ def run_jobs(
 def completed(
     function: Callable[[S, J], R], shared: S, jobs: Sequence[J], workers: int
 ) -> Generator[tuple[int, Outcome[R]], None, None]:
-    """Number and outcome of every job as it is done, function(shared, job) in some worker.
+    """Number and outcome of function(shared, job) for every job, in the order of completion.
 
-    workers: processes, at most. Everything must be picklable, of modules that workers can import.
-    Closing the iterator, or an exception in it, ends all workers.
+    workers: largest number of processes of this machine. Arguments and results must be picklable,
+    of modules that workers can import. An exception, or closing the iterator, ends all workers.
     """
     waiting, losses = deque(range(len(jobs))), Counter[int]()
     with _Workers(pickle.dumps((function, shared))) as pool:
@@ -122,53 +121,54 @@ def completed(
                 idle.append(worker)
                 outcome = _outcome(future)
                 losses[k] += outcome is None
-                if outcome is None and losses[k] < LOST:
+                if outcome is None and losses[k] < MAX_LOSSES:
                     waiting.append(k)
                 else:
                     yield k, outcome or Outcome(None, DIED)
 
 
 def _outcome(future: Future[Outcome[Any]]) -> Outcome[Any] | None:
-    """Outcome of a run, which may be its error; None if its worker process died."""
+    """Outcome of a job; None if its worker died."""
     try:
         return future.result()
     except BrokenProcessPool:
         return None
-    except Exception as error:  # on the way there or back
+    except Exception as error:  # in sending the job or its result
         text = " ".join(str(error).split())
         return Outcome(None, f"its result could not be sent ({type(error).__name__}: {text})")
 
 
 class _Workers:
-    """Pools of one process each, which know what all runs share; they end with the block."""
+    """Context of pools of one process each, which end with the block. common: pickled function and
+    shared object of all jobs."""
 
     def __init__(self, common: bytes) -> None:
         self._common = common
         self._pools: list[ProcessPoolExecutor] = []
-        self._theirs, self._ours = multiprocessing.Pipe(duplex=False)
+        self._child_end, self._parent_end = multiprocessing.Pipe(duplex=False)
 
     def __enter__(self) -> _Workers:
-        # workers that have grown are replaced by loky between two runs; nothing to worry about
+        # loky warns when it replaces a worker whose memory has grown, which costs no job
         warnings.filterwarnings("ignore", category=UserWarning, module="loky")
         return self
 
     def __exit__(self, *_: object) -> None:
         for pool in self._pools:
             pool.shutdown(kill_workers=True)
-        self._ours.close()
-        self._theirs.close()
+        self._parent_end.close()
+        self._child_end.close()
 
     def start(self) -> ProcessPoolExecutor:
-        """A worker; its process starts with its first run."""
-        arguments = (self._common, self._theirs)
-        self._pools.append(ProcessPoolExecutor(1, initializer=_prepare, initargs=arguments))
+        """A new worker, whose process starts with its first job."""
+        arguments = (self._common, self._child_end)
+        self._pools.append(ProcessPoolExecutor(1, initializer=_start_worker, initargs=arguments))
         return self._pools[-1]
 
     def begin(
         self, worker: ProcessPoolExecutor, job: bytes
     ) -> tuple[Future[Outcome[Any]], ProcessPoolExecutor]:
-        """A run begun on a worker, or on another in its place where it was lost meanwhile."""
-        with deaf_children():
+        """Submit a pickled job to a worker, or to a new one if it has died; future and worker."""
+        with block_interrupts_in_children():
             while True:
                 try:
                     return worker.submit(_run, job), worker
@@ -180,17 +180,18 @@ class _Workers:
 
 # --- on a worker ---------------------------------------------------------------------------------
 
-_common = b""  # function and what all runs share, a pickle
+_common = b""  # pickled function and shared object of all jobs
 
 
-def _prepare(common: bytes, parent: Connection) -> None:
-    """At a worker's start. parent: a pipe that has an end when the parent has."""
+def _start_worker(common: bytes, child_end: Connection) -> None:
+    """Set a new worker up; child_end: of the pipe that closes when the parent ends."""
     global _common
     _common = common
-    end_with(parent)
+    end_with_parent(child_end)
 
 
 def _run(job: bytes) -> Outcome[Any]:
+    """Outcome of a pickled job."""
     function, shared = unpickled(_common)
     return on_one_thread(function, shared, pickle.loads(job))
 
@@ -200,31 +201,31 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class StudyStore(Generic[T]):
-    """Parts of one study by the names of their files. pack, unpack: a part as bytes, and back."""
+    """Stored parts of one study by file name. pack, unpack: convert a part to bytes and back."""
 
     folder: Path
     pack: Callable[[T], bytes]
     unpack: Callable[[bytes], T]
 
     def get(self, name: str) -> T | None:
-        """A stored part; None where there is none, or it is damaged or cannot be read."""
+        """The stored part; None if it is missing, damaged or not readable."""
         try:
             return self.unpack(unsealed(read_kept(self.folder / name)))
         except (OSError, ValueError):
             return None
 
     def put(self, name: str, part: T) -> None:
-        """Keep a part. FlexgearWarning where the disk refuses: the study itself goes on."""
+        """Store a part; FlexgearWarning if it cannot be written, as the study can continue."""
         try:
             write_bytes(self.folder / name, sealed(self.pack(part)))
         except FlexgearError as error:
-            text = f"cannot keep what is done, so a stopped study would start anew: {error}"
+            text = f"cannot store finished parts, so a stopped study would start anew: {error}"
             warnings.warn(text, FlexgearWarning, stacklevel=2)
 
     def clear(self) -> None:
-        """Forget the study."""
+        """Remove all stored parts."""
         shutil.rmtree(self.folder, ignore_errors=True)
-        with contextlib.suppress(OSError):  # others' studies are still there
+        with contextlib.suppress(OSError):  # not empty: it has other studies of this kind
             self.folder.parent.rmdir()
 
 
@@ -239,9 +240,11 @@ def stored_or_run(
     scheduler: str | None,
     progress: Callable[[float], None],
 ) -> tuple[dict[int, T], dict[int, str]]:
-    """Parts of a study by the numbers of their jobs, from the disk where they were finished before,
-    else function(shared, job), which then is kept; messages of those that failed. progress: is told
-    the share that is done; workers, scheduler: as of ``run_jobs``."""
+    """Parts of a study by number of their job, stored ones or else function(shared, job), which is
+    then stored; and messages of failed jobs by number.
+
+    progress: called with the finished share, 0 … 1; workers, scheduler: as of ``run_jobs``.
+    """
     finished = {k: part for k, file in enumerate(files) if (part := store.get(file)) is not None}
     left, faults = [k for k in range(len(files)) if k not in finished], dict[int, str]()
     progress(len(finished) / max(len(files), 1))
@@ -258,5 +261,5 @@ def stored_or_run(
 
 
 def study_folder(kind: str, content: dict[str, Any]) -> Path:
-    """Where parts of a study are kept; content: all that every one of them depends on."""
+    """Folder of the stored parts of a study; content: all inputs that its parts share."""
     return cache_directory() / kind / content_hash({"version": version(), **content})

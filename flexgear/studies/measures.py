@@ -31,7 +31,11 @@ OfPoint = TypeVar("OfPoint", bound=Callable[[Any], MeasuredValues])
 
 @dataclass(frozen=True)
 class Measure:
-    """about: in words; of: point -> arrays by variable name; needs: what not every case has."""
+    """A measure of one point of a study.
+
+    about: its meaning in words; of: function of a point that returns arrays by variable name;
+    needs: section or body that a case must have for it, "" for every case.
+    """
 
     about: str
     of: Callable[[Any], MeasuredValues]
@@ -42,13 +46,13 @@ MEASURES: dict[str, Measure] = {}  # by name as on the command line
 
 
 def measure(about: str, needs: str = "") -> Callable[[OfPoint], OfPoint]:
-    """Enter a function of a ``Point`` among the measures, by its name."""
+    """Decorator that adds a function of a ``Point`` to ``MEASURES`` under its name."""
 
-    def enter(of: OfPoint) -> OfPoint:
+    def register(of: OfPoint) -> OfPoint:
         MEASURES[of.__name__] = Measure(about, of, needs)
         return of
 
-    return enter
+    return register
 
 
 LABELS = {
@@ -82,19 +86,19 @@ def array(
 
 
 def largest(values: Mapping[str, ArrayLike], units: str, meaning: str, dim: str) -> xr.DataArray:
-    """The largest of each array, by label."""
+    """Largest value of each array, by label."""
     data = [float(np.max(np.asarray(v))) for v in values.values()]
     return array(data, units, meaning, **{dim: list(values)})
 
 
 STATISTICS = ("mean", "largest")
 WARNING = "warning"
-RING, SENSORS, LOADS = "a ring that bends", "[[sensors]]", "load cases"
+RING, SENSORS, LOADS = "a flexible ring", "[[sensors]]", "load cases"
 
 
-def _elastic(point: Point) -> tuple[NDArray[np.float64], tuple[str, ...], list[list[int]]]:
-    """Natural frequencies above the rigid motions, rising, Hz, their types as ``solve.modes`` has
-    them, and which of them are repeated ones."""
+def _elastic_modes(point: Point) -> tuple[NDArray[np.float64], tuple[str, ...], list[list[int]]]:
+    """Natural frequencies above the rigid motions, rising, Hz, their types as of ``solve.modes``,
+    and indices of the modes of each distinct frequency."""
     natural, system = point.model.natural_modes(), point.model.system
     rigid, bodies = int(np.sum(natural.frequencies == 0)), system.bodies
     types = classify(natural.frequencies, natural.shapes, system.mass, bodies, rigid=rigid)
@@ -105,8 +109,8 @@ def _elastic(point: Point) -> tuple[NDArray[np.float64], tuple[str, ...], list[l
 @measure("lowest natural frequencies and their types")
 def frequencies(point: Point) -> MeasuredValues:
     """The lowest elastic frequencies and their types."""
-    every, kinds, _ = _elastic(point)
-    f = every[: point.modes]
+    elastic, kinds, _ = _elastic_modes(point)
+    f = elastic[: point.modes]
     ticks = range(1, len(f) + 1)
     return {
         "frequency": array(f, "Hz", "natural frequency", mode=ticks),
@@ -116,8 +120,8 @@ def frequencies(point: Point) -> MeasuredValues:
 
 @measure("lowest natural frequencies of every type of mode")
 def frequencies_by_type(point: Point) -> MeasuredValues:
-    """The lowest different elastic frequencies of every type of mode."""
-    f, kinds, groups = _elastic(point)
+    """The lowest distinct elastic frequencies of every type of mode."""
+    f, kinds, groups = _elastic_modes(point)
     columns: dict[str, list[float]] = {}
     for group in groups:
         for kind in dict.fromkeys(kinds[i] for i in group):
@@ -133,7 +137,7 @@ def frequencies_by_type(point: Point) -> MeasuredValues:
 
 @measure("quasi-static load sharing by three definitions")
 def load_sharing(point: Point) -> MeasuredValues:
-    """Over the error cycle of every stage."""
+    """Largest load sharing of the planets over the error cycle of every stage."""
     coefficients = xr.concat([d["load_sharing_coefficient"] for d in point.sharing], "group")
     return {"load_sharing": _coefficients(coefficients, "quasi-static load sharing")}
 
@@ -147,8 +151,8 @@ def _coefficients(coefficients: xr.DataArray, about: str) -> xr.DataArray:
 
 @measure("largest quasi-static gear-mesh forces")
 def gear_mesh_forces(point: Point) -> MeasuredValues:
-    """Largest force of a gear mesh over the error cycle of every stage whose planets share a load,
-    and over the equilibria of all others."""
+    """Largest force of a gear mesh: over the error cycle in stages whose planets share a load, over
+    the equilibria in all other stages."""
     shared = shared_stages(point.model)
     forces = {
         name: force
@@ -162,11 +166,11 @@ def gear_mesh_forces(point: Point) -> MeasuredValues:
 
 
 def _by_group(data: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
-    """Values of gear meshes by what shares a load, or of the one gear mesh of a pair."""
+    """Values of gear meshes, by group of those that share a load."""
     return {group: data[name].isel(gear_mesh=at) for group, at in groups_in(data).items()}
 
 
-@measure("quasi-static floats of suns, rings, carriers")
+@measure("quasi-static displacements of suns, rings, carriers")
 def displacements(point: Point) -> MeasuredValues:
     """Mean and largest distance of members from the axis over the equilibria."""
     distances = axis_distance(point.equilibria)
@@ -176,9 +180,10 @@ def displacements(point: Point) -> MeasuredValues:
     }
 
 
-def _distances(mean: xr.DataArray, most: xr.DataArray, about: str) -> xr.DataArray:
-    """Mean and largest distance (body,) of central members from their axis, rolling taken off."""
-    pair = [central_distance(distance, most) for distance in (mean, most)]
+def _distances(mean: xr.DataArray, maximum: xr.DataArray, about: str) -> xr.DataArray:
+    """Mean and largest distance (body,) of central members from their axis, without the rolling
+    motion."""
+    pair = [central_distance(distance, maximum) for distance in (mean, maximum)]
     return array(
         np.stack(pair), "m", f"distance of the member from its axis, {about}",
         statistic=STATISTICS, body=[str(n) for n in pair[0]["body"].to_numpy()],
@@ -187,7 +192,7 @@ def _distances(mean: xr.DataArray, most: xr.DataArray, about: str) -> xr.DataArr
 
 @measure("load sharing of a transient")
 def transient_sharing(point: Point) -> MeasuredValues:
-    """In the settled window."""
+    """Largest load sharing of the planets in the settled window."""
     data, _ = point.transient
     if "load_sharing_coefficient" not in data:
         raise FlexgearError("no stage has planets that share a load")
@@ -203,16 +208,16 @@ def transient_forces(point: Point) -> MeasuredValues:
     return {"transient_force_max": largest(forces, "N", about, "group")}
 
 
-@measure("floats of suns, rings, carriers in a transient")
+@measure("displacements of suns, rings, carriers in a transient")
 def transient_displacements(point: Point) -> MeasuredValues:
-    """Mean and largest."""
-    mean, most = (d["axis_distance"] for d in (point.settled.mean, point.settled.largest))
-    return {"transient_displacement": _distances(mean, most, "after settling")}
+    """Mean and largest distance of members from the axis in the settled window."""
+    mean, maximum = (d["axis_distance"] for d in (point.settled.mean, point.settled.largest))
+    return {"transient_displacement": _distances(mean, maximum, "after settling")}
 
 
 @measure("root mean square of what sensors measure in a transient", SENSORS)
 def sensors(point: Point) -> MeasuredValues:
-    """About the mean of every signal, from the settled window on."""
+    """Root mean square of every signal about its mean, in the settled window."""
     data, signal = point.signals, point.signals["sensor_signal"]
     rest = signal.to_numpy()[data[SENSOR_TIME].to_numpy() >= data.attrs["settle_s"]]
     if not len(rest):
@@ -224,8 +229,8 @@ def sensors(point: Point) -> MeasuredValues:
 
 @measure("what sensors measure in a transient, sample by sample", SENSORS)
 def sensor_signals(point: Point) -> MeasuredValues:
-    """Whole signals and rotations by the number of the sample, with its time of the first one and
-    the time between two."""
+    """Signals of sensors and rotations of the inputs by sample number, the time of the first sample
+    and the sampling interval."""
     data = point.signals
     time = data[SENSOR_TIME].to_numpy()
     if len(time) < 2:
@@ -261,7 +266,7 @@ def speeds(point: Point) -> MeasuredValues:
 
 @measure("torques on all members")
 def torques(point: Point) -> MeasuredValues:
-    """By the rest of the train."""
+    """Torques of the power flow."""
     about = "torque by the rest of the train on the member"
     return {"torque": _members(point.flow.branch_torque, "N m", about)}
 
@@ -280,6 +285,7 @@ def powers(point: Point) -> MeasuredValues:
 
 
 def _members(values: Mapping[str, float], units: str, about: str) -> xr.DataArray:
+    """Values by member."""
     return array(list(values.values()), units, about, member=list(values))
 
 
@@ -302,9 +308,9 @@ def mean_forces(point: Point) -> MeasuredValues:
     }
 
 
-@measure("largest load of a tooth pair of rings that bend", RING)
+@measure("largest load of a tooth pair of flexible rings", RING)
 def tooth_load(point: Point) -> MeasuredValues:
-    """Largest load of a tooth pair at rings with tooth nodes, on the flank that carries."""
+    """Largest load of a tooth pair in stages with an FE ring, on the loaded flank."""
     loads = {
         f"{stage} {gear}": tooth_loads(stage_part(point.equilibria, stage), gear).to_numpy()
         for stage in point.case.fe_ring_stages
@@ -313,9 +319,9 @@ def tooth_load(point: Point) -> MeasuredValues:
     return {"tooth_load": largest(loads, "N", "largest load of a tooth pair", "gear_mesh")}
 
 
-@measure("largest displacement of the tooth nodes of rings that bend", RING)
+@measure("largest displacement of the tooth nodes of flexible rings", RING)
 def tooth_displacement(point: Point) -> MeasuredValues:
-    """Over the equilibria, by axis."""
+    """Largest displacement of the tooth nodes of each FE ring over the equilibria, by axis."""
     stages = list(point.case.fe_ring_stages)
     largest_of = [
         np.abs(stage_part(point.equilibria, s)["tooth_displacement"].to_numpy()).max(axis=(0, 1))
@@ -327,7 +333,7 @@ def tooth_displacement(point: Point) -> MeasuredValues:
 
 @measure("rating life of planet bearings over that of the case")
 def bearing_life(point: Point) -> MeasuredValues:
-    """L₁₀ in time over that of the unchanged case; stages that carry nothing are left out."""
+    """Ratio of L₁₀ (in time) to that of the unchanged case, of stages under load."""
     reference = power_flow(point.reference)
     ratios = {
         kind: planet_bearing_life_ratios(point.flow, reference, exponent)
@@ -341,40 +347,41 @@ def bearing_life(point: Point) -> MeasuredValues:
     return {"life_ratio": array(values, "1", about, bearing=list(ratios), stage=stages)}
 
 
-OF_RATING = ("load_reserve", "damage_sum", "life")
-LONGEST = 1e7  # h, beyond which lives are not told apart
+RATING_QUANTITIES = ("load_reserve", "damage_sum", "life")
+LONGEST_LIFE = 1e7  # h; recorded for every longer life, too
 
 
 @measure("load reserve, damage and life under the case's load cases", LOADS)
 def life(point: Point) -> MeasuredValues:
-    """Life of the weakest flank, root and bearing of every stage under the case's load cases."""
+    """Load reserve, damage and life of the weakest flank, root and bearing of every stage."""
     rating = rate(point.case, workers=1)
     if not rating.hours:
         raise FlexgearError("no load case has a duration: give hours, or a spectrum")
     labels = [f"{stage} {kind}" for stage, kind in rating.weakest]
     figures = MeasuredValues()
-    for name in OF_RATING:
+    for name in RATING_QUANTITIES:
         quantity, of = PARTS[name]
         values = [of(part) for part in rating.weakest.values()]
         if name == "life":
-            values = [min(value, LONGEST) for value in values]
+            values = [min(value, LONGEST_LIFE) for value in values]
         figures[name] = array(values, quantity.units, quantity.meaning, part=labels)
     return figures
 
 
 def measures_of(case: Case) -> dict[str, Measure]:
-    """Measures that a case has, by name."""
-    has = {
+    """Measures that can be taken of a case, by name."""
+    available = {
         "": True,
         RING: bool(case.fe_ring_stages),
         SENSORS: bool(case.sensors),
         LOADS: bool(case.load_cases or case.load_series),
     }
-    return {name: m for name, m in MEASURES.items() if has[m.needs]}
+    return {name: m for name, m in MEASURES.items() if available[m.needs]}
 
 
 def chosen_measures(case: Case, names: Sequence[str]) -> tuple[str, ...]:
-    """The named measures, or frequencies and load sharing; InputError for one that is not there."""
+    """The named measures; without names frequencies and load sharing, or speeds where no planets
+    share a load. InputError for a measure that the case cannot have."""
     by_name = measures_of(case)
     for name in names:
         if name not in by_name:
@@ -386,15 +393,15 @@ def chosen_measures(case: Case, names: Sequence[str]) -> tuple[str, ...]:
 
 
 def measured(shared: tuple[Case, Sequence[str], int], case: Case) -> MeasuredValues:
-    """Arrays of measures at one point, and ``WARNING`` where there is one.
+    """Measured arrays of one point by variable name, its warnings under ``WARNING``.
 
-    shared: of all points: the case without the sweep's changes, the names of the measures, and how
-    many natural modes are listed.
+    shared: the case without the changes of the study, the names of the measures, and the number of
+    natural modes to list.
     """
     reference, names, modes = shared
     point, figures = Point(case, reference, modes), MeasuredValues()
-    for name in chosen_measures(case, names):  # a point of a sweep may lack what others have
+    for name in chosen_measures(case, names):  # not every point has the usual measures
         figures |= MEASURES[name].of(point)
     if lines := point.warnings:
-        figures[WARNING] = array("; ".join(lines), "", "what to mind at the point")
+        figures[WARNING] = array("; ".join(lines), "", "warnings of the point")
     return figures

@@ -1,9 +1,9 @@
 """A proposal of flank modifications: helix slope, crowning and tip relief of the planets' flanks.
 
-With gaps of slices as sums over amounts (``ground_flanks``) every trial is a series of equilibria
-over a gear-mesh cycle and nothing else. The search is Nelder and Mead's (SciPy): the largest line
-load is the largest of many, and has kinks. What is proposed is put together anew, so that its
-figures are those of the case with its keys.
+Gaps of slices are polynomials of the amounts (``flank_amounts``), so a trial needs only a series of
+equilibria over a gear-mesh cycle. The search is that of Nelder and Mead (SciPy), as the largest
+line load is a maximum of many values and therefore not smooth. The proposed amounts are assembled
+once more from the keys of the case, so that the figures are exactly those of the proposed case.
 """
 
 from __future__ import annotations
@@ -30,7 +30,12 @@ from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import equilibrium_data
 from flexgear.solve.face_load import worst_figures
 from flexgear.solve.model import Model, rated_rotations
-from flexgear.studies.ground_flanks import UNIT, Ground, gap_factors, ground_pairs
+from flexgear.studies.flank_amounts import (
+    UNIT,
+    FlankAmount,
+    gap_coefficients,
+    modified_pairs,
+)
 
 Aim = Literal["line-load", "transmission-error"]
 POSITIONS = 12  # of a gear-mesh cycle
@@ -38,26 +43,29 @@ TRIALS = 60  # series of equilibria for each amount
 
 
 @dataclass(frozen=True)
-class Amount:
-    """One amount that is sought. start: what is added where the search begins, m; signed: may leave
-    material standing."""
+class SoughtAmount:
+    """An amount to optimise. start: increase at which the search begins, m; signed: whether the
+    amount may be negative."""
 
-    ground: Ground
+    flank: FlankAmount
     start: float
     signed: bool = False
 
     @property
     def key(self) -> str:
         """Key of the case, below its stage."""
-        return self.ground.key + (".amount" if self.ground.relief else "")
+        return self.flank.key + (".amount" if self.flank.relief else "")
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """amounts: m by key of the case below its stage; reliefs: tip relief by its section, whose
-    amount is among them; before, after: figures of every flank that
-    carries, by torque share, as ``solve.face_load`` gives them; data: equilibria before and after
-    at the first share; trials: series of equilibria that were solved."""
+    """Proposed flank modifications of a stage and their effect.
+
+    amounts: m, by key below the stage; reliefs: tip reliefs by key of their section, whose amounts
+    are in ``amounts``; before, after: figures of every loaded flank by torque share, as of
+    ``results.face_load``; data: equilibria before and after at the first share; trials: number of
+    series of equilibria that were solved.
+    """
 
     amounts: dict[str, float]
     reliefs: dict[str, Relief]
@@ -87,12 +95,13 @@ def propose_modifications(
     trials: int = TRIALS,
     progress: Progress = silent,
 ) -> Proposal:
-    """Amounts of the planets' flanks towards sun and ring (of the gear's in a parallel stage) that
-    make the largest line load, or the largest peak-to-peak transmission error, at all ``shares`` of
-    the rated torque least, added up over sun and ring. relief: tip relief of the planets, too, over
-    a module of the path where the case has none. trials: series of equilibria for each amount.
+    """Flank modifications of the planets towards sun and ring (in a parallel stage of the gear)
+    that minimise the largest line load, or the largest peak-to-peak transmission error, at all
+    ``shares`` of the rated torque, summed over sun and ring gear meshes.
 
-    InputError where pairs have no slices.
+    relief: whether tip relief of the planets is proposed, too; over a length of one module where
+    the case has none. trials: series of equilibria for each amount. InputError where pairs have no
+    slices.
     """
     case = model.case
     require_slices(case, stage)
@@ -101,18 +110,18 @@ def propose_modifications(
     number = [s.name for s in case.stages].index(stage)
     of_stage = np.array([label.stage == number for label in model.system.gear_meshes])
     trial = _Trial(model, angles, tuple(shares), of_stage)
-    flat = trial.data(model.system.pairs, shares[0])
-    amounts = _amounts(case, stage, flat, relief)
-    tables = [gap_factors(model, a.ground, max(2.0 * abs(a.start), UNIT)) for a in amounts]
+    unmodified = trial.data(model.system.pairs, shares[0])
+    amounts = _sought_amounts(case, stage, unmodified, relief)
+    coefficients = [gap_coefficients(model, a.flank, max(2 * abs(a.start), UNIT)) for a in amounts]
     start = np.array([a.start for a in amounts]) / UNIT
-    least = np.array([-np.inf if a.signed else -a.ground.base / UNIT for a in amounts])
+    lower = np.array([-np.inf if a.signed else -a.flank.base / UNIT for a in amounts])
     scale = max(float(np.abs(start).max()), 5.0)
 
     def cost(p: Array) -> float:
-        held = np.maximum(p, least)
-        value = trial.worst(_gaps(model.system.pairs, tables, held), aim)
+        bounded = np.maximum(p, lower)
+        value = trial.worst(_with_gaps(model.system.pairs, coefficients, bounded), aim)
         progress("flanks", min(trial.count / (trials * len(p)), 0.99))
-        return value * (1.0 + float(np.abs(held - p).sum()) / scale)
+        return value * (1.0 + float(np.abs(bounded - p).sum()) / scale)
 
     corners = np.vstack([start, *(start + 0.5 * scale * row for row in np.eye(len(start)))])
     optimum = minimize(
@@ -121,27 +130,27 @@ def propose_modifications(
             "initial_simplex": corners, "maxfev": trials * len(start), "xatol": 0.5, "fatol": 0.0,
         },
     )  # fmt: skip
-    best = np.round(np.maximum(optimum.x, least))
+    best = np.round(np.maximum(optimum.x, lower))
     if cost(best) > cost(np.zeros_like(best)):
         best = np.zeros_like(best)
     progress("flanks", 1.0)
-    added = [(a.ground, float(x) * UNIT) for a, x in zip(amounts, best, strict=True)]
-    ground = ground_pairs(model, added)
+    increases = [(a.flank, float(x) * UNIT) for a, x in zip(amounts, best, strict=True)]
+    modified = modified_pairs(model, increases)
     return Proposal(
-        amounts={a.key: g.base + more for a, (g, more) in zip(amounts, added, strict=True)},
-        reliefs={g.key: g.relief for g, _ in added if g.relief is not None},
+        amounts={a.key: f.base + more for a, (f, more) in zip(amounts, increases, strict=True)},
+        reliefs={flank.key: flank.relief for flank, _ in increases if flank.relief is not None},
         before={s: face_figures(trial.data(model.system.pairs, s)) for s in shares},
-        after={s: face_figures(trial.data(ground, s)) for s in shares},
-        data=(flat, trial.data(ground, shares[0])),
+        after={s: face_figures(trial.data(modified, s)) for s in shares},
+        data=(unmodified, trial.data(modified, shares[0])),
         trials=trial.count,
     )
 
 
 @dataclass
 class _Trial:
-    """Equilibria of a model with other gaps.
+    """Equilibria of a model with changed gaps.
 
-    of_stage: (M,) whether a gear mesh is one of the stage; count: series that were solved.
+    of_stage: (M,) whether a gear mesh belongs to the stage; count: number of solved series.
     """
 
     model: Model
@@ -159,11 +168,10 @@ class _Trial:
         )
 
     def worst(self, pairs: PairData, aim: Aim) -> float:
-        """Quantity that the search minimises: largest line load, N/m, or largest transmission
-        error, m, of all torques and planets, the sum of those of the ring's and of the sun's gear
-        meshes."""
-        at = ("line-load", "transmission-error").index(aim)
-        figures = [worst_figures(self._solved(pairs, share))[at] for share in self.shares]
+        """Objective of the search: largest line load, N/m, or largest peak-to-peak transmission
+        error, m, over all torques and planets, summed over ring and sun gear meshes."""
+        column = ("line-load", "transmission-error").index(aim)
+        figures = [worst_figures(self._solved(pairs, share))[column] for share in self.shares]
         largest, kinds = np.max(figures, axis=0)[self.of_stage], pairs.kind[self.of_stage]
         return float(sum(largest[kinds == kind].max() for kind in np.unique(kinds)))
 
@@ -178,43 +186,45 @@ def _cycle(model: Model, stage: str) -> Array:
     """Rotations (p, F) rad over one gear-mesh cycle of a stage."""
     motions = stage_motions(model.case, model.flow)
     motion = next(m for m in motions if m.name == stage)
-    if not motion.theta:
-        lead = np.zeros(1)
-    else:
-        lead = one_turn(motion, lead_speed(model.case, model.flow), POSITIONS, 1)
-    return np.asarray(rated_rotations(model.system, lead))
+    rotations = np.zeros(1)
+    if motion.theta:
+        rotations = one_turn(motion, lead_speed(model.case, model.flow), POSITIONS, 1)
+    return np.asarray(rated_rotations(model.system, rotations))
 
 
-def _amounts(case: Case, stage: str, flat: xr.Dataset, relief: bool) -> list[Amount]:
+def _sought_amounts(
+    case: Case, stage: str, unmodified: xr.Dataset, relief: bool
+) -> list[SoughtAmount]:
     """Amounts to optimise, with starting values from misalignment and a little crowning."""
     stage_section = case.stage(stage)
     gear = "gear" if stage_section.kind == "parallel" else "planet"
-    ground = getattr(stage_section, gear).modifications
+    of_gear = getattr(stage_section, gear).modifications
     amounts = []
-    for name, figures in face_figures(flat).items():
-        labels = flat.sel(flank=name)
+    for name, figures in face_figures(unmodified).items():
+        labels = unmodified.sel(flank=name)
         if str(labels["flank_stage"].item()) != stage or int(labels["flank_planet"]) != 1:
             continue
         flank = "drive" if gear == "gear" else str(labels["flank_kind"].item())
-        has, at = ground.of(flank), f"{gear}.modifications.{flank}"
-        tilt, give = figures["misalignment_um"] * UNIT, figures["transmission_error_um"] * UNIT
-        slope = Ground(stage, f"{at}.helix_slope", has.helix_slope or 0.0)
-        crowning = Ground(stage, f"{at}.lead_crowning", has.lead_crowning or 0.0)
-        amounts += [Amount(slope, tilt, signed=True), Amount(crowning, 0.1 * abs(tilt) + UNIT)]
+        stated, section = of_gear.of(flank), f"{gear}.modifications.{flank}"
+        tilt, error = figures["misalignment_um"] * UNIT, figures["transmission_error_um"] * UNIT
+        slope = FlankAmount(stage, f"{section}.helix_slope", stated.helix_slope or 0.0)
+        crowning = FlankAmount(stage, f"{section}.lead_crowning", stated.lead_crowning or 0.0)
+        amounts.append(SoughtAmount(slope, tilt, signed=True))
+        amounts.append(SoughtAmount(crowning, 0.1 * abs(tilt) + UNIT))
         if relief:
             module = stage_section.normal_module
-            tip = has.tip_relief or Relief(amount=UNIT, length=module, form="parabolic")
-            base = tip.amount if has.tip_relief else 0.0
-            of_tip = Ground(stage, f"{at}.tip_relief", base, tip)
-            amounts.append(Amount(of_tip, max(0.3 * abs(give), UNIT)))
+            tip = stated.tip_relief or Relief(amount=UNIT, length=module, form="parabolic")
+            base = tip.amount if stated.tip_relief else 0.0
+            of_tip = FlankAmount(stage, f"{section}.tip_relief", base, tip)
+            amounts.append(SoughtAmount(of_tip, max(0.3 * abs(error), UNIT)))
     return amounts
 
 
-def _gaps(pairs: PairData, tables: Sequence[Array], amounts: Array) -> PairData:
-    """The pairs with gaps of amounts, µm; only columns of gaps change."""
+def _with_gaps(pairs: PairData, coefficients: Sequence[Array], increases: Array) -> PairData:
+    """The pairs with gaps of increased amounts, µm; coefficients: ``gap_coefficients`` of each."""
     table = pairs.slice_table.copy()
     for number, count in set(zip(pairs.table.tolist(), pairs.slices.tolist(), strict=True)):
-        for factors, p in zip(tables, UNIT * amounts, strict=True):
-            for power, factor in enumerate(factors, 1):
+        for of_amount, p in zip(coefficients, UNIT * increases, strict=True):
+            for power, factor in enumerate(of_amount, 1):
                 table[number, :, gap_columns(count)] += p**power * factor[number, :, :count]
     return pairs._replace(slice_table=table)

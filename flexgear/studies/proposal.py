@@ -1,4 +1,4 @@
-"""Proposals of stages assembled to a case that ``check`` accepts without a warning."""
+"""A case of proposed stages that ``check`` accepts without a warning."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from flexgear.gears.sizing import Proposal, StageRequest, proposals
 from flexgear.model.errors import InputError
 from flexgear.model.load import case_of_toml
 
-TRIED = 12  # tooth numbers of a stage, the best first
+MAX_TRIALS = 12  # tooth numbers of a stage that are tried, the best first
 
 
 def proposed_case(requests: Sequence[StageRequest], rated: Rated) -> tuple[str, list[Proposal]]:
-    """Text of the case of stages in series, the slowest first, and the stages.
+    """Text of a case of stages in series, the slowest first, and the proposed stages.
 
-    requests: their torques and speeds follow from ``rated`` and the ratios. InputError where one
-    has no tooth numbers, or leads to a case that ``check`` refuses or doubts.
+    requests: without torque and speed, which follow from ``rated`` and the ratios. InputError where
+    no tooth numbers fit a request, or ``check`` refuses every case or warns of it.
     """
     torque, speed = rated.torque, rated.speed
     stages: list[Proposal] = []
     for request in reversed(requests) if rated.at_sun else requests:
         if rated.at_sun:
-            stage = _sound(
+            stage = _accepted(
                 replace(
                     request,
                     torque=torque * request.ratio,
@@ -38,7 +38,7 @@ def proposed_case(requests: Sequence[StageRequest], rated: Rated) -> tuple[str, 
             torque, speed = torque * stage.ratio, speed / stage.ratio
             stages.insert(0, stage)
         else:
-            stage = _sound(replace(request, torque=torque, speed=speed))
+            stage = _accepted(replace(request, torque=torque, speed=speed))
             torque, speed = torque / stage.ratio, speed * stage.ratio
             stages.append(stage)
     text = new_case_text(stages, rated)
@@ -49,8 +49,9 @@ def proposed_case(requests: Sequence[StageRequest], rated: Rated) -> tuple[str, 
 
 
 def _duration(text: str) -> str:
-    """Duration of a run that takes too many steps for a turn of the slowest stage."""
-    from flexgear.solve.transient import cut_short, usual_duration  # brings all solvers with it
+    """Section with the usual duration where a turn of the slowest stage takes too many steps, else
+    nothing."""
+    from flexgear.solve.transient import cut_short, usual_duration  # imports all solvers
 
     case = case_of_toml(tomllib.loads(text), "new", "new")
     flow = power_flow(case)
@@ -62,14 +63,14 @@ def _duration(text: str) -> str:
     )
 
 
-def _sound(request: StageRequest) -> Proposal:
-    """The first proposal that ``check`` takes without a doubt."""
+def _accepted(request: StageRequest) -> Proposal:
+    """The first proposal that ``check`` accepts without a warning."""
     fault: InputError | None = None
-    for proposal in islice(proposals(request), TRIED):
+    for proposal in islice(proposals(request), MAX_TRIALS):
         fault = _fault(new_case_text([proposal], Rated(request.torque, request.speed)))
         if fault is None:
             return proposal
-    assert fault is not None  # there is a proposal, or ``proposals`` said why not
+    assert fault is not None  # ``proposals`` yields one or raises InputError
     raise InputError(
         "new", "--torque-nm",
         f"of {request.torque:.4g} N m with {request.planets} planets leads to {fault.key}: "
@@ -79,7 +80,7 @@ def _sound(request: StageRequest) -> Proposal:
 
 
 def _fault(text: str) -> InputError | None:
-    """Why the case cannot be computed, or which of its figures is implausible."""
+    """Reason why the case cannot be computed, or its first implausible figure; None without one."""
     try:
         case = case_of_toml(tomllib.loads(text), "new", "new")
         require_workable(case)

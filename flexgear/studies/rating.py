@@ -1,17 +1,17 @@
-"""From load bins to safety, damage and life: equilibria of every bin, then gears and bearings.
+"""Rating under load bins: equilibria of every bin, then safety, damage and life of all parts.
 
-Bins are solved on their own, here, on other processes or on a cluster, and kept on disk until the
-rating is written, so that a stopped one goes on where it was. All that follows is in closed form.
+Bins are solved independently, in this process, in others or on a cluster, and stored until the
+rating is written, so that a stopped rating continues with the next bin. The rest is in closed form.
 
-Trains have the worst slopes of the accuracy grade, or drawn deviations. The flanks of a gear mesh
-of gears 1 and 2 may run apart along the face by
+Every bin is solved for several trains: with the worst helix slopes of the accuracy grade, or with
+random deviations. The helix slope deviations of gears 1 and 2 add up (ISO 6336-1) to
 
     f_ma = √(f_Hβ1² + f_Hβ2²),
 
-as ISO 6336-1 adds them up, with either sign. A planet that has both signs alike towards sun and
-ring can lean after them, one with opposite signs cannot: the worst case is that of all four, and of
-the case as it states its errors. Each gear mesh takes its load factors from the train where they
-are worst, the bearings of a stage from that with the largest force.
+of either sign. A planet whose gear meshes with sun and ring have f_ma of one sign can tilt and
+follow both, one with opposite signs cannot. So all four combinations are solved, and the errors
+that the case states. Each gear mesh takes the load factors of the train in which they are worst,
+the bearings of a stage the forces of the train with the largest force.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ from flexgear.studies.tolerance_samples import (
 )
 
 FORMAT = 2  # of the files, and of the numerics behind them; raise it when either changes
-CLOSED_FORM = "flanks, roots and bearings"  # stage of progress
+CLOSED_FORM = "flanks, roots and bearings"  # label of progress
 NO_SPECTRUM = "no load case has a duration, so that there is neither"
 
 
@@ -70,10 +70,9 @@ def rate(
 ) -> Rating:
     """Safety, damage and life of all flanks, roots and bearings of a case under its load cases.
 
-    bins: those of ``bins_of`` where they are known already. workers, scheduler: of the bins, as of
-    other studies; keep_bins: leave finished bins on disk until ``forget``. A case without load
-    cases is rated at rated load. InputError where load cases cannot be, FlexgearError where a bin
-    has no equilibrium.
+    bins: result of ``bins_of``, if known already. workers, scheduler: as of ``run_jobs``;
+    keep_bins: leave solved bins on disk until ``forget``. A case without load cases is rated at
+    rated load. InputError for impossible load cases, FlexgearError where a bin has no equilibrium.
     """
     if scheduler is not None:
         reach(scheduler)
@@ -119,7 +118,7 @@ def rate(
     return rating
 
 
-LAWS: dict[tuple[str, str], WeibullKind] = {  # by kind of a part and of a bearing's elements
+WEIBULL_KINDS: dict[tuple[str, str], WeibullKind] = {  # by kinds of part and rolling elements
     ("flank", ""): "pitting",
     ("root", ""): "breakage",
     ("bearing", "roller"): "roller",
@@ -128,10 +127,10 @@ LAWS: dict[tuple[str, str], WeibullKind] = {  # by kind of a part and of a beari
 
 
 def _reliability(parts: Sequence[RatedPart], hours: float) -> float | None:
-    """Probability that no part fails within the bins' hours, each with a typical Weibull law of its
-    kind; None where none has a life."""
+    """Probability that no part fails within the hours of the bins, with a typical Weibull
+    distribution for each kind of part; None where no part has a life."""
     lives = [
-        PartLife.typical(LAWS[part.kind, part.rolling], part.life)
+        PartLife.typical(WEIBULL_KINDS[part.kind, part.rolling], part.life)
         for part in parts
         for _ in range(part.count)
         if math.isfinite(part.life) and part.life > 0.0
@@ -151,7 +150,7 @@ def bins_of(case: Case, progress: Progress = silent) -> tuple[LoadBin, ...]:
 
 
 def _yield_unknown(bins: Sequence[LoadBin], parts: Sequence[RatedPart]) -> dict[str, str]:
-    """Remark on roots under extreme loads of whose gears no yield strength is stated."""
+    """Note that gears without a yield strength have roots under extreme loads; empty otherwise."""
     roots = [
         p.factors[b]
         for b, x in enumerate(bins)
@@ -166,12 +165,12 @@ def _yield_unknown(bins: Sequence[LoadBin], parts: Sequence[RatedPart]) -> dict[
 def _solved(
     train: SpectrumTrain, workers: int | None, scheduler: str | None, progress: Progress
 ) -> list[BinLoads]:
-    """Loads of every bin, from the disk where they were found before."""
+    """Loads of every bin, stored or solved now."""
     bins, store = train.bins, bin_store(train.case)
     files = [_file(k) for k in range(len(bins))]
-    reduced_bodies(train.case, progress)  # into the cache, where every process finds them
+    reduced_bodies(train.case, progress)  # fills the cache that all processes read
     first = next((k for k, file in enumerate(files) if store.get(file) is None), None)
-    if first is not None:  # alone, so that others start with what it compiles and assembles
+    if first is not None:  # solved first, as it compiles loops and assembles the train for all
         store.put(files[first], loads_in_bin(train, bins[first]))
     finished, faults = stored_or_run(
         store, files, loads_in_bin, train, bins, workers=workers, scheduler=scheduler,
@@ -207,12 +206,12 @@ def _file(number: int) -> str:
 
 
 def _packed(loads: BinLoads) -> bytes:
-    """Numbers as JSON, arrays beside them by their place there."""
+    """Loads of a bin as an .npz file: numbers as JSON text, in which names refer to arrays."""
     arrays: list[Array] = []
 
     def name_of(array: Array) -> str:
         arrays.append(array)
-        return f"arr_{len(arrays)}"  # as savez names them, after the text
+        return f"arr_{len(arrays)}"  # name given by savez; arr_0 is the text
 
     text = json.dumps(asdict(loads), default=name_of)
     stream = BytesIO()
@@ -238,8 +237,8 @@ def _group(plain: dict[str, Any], arrays: Mapping[str, Array]) -> GroupLoads:
 
 
 def deviated_cases(case: Case) -> tuple[Case, ...]:
-    """The case with every set of deviations by which it is to be rated. InputError for a grade that
-    is missing, or nothing to draw."""
+    """The case with each set of deviations for which it is rated. InputError for a missing accuracy
+    grade, or where no error is drawn."""
     if case.rating.deviations == "stated":
         return (case,)
     if case.rating.deviations == "drawn":
@@ -253,7 +252,7 @@ def deviated_cases(case: Case) -> tuple[Case, ...]:
 
 
 def _slopes(view: StageView) -> dict[str, float]:
-    """f_ma of gear meshes "sun" and "ring", m; of stages with load along the face."""
+    """f_ma of gear meshes "sun" and "ring", m; empty for stages without load along the face."""
     geometry = stage_geometry(view)
     if view.gear_mesh.model != "face_load" or geometry.overridden:
         return {}
@@ -272,7 +271,7 @@ def _slopes(view: StageView) -> dict[str, float]:
 
 
 def _sloped(case: Case, slopes: dict[str, dict[str, float]], signs: dict[str, float]) -> Case:
-    """Planets' flanks that run off by f_ma beside what the case states."""
+    """The case with helix slopes ±f_ma added to the flanks of its planets; signs: by role."""
     stages = []
     for stage in case.stages:
         update: dict[str, Any] = {}
@@ -304,13 +303,14 @@ def worst_of(deviated: Sequence[BinLoads]) -> BinLoads:
 
 
 def _of_stage(loads: BinLoads, stage: str) -> dict[str, Array]:
-    names = loads.supports.items()
-    return {name: force for name, force in names if MemberName.parse(name).stage == stage}
+    """Forces (p, 6) on the supports of a stage, by support."""
+    supports = loads.supports.items()
+    return {name: force for name, force in supports if MemberName.parse(name).stage == stage}
 
 
 def _largest(loads: BinLoads, stage: str) -> tuple[float, float]:
-    """Largest radial force, N, in four digits, then moment, N m: deviations of flanks tilt planets
-    and hardly change forces, so that rounding would choose among trains."""
+    """Largest radial force of a stage's supports, N, and largest moment, N m. The force has four
+    digits: flank deviations hardly change it, and the moment decides between equal forces."""
     forces = list(_of_stage(loads, stage).values())
     radial, moment = (
         max((float(np.hypot(f[:, k], f[:, k + 1]).max()) for f in forces), default=0.0)

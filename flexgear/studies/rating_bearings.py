@@ -1,12 +1,13 @@
-"""Bearings of a case over its load bins: basic life, reference life of rows, static safety.
+"""Rating of bearings over load bins: basic life, reference life of rows, static safety.
 
-The load of a bearing over the positions of its stage becomes one constant load of the same damage,
+The radial force P on a bearing over the positions of its stage is replaced by the constant force of
+equal damage,
 
     P_m = (mean P^p)^{1/p}     (Palmgren 1924, Miner 1945)
 
-of the radial force, with means of thrust and moment. With the sizes of its rolling elements its
-rows are rated by ISO/TS 16281, modified where the lubricant is known; without, its basic life
-follows from C (ISO 281).
+and thrust and moment by their means. A bearing with stated sizes of its rolling elements is rated
+by rows (ISO/TS 16281), with the modified life where the lubricant is known; any other bearing by
+its basic life from C (ISO 281).
 """
 
 from __future__ import annotations
@@ -48,15 +49,17 @@ from flexgear.results.rating import RatedPart
 from flexgear.solve.bin_loads import BinLoads
 
 HOUR = 3600.0  # s
-NOTHING = 1e-6  # of the largest load: less is rounding
-ROUNDING = 1e-9  # of the radial load: less is no thrust
+LEAST_LOAD_SHARE = 1e-6  # of the largest load of the case; a smaller load is rounding
+LEAST_THRUST_SHARE = 1e-9  # of the radial load; a smaller thrust is rounding
 
 
 class BearingLoad(NamedTuple):
-    """vector: force and moment (5,) x, y, z, about x and y, N and N m, x along the radial load;
-    largest: radial load at any position, N; stationary: ring against which the load stands still,
-    of a bearing whose inner ring is on what its axes turn with; radial, axial: sizes (p,) at all
-    positions, N."""
+    """Constant load of a bearing in one bin.
+
+    vector: (5,) force x, y, z, N, and moment about x and y, N m, with x along the radial load;
+    largest: radial load at the worst position, N; stationary: ring to which the load is stationary;
+    radial, axial: (p,) sizes of radial load and thrust at all positions, N.
+    """
 
     vector: Array
     largest: float
@@ -68,13 +71,13 @@ class BearingLoad(NamedTuple):
 def bearing_load(
     force: Array, turned: Array, exponent: float, z: float = 0.0, least: float = 0.0
 ) -> BearingLoad:
-    """Of forces and moments (p, 6), N and N m, at positions that count alike; zero where neither
-    radial load nor thrust is above ``least``, N.
+    """Constant load that replaces forces and moments (p, 6), N and N m, at p positions of equal
+    duration; zero where neither radial load nor thrust exceeds ``least``, N.
 
-    turned: (p,) rotation in space of the axes that the force is given in, rad: the load stands
-    still against the ring that sees more of its mean. exponent: of the load in the damage. z: of
-    the bearing's middle from where moments are given, m. Moments are taken in axes that follow the
-    radial load, as raceways see it.
+    turned: (p,) rotation in space of the axes of the force, rad; the load is stationary to the ring
+    in whose axes its mean is larger, the inner ring turning with these axes. exponent: of the load
+    in the damage. z: distance of the bearing's middle from the reference point of the moments, m.
+    Moments are averaged in axes that follow the radial load.
     """
     x, y = force[:, 0], force[:, 1]
     radial = np.hypot(x, y)
@@ -86,16 +89,20 @@ def bearing_load(
     across = cos * force[:, 4] - sin * force[:, 3] - z * radial
     load = x + 1j * y
     turns_along = abs(load.mean()) >= abs((load * np.exp(1j * turned)).mean())
-    axial = axial if abs(axial) > ROUNDING * largest else 0.0
+    axial = axial if abs(axial) > LEAST_THRUST_SHARE * largest else 0.0
     constant = varying_load(radial, exponent) if largest > least else 0.0
     vector = np.array([constant, 0.0, axial, along.mean(), across.mean()])
-    thrust = np.where(np.abs(force[:, 2]) > ROUNDING * largest, np.abs(force[:, 2]), 0.0)
+    thrust = np.where(np.abs(force[:, 2]) > LEAST_THRUST_SHARE * largest, np.abs(force[:, 2]), 0.0)
     return BearingLoad(vector, largest, "inner" if turns_along else "outer", radial, thrust)
 
 
 class _Place(NamedTuple):
-    """A bearing of the model. name: of its spring; alike: of all equal ones; planet: from 1 that
-    turns on it, 0 of any other bearing; rows: its rows, or why they cannot be rated."""
+    """A bearing of the model.
+
+    name: of its spring; alike: common name of all equal bearings; planet: number (from 1) of the
+    planet on it, 0 for any other bearing; rows: its rolling bearing with rows, or the reason why
+    rows cannot be rated.
+    """
 
     stage: str
     name: str
@@ -114,15 +121,15 @@ class _Place(NamedTuple):
 
     @property
     def exponent(self) -> float:
-        """Of the load in the damage: 4 of rows of rollers."""
+        """Exponent of the load in the damage; 4 for rows of rollers."""
         if isinstance(self.rows, RollingBearing):
             return LAWS[type(self.rows.rows[0])].turning
         return EXPONENTS[self.kind]
 
 
 class _InBin(NamedTuple):
-    """life: revolutions, inf without load; safety: static, NaN where unknown; factors, estimates:
-    see ``RatedPart``."""
+    """A bearing in one load bin. life: revolutions, inf without load; safety: static, NaN where
+    unknown; factors, estimates: as of ``RatedPart``."""
 
     life: float
     safety: float
@@ -133,10 +140,10 @@ class _InBin(NamedTuple):
 def rate_bearings(
     case: Case, bins: Sequence[LoadBin], flows: Sequence[PowerFlow], loads: Sequence[BinLoads]
 ) -> tuple[RatedPart, ...]:
-    """Bearings of planets, and of members that turn or whose bearings have ratings."""
+    """Ratings of the bearings of planets, and of members that turn or have rated bearings."""
     forces = [np.abs(f[:, :3]).max() for x in loads for f in x.supports.values()]
     forces += [abs(f) for s in power_flow(case).stages for f in s.gear_mesh_forces.values()]
-    least = NOTHING * float(max(forces, default=0.0))
+    least = LEAST_LOAD_SHARE * float(max(forces, default=0.0))
     return tuple(_part(case, place, bins, flows, loads, least) for place in _places(case))
 
 
@@ -154,7 +161,7 @@ def _part(
     case: Case, place: _Place, bins: Sequence[LoadBin], flows: Sequence[PowerFlow],
     loads: Sequence[BinLoads], least: float,
 ) -> RatedPart:  # fmt: skip
-    """least: load below which there is none, N."""
+    """Rating of one bearing over all bins; least: load that counts, N."""
     section, hours = place.section, sum(b.hours for b in bins)
     missing = ""
     if any(place.name not in x.supports for x in loads):
@@ -200,14 +207,14 @@ def _part(
 def _in_bin(
     case: Case, place: _Place, loads: BinLoads, speed: float, least: float, rated: bool
 ) -> _InBin:
-    """The load with its life and safety if it is to be ``rated``; speed: of the inner against the
-    outer ring, rad/s."""
-    uneven = _unevenness(case, place, loads)
-    force = uneven * loads.supports.get(place.name, np.zeros((1, 6)))
+    """The load of a bearing in a bin, with life and safety if ``rated``; speed: of the inner ring
+    relative to the outer one, rad/s."""
+    load_factor = _stated_load_factor(case, place, loads)
+    force = load_factor * loads.supports.get(place.name, np.zeros((1, 6)))
     turned = loads.carrier_angle.get(place.stage, np.zeros(1))
     load = bearing_load(force, turned, place.exponent, place.section.z, least)
     radial, _, axial, *moment = load.vector.tolist()
-    how = COMPUTED if uneven == 1.0 else f"computed, times {uneven:.4g} by key k_gamma"
+    how = COMPUTED if load_factor == 1.0 else f"computed, times {load_factor:.4g} by key k_gamma"
     loads_of = {"F_r": radial, "F_a": axial, "M": math.hypot(*moment), "F_r,max": load.largest}
     factors = sheet_of(loads_of, how)
     if not rated or not load.vector.any():
@@ -221,9 +228,9 @@ def _in_bin(
     return of_bin._replace(factors={**factors, **of_bin.factors})
 
 
-def _unevenness(case: Case, place: _Place, loads: BinLoads) -> float:
-    """K_γ that a key states over the largest of the model: by it the bearing of a planet, a pinion
-    or its gear carries more than the model says, as their teeth do; 1 without a key."""
+def _stated_load_factor(case: Case, place: _Place, loads: BinLoads) -> float:
+    """Ratio of the K_γ stated by a key to the largest K_γ of the model, by which the load of the
+    bearing of a planet, pinion or gear is multiplied like that of its teeth; 1 without a key."""
     if place.place.part not in ("planet", "pinion", "gear"):
         return 1.0
     stated = [case.rating.forced(place.stage, kind).k_gamma or 0.0 for kind in ("sun", "ring")]
@@ -232,8 +239,8 @@ def _unevenness(case: Case, place: _Place, loads: BinLoads) -> float:
 
 
 def _basic(section: Bearing, load: BearingLoad, exponent: float) -> _InBin:
-    """Basic life of one of the bearings side by side, which share their load evenly; thrust that
-    ought to count in it, and does not, leaves no verdict."""
+    """Basic life of one of several bearings side by side, which share the load evenly; an estimate,
+    without verdict, if it should include thrust and does not."""
     rating, static, estimates = section.dynamic_rating, section.static_rating, dict[str, str]()
     assert rating is not None
     of_position = equivalent_load(section, load.radial, load.axial)
@@ -255,9 +262,11 @@ def _basic(section: Bearing, load: BearingLoad, exponent: float) -> _InBin:
 
 
 def _of_rows(case: Case, bearing: RollingBearing, at: BearingLoad, speed: float) -> _InBin:
-    """Rows in equilibrium with the load; thrust that cylindrical rollers cannot take is left to
-    their ribs, which are not rated. Static safety is that of the largest radial load, to which
-    loads of elements grow in proportion or, with a gap, less."""
+    """Life and safety of a bearing by rows in equilibrium with the load.
+
+    Ribs take the thrust on cylindrical rollers and are not rated. Static safety is extrapolated to
+    the largest radial load in proportion to it, which is conservative for a bearing with clearance.
+    """
     load = at.vector.copy()
     if bearing.of_rollers and not any(row.contact_angle for row in bearing.rows):
         load[2] = 0.0
@@ -291,13 +300,13 @@ def _of_rows(case: Case, bearing: RollingBearing, at: BearingLoad, speed: float)
 
 
 def _rating(bearing: RollingBearing, symbol: str, key: str) -> dict[str, Factor]:
-    """A rating with its key or the rule by which it is estimated."""
+    """Line of a bearing rating, with the rule by which it is estimated if it is not stated."""
     rule = bearing.estimates.get(key)
     return sheet_of({symbol: getattr(bearing.ratings, key)}, f"estimated {rule}" if rule else "")
 
 
 def _lives(rated: RowRating | BearingRating) -> dict[str, float | None]:
-    """Both lives, 10⁶ revolutions, the modified one where it is known."""
+    """Reference life and, where known, modified reference life, 10⁶ revolutions."""
     modified = rated.modified_life
     return {
         "L_10r": rated.basic_life / 1e6,
@@ -306,7 +315,7 @@ def _lives(rated: RowRating | BearingRating) -> dict[str, float | None]:
 
 
 def _row_life(factors: Sheet, row: int) -> float:
-    """Of a row, from 1, revolutions: modified where it is known; ∞ without load."""
+    """Life of a row (numbered from 1), revolutions: modified where known, ∞ without load."""
     basic = value_of(factors, f"L_10r,{row}", math.inf)
     return 1e6 * value_of(factors, f"L_nmr,{row}", basic)
 

@@ -1,11 +1,11 @@
-"""The direct path: flanks and roots by computed pressure and root stress, beyond ISO 6336.
+"""The direct path: rating of flanks and roots by computed pressure and root stress.
 
-Every place of a tooth is held against the life curve by which the norm rates the whole tooth
-(ISO 6336-2, -3, -5, -6), under Hertz's pressure of its slice and the FE stress in its fillet, times
-√(K_A K_v) and K_A K_v: equilibria know neither. Passes (``solve.stresses``) of sun and
-planets come in turn, so that each counts for its share of the cycles; a tooth of a ring that stands
-is passed by every planet at its own azimuth. An FE notch stress against σ_Flim Y_ST is outside the
-norm, whose strengths are for stresses by its own formulas.
+Every place of a tooth is compared with the life curve of the whole tooth in the standard
+(ISO 6336-2, -3, -5, -6). The stress is the Hertzian pressure of the slice times √(K_A K_v), or the
+FE stress in the fillet times K_A K_v, as equilibria contain neither factor. The passes
+(``solve.stresses``) of a gear occur in turn, so each counts for an equal share of the cycles; a
+tooth of a stationary ring is passed by every planet at its own azimuth. A comparison of an FE notch
+stress with σ_Flim Y_ST is outside the standard, whose strengths belong to stresses by its formulas.
 """
 
 from __future__ import annotations
@@ -32,9 +32,12 @@ OTHER = {"sun": "ring", "ring": "sun"}
 
 
 class LoadedState(NamedTuple):
-    """A flank or root in one load bin. factors: load factors; cycles: number of load cycles; at:
-    load cycles at which the bin alone is rated; group, part: of the gear mesh that loads it;
-    planet: from 1 that the factors are of, 0 where all are loaded alike."""
+    """A flank or root in one load bin.
+
+    factors: load factors; cycles: number of load cycles; at: load cycles at which the bin alone is
+    rated; group, part: group of the loading gear meshes and the part of the gear in them; planet:
+    number (from 1) of the planet with these factors, 0 where all planets are loaded alike.
+    """
 
     state: LimitState
     factors: Sheet
@@ -53,13 +56,13 @@ def direct_path(
     loads: Sequence[BinLoads],
 ) -> DirectPath | None:
     """Direct path of one flank or root over all bins; None where stresses or strengths of a bin are
-    not known, or different gear meshes load it. trains: those that ``loads`` are of."""
+    unknown, or gear meshes of different kinds load it. trains: the solved trains of ``loads``."""
     first = next(iter(history.values()))
     of_bins = {b: loads[b].groups[x.group].stresses for b, x in history.items()}
     stresses = {b: s for b, s in of_bins.items() if s and (kind == "flank" or s.tension.size)}
     states = {b: x.state for b, x in history.items()}
     curves = {
-        # of the norm, without the mean stress factor, which is in the stress
+        # divided by the mean stress factor, which the direct path applies to the stress
         b: replace(c, stress=tuple(s / value_of(state.factors, "Y_M", 1.0) for s in c.stress))
         for b, state in states.items()
         if (c := state.curve) is not None
@@ -73,8 +76,8 @@ def direct_path(
 
 @dataclass(frozen=True)
 class DirectPath:
-    """One flank or root over all bins. pair: gear mesh that loads it; stresses, curves: computed
-    stresses and life curve of each bin; influence: (1 − M)/(1 + M)."""
+    """Direct path of one flank or root over all bins. pair: its gear mesh; stresses, curves:
+    computed stresses and life curve by bin; influence: of the mean stress, (1 − M)/(1 + M)."""
 
     trains: Sequence[SpectrumTrain]
     pair: GearPair
@@ -90,14 +93,14 @@ class DirectPath:
         return next(iter(self.history.values())).part
 
     @property
-    def _stands(self) -> bool:
+    def _is_stationary(self) -> bool:
         """Whether every tooth stays at its azimuth (a stationary ring)."""
         group = next(iter(self.history.values())).group
         return self._part == "ring" and f"{group.stage}.ring" in self.trains[0].case.held_members()
 
     def _maps(self, b: int) -> tuple[Array, Array]:
-        """Largest and least stress (passes, teeth, places …), Pa, in a bin; the least one is 0
-        where only tension counts."""
+        """Largest and least stress (passes, teeth, places …), Pa, in a bin; the least stress is 0
+        where compression does not count."""
         loaded, of = self.history[b], self.stresses[b]
         factor = math.prod(loaded.factors[symbol].value for symbol in ("K_A", "K_v"))
         if self.kind == "flank":
@@ -106,9 +109,9 @@ class DirectPath:
             member = 0 if loaded.part == "planet" else 1
             largest, least = factor * of.tension[:, :, member], factor * of.lowest[:, None]
         least = least if least.size else np.zeros((1, 1))
-        if loaded.part == "planet":  # passes are cycles, planets are told apart
+        if loaded.part == "planet":  # passes are gear-mesh cycles, teeth are planets
             return largest.swapaxes(0, 1), factor * self._pressed(b).swapaxes(0, 1)
-        if self._stands:
+        if self._is_stationary:
             teeth = self.pair.gears["ring"].teeth
             at = 2.0 * math.pi * np.arange(teeth) / teeth
             every = zip(of.azimuth, largest, strict=True)
@@ -116,8 +119,8 @@ class DirectPath:
         return largest.reshape(-1, 1, *largest.shape[2:]), least.min(axis=0, keepdims=True)
 
     def _pressed(self, b: int) -> Array:
-        """Least stress (N, C, F), Pa, of the planets' fillets under load on the other flank; (1, 1)
-        zero without such a load."""
+        """Compressive stress (N, C, F), Pa, in the fillets of the N planets over C cycles and F
+        places along the face, from the load on the other flank; zero (1, 1) without such a load."""
         group = self.history[b].group
         other = GroupName.of(group.stage, OTHER[group.kind], group.side)
         opposite = self.loads[b].groups.get(other)
@@ -131,14 +134,14 @@ class DirectPath:
 
     @cached_property
     def _lasting(self) -> list[int]:
-        """Bins with a duration and cycles, whose damage adds up; all others are rated one by
-        one."""
+        """Bins with a duration and load cycles, whose damages add up; each other bin is rated
+        alone."""
         bins = self.trains[0].bins
         return [b for b, x in self.history.items() if bins[b].hours > 0.0 and x.cycles > 0.0]
 
     @cached_property
     def _places(self) -> Places:
-        """Damage of every place under the bins with a duration."""
+        """Damage accumulation of every place under the bins with a duration."""
         return Places(
             lambda k: self._flat(self._lasting[k]),
             tuple(self.curves[b] for b in self._lasting),
@@ -147,9 +150,9 @@ class DirectPath:
 
     @cached_property
     def _weakest(self) -> tuple[Array, Array, Array]:
-        """Safety (teeth,) of every tooth, the least of that under all bins with a duration and
-        those of each other bin; index of its weakest place; and number of that other bin, −1 where
-        the bins with a duration govern."""
+        """Safety (teeth,) of every tooth, index of its weakest place, and number of the bin that
+        governs alone, −1 where the bins with a duration together govern. The safety is the least of
+        that under all bins with a duration and those of each other bin."""
         alone = [b for b in self.history if b not in self._lasting]
         teeth, each = self.stress(next(iter(self.history))).shape[1], []
         if self._lasting:
@@ -167,7 +170,7 @@ class DirectPath:
     @property
     def safety_of_teeth(self) -> Array:
         """Safety (z,) of the teeth of a stationary ring by azimuth; empty for other gears."""
-        return self._weakest[0] if self._stands else np.zeros(0)
+        return self._weakest[0] if self._is_stationary else np.zeros(0)
 
     def sheet(self) -> Sheet:
         """Safety, damage, life, the weakest place, and the causes of the difference from the
@@ -181,7 +184,7 @@ class DirectPath:
             hours = sum(load_bin.hours for load_bin in self.trains[0].bins)
             sums = {"D_direct": damage, "L_direct": hours / damage if damage else math.inf}
         at = self._where(int(worst), int(place))
-        return sheet_of({"S_direct": safety, **sums, **at, **self._against_norm(int(worst))})
+        return sheet_of({"S_direct": safety, **sums, **at, **self._against_standard(int(worst))})
 
     def _flat(self, b: int) -> Array:
         """``stress`` as (passes, places), Pa."""
@@ -189,22 +192,22 @@ class DirectPath:
         return stress.reshape(len(stress), -1)
 
     def _where(self, b: int, place: int) -> dict[str, float]:
-        """Position of a place on the tooth, and number of the tooth or planet."""
+        """Position of a place on the tooth (s/g, z/b), and azimuth φ of the tooth, deg, or number
+        of the planet."""
         shape = self.stress(b).shape[1:]
         tooth, *at = np.unravel_index(place, shape)
         if self.kind == "flank":
             values = {"s/g": (at[0] + 0.5) / shape[1], "z/b": (at[1] + 0.5) / shape[2] - 0.5}
         else:
             values = {"z/b": at[0] / (shape[1] - 1) - 0.5}
-        if self._stands:
+        if self._is_stationary:
             values["φ"] = 360.0 * float(tooth) / shape[0]
         elif self._part == "planet" and self.pair.stage.kind == "planetary":
             values["planet"] = float(tooth) + 1.0
         return values
 
-    def _against_norm(self, b: int) -> dict[str, float]:
-        """Largest stress over that of the standard in a bin, and the factors whose product it
-        is."""
+    def _against_standard(self, b: int) -> dict[str, float]:
+        """Ratio of the largest stress in a bin to that of the standard, and its factors."""
         state, stress = self.history[b].state, self.stress(b)
         at = np.unravel_index(int(np.argmax(stress)), stress.shape)
         largest, mean = float(stress[at]), value_of(state.factors, "Y_M", 1.0)
@@ -213,8 +216,8 @@ class DirectPath:
         return {"σ_direct": largest / 1e6, "σ_direct/σ": ratio, **causes}
 
     def _of_flank(self, b: int, at: Sequence[np.intp], ratio: float) -> dict[str, float]:
-        """Factor of curvature at the largest pressure against Z_B (Z_D) and Z_β; the remainder is
-        that of load."""
+        """Factors of a pressure ratio: that of the curvature at the largest pressure over Z_B (Z_D)
+        and Z_β, and the remainder, that of the load distribution."""
         factors = self.history[b].state.factors
         place = float(self.stresses[b].path[at[2]]) - self.pair.gears["planet"].roll_length
         radii = self.pair.relative_curvature / self.pair.relative_curvature_at(place)
@@ -223,21 +226,22 @@ class DirectPath:
         return {"by form": form, "by load distribution": ratio / form}
 
     def _of_root(self, b: int, at: Sequence[np.intp]) -> dict[str, float]:
-        """Stress per load of a pair against Y_F/f_ε Y_S Y_β Y_DT; the load of a pair, that along
-        the face, the bending of the body below the teeth and that of the other flank against K_γ
-        K_Fα f_ε, K_Fβ, Y_B and Y_M. The first three of the pass on a body that stands still."""
+        """Factors of a root stress ratio, each over its counterpart in the standard: stress per
+        load of a tooth pair (Y_F/f_ε Y_S Y_β Y_DT), load of the pair (K_γ K_Fα f_ε), distribution
+        along the face (K_Fβ), bending of the rim (Y_B), load on the other flank (Y_M). The first
+        three are those of the pass with a fixed gear body."""
         loaded, of = self.history[b], self.stresses[b]
         cycles = of.azimuth.shape[1]
         planet, cycle = divmod(int(at[0]), cycles)
         if loaded.part == "planet":
             planet, cycle = int(at[1]), int(at[0])
-        elif self._stands:
+        elif self._is_stationary:
             planet, tooth = int(at[0]), 2.0 * math.pi * at[1] / self.pair.gears["ring"].teeth
             cycle = int(np.argmax(np.cos(of.azimuth[planet] - tooth)))
         member = 0 if loaded.part == "planet" else 1
         place = planet, cycle
         train = self.trains[self.loads[b].groups[loaded.group].deviated]
-        held = roots_in_bin(train, self.trains[0].bins[b], loaded.group, place, member)
+        fixed_body = roots_in_bin(train, self.trains[0].bins[b], loaded.group, place, member)
         lines = {**loaded.factors, **loaded.state.factors}
         norm = {symbol: line.value for symbol, line in lines.items()}
         factor, rim = norm["K_A"] * norm["K_v"], norm.get("Y_B", 1.0)
@@ -247,12 +251,12 @@ class DirectPath:
             self.pair.geometry, self.pair.base_helix_angle, self.pair.rules.edition
         )
         largest, counted = (float(x[at]) / factor for x in (self._maps(b)[0], self.stress(b)))
-        form = held.even / held.pair_load / (1e6 * norm["σ_F0"] / share / rim / normal)
-        sharing = held.pair_load / (share * normal * norm["K_γ"] * norm["K_Fα"])
+        form = fixed_body.even / fixed_body.pair_load * share * rim * normal / (1e6 * norm["σ_F0"])
+        sharing = fixed_body.pair_load / (share * normal * norm["K_γ"] * norm["K_Fα"])
         return {
             "by form": form,
             "by sharing between pairs": sharing,
-            "by distribution along the face": held.held / held.even / norm["K_Fβ"],
-            "by rim": largest / held.held / rim,
+            "by distribution along the face": fixed_body.held / fixed_body.even / norm["K_Fβ"],
+            "by rim": largest / fixed_body.held / rim,
             "by alternation": counted / largest * norm.get("Y_M", 1.0),
         }

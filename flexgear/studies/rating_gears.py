@@ -1,10 +1,9 @@
-"""Flanks and roots of all gears of a case over its load bins, by ISO 6336.
+"""Rating of the flanks and roots of all gears over load bins, by ISO 6336.
 
-Load factors come from the equilibria of each bin (``solve.bin_loads``); where the model does not
-tell one, from ISO 6336-1 method B; a key of ``[rating]`` overrules both. Each says where it is
-from. A flank is pressed, and a fillet stretched, by the gear mesh that carries on it: what of a sun
-carries under rated torque and what under a reversed one wear apart, and a planet's flank that
-presses the sun under rated torque presses the ring under a reversed one.
+Load factors come from the equilibria of each bin (``solve.bin_loads``); those that the model does
+not have from ISO 6336-1 method B; a key of ``[rating]`` overrules both. Each states its source.
+Drive and coast flanks accumulate damage separately. Under a reversed torque the flank of a planet
+that is in contact with the sun under rated torque is in contact with the ring, and vice versa.
 """
 
 from __future__ import annotations
@@ -38,19 +37,19 @@ from flexgear.results.rating import GearMeshRating, Kind, RatedPart
 from flexgear.solve.bin_loads import BinLoads, GroupLoads, SpectrumTrain
 from flexgear.studies.rating_direct import LoadedState, direct_path
 
-STATIC = 1.0  # load cycles of an extreme load, or of one at rest
-ENDLESS = 1e10  # of a load without duration: where the curves of ISO 6336 end
-GROWTH: dict[Limit, float] = {"flank": 0.5, "root": 1.0}  # exponent of the load in the stress
+STATIC_CYCLES = 1.0  # load cycles of an extreme load, or of a load at rest
+ENDURANCE_CYCLES = 1e10  # of a load without duration: the end of the curves of ISO 6336
+LOAD_EXPONENT: dict[Limit, float] = {"flank": 0.5, "root": 1.0}  # of the load in the stress
 OF_GEARS = "rating.accuracy_grade, steel, grade and hardness of both gears"
-UNKNOWN = {  # what to give where neither model nor norm tells a factor
+REMEDIES = {  # keys that give a factor where neither model nor standard does
     "K_Hβ": 'K_Hβ is not known: gear_mesh.model = "face_load", or rating.k_h_beta',
     "K_v": f"K_v is not known: {OF_GEARS}, or rating.k_v",
     "K_Hα": f"K_Hα is not known: {OF_GEARS}, or rating.k_h_alpha and k_f_alpha",
 }
-EVEN = 1e-3  # of K_γ: planets that differ by less are loaded alike
+EQUAL_LOAD = 1e-3  # of K_γ, or a factor, above 1: less is an equal load
 METHOD_B = "ISO 6336-1 method B"
 NO_TEETH = "base diameters or working angles stand in place of gears"
-OTHER = {"sun": "ring", "ring": "sun", "drive": "coast"}  # of the two faces of a tooth
+OTHER = {"sun": "ring", "ring": "sun", "drive": "coast"}  # the other flank of a tooth
 KEYS = {  # of [rating] by symbol
     "K_γ": "k_gamma", "K_v": "k_v", "K_Hβ": "k_h_beta", "K_Fβ": "k_f_beta", "K_Hα": "k_h_alpha",
     "K_Fα": "k_f_alpha",
@@ -58,8 +57,8 @@ KEYS = {  # of [rating] by symbol
 
 
 class _Place(NamedTuple):
-    """A flank or a root. gear: "sun", "planet", "gear", …; face: of a planet "sun" or "ring", which
-    presses it under rated torque, of other gears "drive" or "coast"."""
+    """A flank or root of a gear. gear: "sun", "planet", "gear", …; face: flank of a planet by the
+    gear in contact under rated torque, "sun" or "ring"; of other gears "drive" or "coast"."""
 
     stage: str
     side: str
@@ -74,7 +73,8 @@ class _Place(NamedTuple):
 
     @property
     def alike(self) -> str:
-        """Of both halves: "stage_1.planet flank to the sun", "stage_1.sun coast flank"."""
+        """Common name of both halves: "stage_1.planet flank to the sun", "stage_1.sun coast
+        flank"."""
         before = "coast " if self.face == "coast" else ""
         after = f" to the {self.face}" if self.face in ("sun", "ring") else ""
         return f"{self.stage}.{self.gear} {before}{self.kind}{after}"
@@ -85,7 +85,7 @@ Pairs = Mapping[tuple[str, str], GearPair]  # by stage and role
 
 
 def pairs_of(case: Case) -> Pairs:
-    """Gear meshes that can be rated; InputError for steels that the norm has no strength of."""
+    """Gear meshes that can be rated; InputError for a steel without strengths in ISO 6336-5."""
     views = [case.view(stage.name) for stage in case.stages]
     every = [(view, stage_geometry(view)) for view in views]
     return {
@@ -101,8 +101,8 @@ def rate_gears(
     flows: Sequence[PowerFlow],
     loads: Sequence[BinLoads],
 ) -> tuple[tuple[GearMeshRating, ...], tuple[RatedPart, ...], dict[str, str]]:
-    """Load factors by group of gear meshes, flanks and roots, and why groups are not assessed;
-    trains: the case's, and those of other deviations that loads are of."""
+    """Load factors by group of gear meshes, ratings of flanks and roots, and reasons why groups are
+    not assessed; trains: the train of the case, then those with other deviations."""
     case, bins = trains[0].case, trains[0].bins
     groups: list[GearMeshRating] = []
     histories: dict[_Place, History] = defaultdict(dict)
@@ -150,7 +150,7 @@ def _states(
 ) -> dict[_Place, LoadedState]:  # fmt: skip
     """Flanks and roots that a group of gear meshes loads in a bin."""
     view, states = case.view(group.stage), {}
-    alike = math.isnan(computed.k_h_beta) and computed.largest_share < 1.0 + EVEN
+    alike = math.isnan(computed.k_h_beta) and computed.largest_share < 1.0 + EQUAL_LOAD
     rates = load_cycles(view, flow.stage(group.stage))
     rated = rate(pair, load, {symbol: line.value for symbol, line in factors.items()})
     for (part, kind), state in rated.items():
@@ -158,7 +158,7 @@ def _states(
         face = group.kind if between else "drive"
         cycles = 3600.0 * load_bin.hours * rates[group.kind, part]
         stands = load_bin.hours > 0.0 and cycles == 0.0
-        at = STATIC if load_bin.extreme or stands else cycles or ENDLESS
+        at = STATIC_CYCLES if load_bin.extreme or stands else cycles or ENDURANCE_CYCLES
         face = face if computed.drive else OTHER[face]
         place = _Place(group.stage, group.side, view.part(part), face, kind)
         planet = 0 if alike else computed.planet
@@ -186,7 +186,7 @@ def _uneven(
 def load_factors(
     case: Case, pair: GearPair, load: PairLoad, group: GroupName, computed: GroupLoads
 ) -> dict[str, Factor] | str:
-    """K_A … K_Fα of a gear mesh, each with where it is from; why there are none as a text."""
+    """K_A … K_Fα of a gear mesh, each with its source; a text with the reason if one is unknown."""
     rules, lines = case.rating, dict[str, Factor]()
     forced = rules.forced(group.stage, group.kind)
     of_planet = f"computed, planet {computed.planet}" if pair.stage.planets > 1 else "computed"
@@ -194,8 +194,8 @@ def load_factors(
     of_planet += f", deviations {computed.deviated}" if computed.deviated else ""
 
     def take(symbol: str, *sources: tuple[str, float], least: float = 0.0) -> bool:
-        """Choose among a key of the case and (source, value), NaN where it does not tell; whether
-        one of them does."""
+        """Set a factor from its key or else the first source with a finite value, at least
+        ``least``; returns whether there is one."""
         key = KEYS.get(symbol)
         stated = None if key is None else getattr(forced, key)
         if stated is not None:
@@ -215,24 +215,24 @@ def load_factors(
     k_v, resonance = dynamic_factor(pair, load, product("K_A", "K_γ"))
     least = rules.least("face_load_factor")
     if not take("K_Hβ", (of_planet, computed.k_h_beta), least=least):
-        return UNKNOWN["K_Hβ"]
+        return REMEDIES["K_Hβ"]
     by_rule = (f"{METHOD_B}, N = {resonance:.3g}", k_v)
     beside = f"; {METHOD_B}: {k_v:.4g}" if math.isfinite(k_v) else ""
     of_train = (f"computed, motion of the train{beside}", computed.k_v)
     if not take("K_v", of_train, by_rule, least=rules.least("dynamic_factor")):
-        return UNKNOWN["K_v"]
+        return REMEDIES["K_v"]
     take("K_Fβ", ("ISO 6336-1, from K_Hβ", root_face_factor(pair, lines["K_Hβ"].value)))
     norm = transverse_factors(pair, load, product("K_A", "K_γ"), product("K_v", "K_Hβ"))
     for symbol, by_norm in zip(("K_Hα", "K_Fα"), norm, strict=True):
         if not take(symbol, (of_planet, computed.k_h_alpha), (METHOD_B, by_norm), least=1.0):
-            return UNKNOWN["K_Hα"]
+            return REMEDIES["K_Hα"]
     if any(METHOD_B in line.source for line in lines.values()):
         lines |= sheet_of(method_b_inputs(pair, load, product("K_A", "K_γ")))
     return lines
 
 
 def _part(case: Case, place: _Place, history: History, bins: Sequence[LoadBin]) -> RatedPart:
-    """A flank or root over all bins."""
+    """Rating of a flank or root over all bins."""
     load, cycles, safety, damage = (np.zeros(len(bins)) for _ in range(4))
     safety[:] = math.nan
     sheets: list[Sheet] = [{} for _ in bins]
@@ -260,21 +260,21 @@ def _part(case: Case, place: _Place, history: History, bins: Sequence[LoadBin]) 
         load=load, cycles=cycles,
         safety=safety, damage=damage, life=life, whole_safety=whole,
         required=states[0].least_safety, missing=missing, factors=tuple(sheets),
-        exponent=GROWTH[place.kind],
+        exponent=LOAD_EXPONENT[place.kind],
     )  # fmt: skip
     most = history.get(part.worst_bin)
     return part if most is None else replace(part, cause=_largest_factor(most, place.kind))
 
 
 def _largest_factor(loaded: LoadedState, kind: Limit) -> str:
-    """ "K_Hβ 1.32": of the load factors; "" where none is above one."""
+    """The largest load factor as "K_Hβ 1.32"; "" where none is above one."""
     values = [(value_of(loaded.factors, symbol, 1.0), symbol) for symbol in LOAD_FACTORS[kind]]
     largest, symbol = max(values)
-    return f"{symbol} {largest:.3g}" if largest > 1.0 + EVEN else ""
+    return f"{symbol} {largest:.3g}" if largest > 1.0 + EQUAL_LOAD else ""
 
 
 def _missing(case: Case, place: _Place, key: str) -> str:
-    """Why a flank or root is not assessed, by the key that is missing as a case writes it."""
+    """Reason why a flank or root is not assessed: the missing key as a case names it."""
     if not key:
         return ""
     if key == "lubricant":

@@ -21,12 +21,13 @@ from flexgear.solve.result_warnings import large_motions, largest_motions, motio
 from flexgear.solve.static import shared_stages, stages_sharing, static
 from flexgear.solve.transient import simulate, stepping_of, train_histories
 
-FLOAT_CYCLES = 120  # gear-mesh cycles of each stage in which displacements are looked at
+CYCLES = 120  # gear-mesh cycles of each stage with equilibria for displacements
 
 
 @dataclass(frozen=True)
 class Point:
-    """A case and the one it is compared with; what several measures need is worked out once."""
+    """A point of a study: its case, the reference case, and results that several measures share,
+    each computed once when first needed. modes: number of natural modes to list."""
 
     case: Case
     reference: Case
@@ -39,7 +40,7 @@ class Point:
 
     @cached_property
     def model(self) -> Model:
-        """The case put together."""
+        """The assembled case."""
         return assemble(self.case, bodies=reduced_bodies(self.case))
 
     @cached_property
@@ -54,8 +55,8 @@ class Point:
     def equilibria(self) -> xr.Dataset:
         """Equilibria in gear-mesh cycles of every stage.
 
-        They are spread over the cycle of all errors there may be, so that the same positions are
-        looked at whichever errors a study sets to zero.
+        They are spread over the cycle of all possible errors, so that the positions do not depend
+        on which errors a study sets to zero.
         """
         case = self.case
         motions = tuple(
@@ -63,7 +64,7 @@ class Point:
             for m, stage in zip(stage_motions(case, self.flow), case.stages, strict=True)
         )
         lead = [
-            samples_of_stage(case, motions, k, FLOAT_CYCLES, linear=False).angles
+            samples_of_stage(case, motions, k, CYCLES, linear=False).angles
             for k, motion in enumerate(motions)
             if motion.theta != 0
         ]
@@ -71,7 +72,7 @@ class Point:
 
     @cached_property
     def transient(self) -> tuple[xr.Dataset, WindowedRanges]:
-        """Transient at rated torque, without its samples, and their ranges."""
+        """Transient at rated torque, without its samples, and the ranges of the samples."""
         case, span = self.case, stepping_of(self.case, self.flow).duration
         ranges = WindowedRanges(train_histories, window_edges(span, case.solver.settle))
         return simulate(self.model, sink=Several([ranges, self.recorded])).data, ranges
@@ -84,7 +85,7 @@ class Point:
 
     @cached_property
     def recorded(self) -> Gathered:
-        """Records of sensors in the transient."""
+        """Sink that stores the signals of sensors in the transient."""
         return Gathered(recorded)
 
     @property
@@ -95,8 +96,8 @@ class Point:
 
     @property
     def warnings(self) -> list[str]:
-        """Warnings of large motions in the equilibria of the measures, or in that with the
-        reference member at zero; none for a train that was not assembled or has no load."""
+        """Warnings of large motions: in the equilibria and the transient of the measures, or in the
+        equilibrium at zero rotation; none for a train without load or one not assembled."""
         solved = self.__dict__
         if "model" not in solved or self.case.output is None:
             return []

@@ -1,8 +1,8 @@
 """Parameter studies: measures of a case over the values of one key, or a grid of several.
 
-Every point is a case of its own. A point that fails leaves gaps and its message in the dataset;
-only when all fail is there an error. Finished points are kept on disk until the sweep's results are
-safe, so that an interrupted sweep goes on where it stopped.
+Every point is a separate case. A failed point has missing values and a message in the dataset; the
+sweep fails only if all points do. Finished points are stored until the results of the sweep are
+written, so that an interrupted sweep continues with the next point.
 """
 
 from __future__ import annotations
@@ -53,14 +53,14 @@ def _unpacked(stored: bytes) -> MeasuredValues:
 
 
 def _file(case: Case) -> str:
-    """Name of the file of a point."""
+    """Name of the file that stores a point."""
     return f"{case.content_hash()}.json"
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """A sweep to be run. base: the case with its keys unchanged; cases: the case of every point of
-    the grid, or why there is none; measures: names; modes: how many natural modes are listed."""
+    """A sweep to be run. base: the case before the swept keys are set; cases: the case of every
+    point of the grid, or the error of its keys; measures: names; modes: number of modes to list."""
 
     base: Case
     keys: tuple[SweptKey, ...]
@@ -71,7 +71,7 @@ class Sweep:
 
     @property
     def store(self) -> StudyStore[MeasuredValues]:
-        """Store of finished points, by all that they depend on beside their own cases."""
+        """Store of finished points, under a key of all inputs that the points share."""
         content = {
             "format": FORMAT,
             "model": self.base.content_hash(),
@@ -83,7 +83,7 @@ class Sweep:
 
     @property
     def workable(self) -> list[Case]:
-        """Cases of the points that have one."""
+        """Cases of the points whose keys are valid."""
         return [case for case in self.cases if not isinstance(case, InputError)]
 
 
@@ -100,13 +100,13 @@ def sweep(
 ) -> xr.Dataset:
     """Measures of a case over all values of ``keys`` as one dataset.
 
-    source: a case, a TOML file or a bundled case by name. keys: of the case with their units, e.g.
-    {"stage.face_width_mm": [30, 40]}, or values as the command line writes them, "0:50:6".
-    settings: other keys that are changed. measures: names (none: the usual ones of that kind of
-    case); modes: how many natural modes are listed. workers: processes (1: this one; None: as many
-    as pay); scheduler: address of a Dask cluster instead. The dataset's ``message`` says why a
-    point failed. InputError for bad keys, values or measures, FlexgearError where every point
-    fails.
+    source: a case, a TOML file or the name of a bundled case. keys: values by key of the case with
+    its unit, e.g. {"stage.face_width_mm": [30, 40]}, or as text of the command line, "0:50:6".
+    settings: further keys to change. measures: names; if empty, the usual measures of the case.
+    modes: number of natural modes to list. workers: number of processes (1: this process; None:
+    chosen by the length of the study); scheduler: address of a Dask cluster instead. The variable
+    ``message`` of the dataset has the reason why a point failed. InputError for invalid keys,
+    values or measures, FlexgearError where every point fails.
     """
     plan = planned(source, keys, settings=settings, measures=measures, modes=modes)
     return run_sweep(plan, workers=workers, scheduler=scheduler, progress=progress)
@@ -145,10 +145,9 @@ def run_sweep(
 ) -> xr.Dataset:
     """All points of a sweep as one dataset.
 
-    workers: processes (1: this one; None: as many as pay); scheduler: address of a Dask cluster
-    instead, whose workers see the same cache of bodies; keep_points: leave finished points on disk
-    until ``plan.store.clear()``. Dimensions are the keys, then those of the measures; ``message``
-    says why a point failed. FlexgearError where every point fails.
+    workers, scheduler: as of ``sweep``; workers of a cluster need the same cache of bodies.
+    keep_points: leave finished points on disk until ``plan.store.clear()``. Dimensions are the
+    keys, then those of the measures. FlexgearError where every point fails.
     """
     if scheduler is not None:
         reach(scheduler)
@@ -186,13 +185,14 @@ GAPS = "where the point failed or has fewer of them, and where its own value is 
 def collected(
     keys: Sequence[SweptKey], grid: Sequence[Point], outcomes: Sequence[Outcome[MeasuredValues]]
 ) -> xr.Dataset:
-    """Dataset over the grid; gaps where a point failed or has fewer modes, planets, stages."""
+    """Dataset over the grid; missing values where a point failed or has fewer modes, planets or
+    stages than others."""
     coords = {key.key: _coordinate(key) for key in keys}
     shape = tuple(len(key.ticks) for key in keys)
     dims = tuple(coords)
     patterns: dict[str, xr.DataArray] = {}
     inner: dict[str, xr.DataArray] = {}
-    ticks: dict[str, dict[Any, None]] = {}  # of inner axes, in the order in which they first appear
+    ticks: dict[str, dict[Any, None]] = {}  # of inner axes, in the order of first appearance
     for outcome in outcomes:
         for name, array in (outcome.value or {}).items():
             patterns.setdefault(name, array)
@@ -219,8 +219,8 @@ def collected(
 
 
 def failures(data: xr.Dataset, name: str = "message") -> list[tuple[str, str]]:
-    """Points of a sweep that failed, as text, and their messages; with the name "warning" points
-    that have a warning."""
+    """Failed points of a sweep, as text, with their messages; for the name "warning" points with
+    warnings."""
     out: list[tuple[str, str]] = []
     if name not in data:
         return out
@@ -228,8 +228,7 @@ def failures(data: xr.Dataset, name: str = "message") -> list[tuple[str, str]]:
         failure = data[name][tuple(point)]
         ticks = {dim: failure[dim].item() for dim in data[name].dims}
         texts = (f"{d} = {f'{v:g}' if isinstance(v, float) else v}" for d, v in ticks.items())
-        where = ", ".join(texts)
-        out.append((where, str(failure.item())))
+        out.append((", ".join(texts), str(failure.item())))
     return out
 
 
@@ -239,7 +238,7 @@ def _case(
     keys: Sequence[SweptKey],
     point: Point,
 ) -> Case | InputError:
-    """The case of a point, or why there is none."""
+    """The case of a point, or the error of its keys."""
     try:
         return load_case(source, {**(settings or {}), **overrides_at(keys, point)})
     except InputError as fault:
@@ -250,8 +249,8 @@ def _case(
 def _require_one_workable(cases: Sequence[Case | InputError]) -> None:
     """InputError of the first point if no point of the grid can be computed.
 
-    Lumped trains are checked when they are solved, and some measures need no supports; this
-    check comes before flexible bodies are meshed.
+    It spares the meshing of flexible bodies for nothing. Lumped trains are checked when they are
+    solved, as some measures need no supports.
     """
     faults = []
     for case in cases:
@@ -267,10 +266,10 @@ def _require_one_workable(cases: Sequence[Case | InputError]) -> None:
 
 
 def _prepared(cases: Sequence[Case], progress: Progress) -> tuple[int, dict[str, str]]:
-    """Reduces ring and carrier of flexible stages, one after the other, into the cache.
+    """Reduce the FE bodies of all points, one set after the other, so that each is reduced once,
+    with all processors, and workers read it from the cache.
 
-    Workers then find them there, and each is made once, with all processors. Returns how many
-    different pairs there are, and messages of those that failed by ``bodies_hash``.
+    Returns the number of distinct sets and the messages of failed ones by ``bodies_hash``.
     """
     stages = {
         stage.bodies_hash(): (stage, reduction_limit(case))
@@ -296,7 +295,7 @@ def _outcomes(
     scheduler: str | None,
     progress: Progress,
 ) -> list[Outcome[MeasuredValues]]:
-    """Outcome of every point, stored or computed now: measured values, or why there are none."""
+    """Outcome of every point, stored or computed now: measured values, or the reason of failure."""
     outcomes = [Outcome[MeasuredValues](None, _fault(case, broken)) for case in plan.cases]
     left = {k: plan.cases[k] for k, outcome in enumerate(outcomes) if not outcome.message}
     jobs = [case for case in left.values() if isinstance(case, Case)]
@@ -311,7 +310,7 @@ def _outcomes(
 
 
 def _fault(case: Case | InputError, broken: Mapping[str, str]) -> str:
-    """Why a point is not computed, empty where it is."""
+    """Reason why a point is not computed; empty for a point that is."""
     if isinstance(case, InputError):
         return str(case)
     keys = (stage.bodies_hash() for stage in case.flexible_stages.values())
@@ -319,5 +318,6 @@ def _fault(case: Case | InputError, broken: Mapping[str, str]) -> str:
 
 
 def _coordinate(key: SweptKey) -> xr.Variable:
+    """Values of a swept key as a coordinate of the dataset."""
     about = {"units": key.units, "long_name": key.name, "logarithmic": int(key.values.logarithmic)}
     return xr.Variable((key.key,), list(key.ticks), about)

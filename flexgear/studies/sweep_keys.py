@@ -1,8 +1,8 @@
 """Keys of a parameter study, their values, and the points of the grid.
 
 VALUES is ``1,2,3`` (numbers or words; lists in brackets), ``start:stop:count`` in equal steps, or
-``start:stop:count:log`` in equal ratios. A number at the end of a key picks one element of a list:
-``stage.errors.pin_tangential_um.0=0:50:6`` moves the pin of the first planet alone.
+``start:stop:count:log`` in equal ratios. A number at the end of a key selects an element of a list:
+``stage.errors.pin_tangential_um.0=0:50:6`` moves only the pin of the first planet.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from flexgear.model.units import unit_name
 
 WHERE = "sweep"
 FORMS = "write 1,2,3 or start:stop:count or start:stop:count:log"
-MOST = 100_000  # points of a grid
-MOST_VALUES = 10_000
+MAX_POINTS = 100_000  # of a grid
+MAX_VALUES = 10_000  # of a key
 
 
 @dataclass(frozen=True)
 class Values:
-    """texts: as they are set in a case; numbers: the same, or None where they are words."""
+    """Values of a key. texts: as in a case file; numbers: the same as numbers, None for words."""
 
     texts: tuple[str, ...]
     numbers: tuple[float, ...] | None
@@ -44,8 +44,8 @@ class Values:
 
 @dataclass(frozen=True)
 class SweptKey:
-    """key: as written; values; units: as printed, "" for pure numbers and words; name: the key
-    without its unit; path: the field, or the element of its list, with stages by number."""
+    """A swept key. key: as written; units: as printed, "" for pure numbers and words; name: the key
+    without its unit; path: of the field or list element in the case, with stages by number."""
 
     key: str
     values: Values
@@ -71,7 +71,7 @@ def parse_setting(text: str) -> tuple[str, Values]:
 
 
 def values_of(key: str, values: Values | str | Iterable[object]) -> Values:
-    """Values as a command line writes them, or one by one."""
+    """Values from text of the command line, or from single values."""
     if isinstance(values, Values):
         return values
     return parse_values(key, values if isinstance(values, str) else ",".join(map(str, values)))
@@ -89,8 +89,8 @@ def parse_values(key: str, text: str) -> Values:
     if plain_numbers and len(plain_numbers) < len(parts):
         word = next(p for p, n in zip(parts, numbers, strict=True) if n is None)
         raise InputError(WHERE, key, f"{echo(word)} is not a number as the others are", FORMS)
-    if len(parts) > MOST_VALUES:
-        raise InputError(WHERE, key, f"has {len(parts)} values", f"give at most {MOST_VALUES}")
+    if len(parts) > MAX_VALUES:
+        raise InputError(WHERE, key, f"has {len(parts)} values", f"give at most {MAX_VALUES}")
     texts, values = tuple(parts), None
     if plain_numbers:
         texts, values = tuple(_text(n) for n in plain_numbers), tuple(plain_numbers)
@@ -101,12 +101,12 @@ def parse_values(key: str, text: str) -> Values:
 
 
 def swept_key(base: Case, key: str, values: Values) -> SweptKey:
-    """The key as a field of the case; InputError for unknown keys and values of the wrong kind."""
+    """The key with its field of the case; InputError for an unknown key or unsuitable values."""
     data = base.model_dump()
     full = whole_key(key, data, WHERE)
     try:
         field = field_path(Case, full, WHERE)
-        if field.is_element:  # the case has that element
+        if field.is_element:  # raises InputError unless the case has this element
             changed(data, field.path, 0.0, WHERE, key)
     except InputError as fault:
         raise fault if key.startswith("stages") else of_only_stage(fault) from None
@@ -115,7 +115,7 @@ def swept_key(base: Case, key: str, values: Values) -> SweptKey:
     name, suffix = field.name, field.suffix
     several = is_list(field.section, name) and not field.is_element
     _require_kind(key, values, field, several)
-    if several and values.numbers is not None:  # every number is a list of one
+    if several and values.numbers is not None:  # a number is a list of one element
         values = replace(values, texts=tuple(f"[{t}]" for t in values.texts))
     return SweptKey(
         key=key,
@@ -127,13 +127,15 @@ def swept_key(base: Case, key: str, values: Values) -> SweptKey:
 
 
 def points(keys: Sequence[SweptKey]) -> list[Point]:
-    """All points of the grid, the last key running fastest; InputError for keys that clash."""
+    """All points of the grid, the last key running fastest; InputError for keys of one field."""
     for k, key in enumerate(keys):
         for other in keys[:k]:
             _require_apart(key, other)
     count = math.prod(len(k.values.texts) for k in keys)
-    if count > MOST:
-        raise InputError(WHERE, keys[-1].key, f"the grid has {count} points", f"at most {MOST}")
+    if count > MAX_POINTS:
+        raise InputError(
+            WHERE, keys[-1].key, f"the grid has {count} points", f"at most {MAX_POINTS}"
+        )
     return list(itertools.product(*(range(len(k.values.texts)) for k in keys)))
 
 
@@ -148,9 +150,10 @@ def label_of(keys: Sequence[SweptKey], point: Point) -> str:
 
 
 def _require_apart(key: SweptKey, other: SweptKey) -> None:
+    """InputError if both keys set the same field or one sets an element of the other."""
     short, long = sorted((key.path, other.path), key=len)
     if long[: len(short)] == short:
-        raise InputError(WHERE, key.key, f"says the same as {other.key}", "sweep one of them")
+        raise InputError(WHERE, key.key, f"sets the same value as {other.key}", "sweep one of them")
 
 
 def _range(key: str, text: str) -> Values:
@@ -163,9 +166,9 @@ def _range(key: str, text: str) -> Values:
         if end is None:
             raise InputError(WHERE, key, f"{echo(part)} in {echo(text)} is not a number", FORMS)
     start, stop = (float(e) for e in ends if e is not None)
-    if not is_place(parts[2]) or not 2 <= int(parts[2]) <= MOST_VALUES:
+    if not is_place(parts[2]) or not 2 <= int(parts[2]) <= MAX_VALUES:
         problem = f"{echo(text)} is an empty range: its count is {parts[2] or 'missing'}"
-        raise InputError(WHERE, key, problem, f"give a whole number from 2 to {MOST_VALUES}")
+        raise InputError(WHERE, key, problem, f"give a whole number from 2 to {MAX_VALUES}")
     if start == stop:
         raise InputError(WHERE, key, f"{echo(text)} starts where it stops", "give one value alone")
     if logarithmic and min(start, stop) <= 0:
@@ -178,7 +181,7 @@ def _range(key: str, text: str) -> Values:
 
 
 def _split(text: str) -> list[str]:
-    """Parts between commas that are not inside brackets or quotes."""
+    """Parts of a text between the commas outside brackets and quotes."""
     parts, depth, quoted = [""], 0, False
     for letter in text:
         quoted ^= letter == '"'
@@ -204,9 +207,10 @@ def _text(value: float) -> str:
 
 
 def _require_kind(key: str, values: Values, field: FieldPath, several: bool) -> None:
-    """InputError where values do not fit the key's type: numbers, whole numbers or words.
+    """InputError where values do not fit the type of the key: numbers, integers or words.
 
-    several: whether the key takes lists."""
+    several: whether the key takes lists.
+    """
     numbers, whole = values.numbers, takes(field.section, field.name, int)
     real = takes(field.section, field.name, float)
     if numbers is None and (whole or real) and not several:

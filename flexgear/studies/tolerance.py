@@ -1,9 +1,9 @@
 """Tolerance study: load sharing of many sets of parts with random manufacturing errors.
 
-The case is made ready once for all sets of errors. Samples are solved in batches, here or on Dask.
-Finished batches are kept on disk until the study's results are safe, so that an interrupted study
-goes on where it stopped. A sample depends on the seed and its number alone: neither batches nor
-workers change a digit.
+The case is assembled once for all sets of errors. Samples are solved in batches, by processes of
+this machine or on a Dask cluster. Finished batches are stored until the results are written, so
+that an interrupted study continues with the next batch. A sample depends only on the seed and its
+number, not on batches or workers.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ from flexgear.solve.bodies import Progress, reduced_bodies, silent
 from flexgear.solve.face_load import along_face, largest_line_load, sections
 from flexgear.solve.model import Model, assemble, rated_rotations
 from flexgear.studies.dask_pool import reach
-from flexgear.studies.ground_flanks import UNIT, gap_factors
+from flexgear.studies.flank_amounts import UNIT, gap_coefficients
 from flexgear.studies.job_pool import StudyStore, stored_or_run, study_folder
 from flexgear.studies.tolerance_samples import (
     DrawnError,
@@ -62,12 +62,13 @@ from flexgear.studies.tolerance_samples import (
     with_sample,
 )
 
-Batch = dict[str, Array]  # of samples, by variables of the study's dataset
+Batch = dict[str, Array]  # values of samples by variable of the dataset
 
 
 @dataclass(frozen=True)
 class Group:
-    """Gear meshes that share a load: their places among all, their positions, their mean force."""
+    """Gear meshes that share a load. places: indices among all gear meshes; positions: range of the
+    positions over a turn of their stage; rated: mean force at rated torque, N."""
 
     name: GroupName
     places: NDArray[np.int64]
@@ -77,11 +78,12 @@ class Group:
 
 @dataclass(frozen=True)
 class ToleranceSetup:
-    """All that a batch of samples needs; it is pickled for other processes.
+    """Input of every batch of samples; picklable for other processes.
 
-    names (G,) of gear meshes, both flanks as one; sign (M, G): +1 of the flank that carries rated
-    torque, −1 of the other; pairs: pair data of a case that has every error; variant: what bends;
-    ground (2, B, K, T, n): factors of ``GapSets``, of the B drawn modifications.
+    names: (G,) gear meshes, both flanks as one; sign: (M, G) of a flank in its gear mesh, +1 of the
+    flank loaded by rated torque, −1 of the other one; pairs: pair data of a case with all drawn
+    errors; variant: label of the flexible bodies; gap_factors: (2, B, K, T, n) factors of
+    ``GapSets`` for the B drawn modifications.
     """
 
     case: Case
@@ -94,7 +96,7 @@ class ToleranceSetup:
     sign: Array
     groups: tuple[Group, ...]
     variant: str
-    ground: Array
+    gap_factors: Array
 
     @property
     def shared(self) -> tuple[GearMeshName, ...]:
@@ -103,17 +105,17 @@ class ToleranceSetup:
 
 
 def tolerance_setup(case: Case, progress: Progress = silent) -> ToleranceSetup:
-    """Reduced bodies (from the cache where known), system, positions; InputError where nothing is
-    drawn or nobody shares a load."""
+    """Input of the batches of a study, with the assembled case; InputError where no error is drawn
+    or no planets share a load."""
     require_sound(case, "a tolerance study")
     drawn = drawn_errors(case)
     seeds = [0] * len(case.stages)
-    every = with_sample(case, sample_values(drawn, 0, [0]), 0, seeds)
+    with_all_errors = with_sample(case, sample_values(drawn, 0, [0]), 0, seeds)
     turns = _turns(case)
-    put = assemble(every, bodies=reduced_bodies(every, progress))
-    system = put.system
-    input_angles, slices = _positions(case, system, turns)
-    names, sign, rated = put.gear_meshes.names, put.gear_meshes.sign, put.rated
+    model = assemble(with_all_errors, bodies=reduced_bodies(with_all_errors, progress))
+    system = model.system
+    input_angles, slices = _positions(system, turns)
+    names, sign, rated = model.gear_meshes.names, model.gear_meshes.sign, model.rated
     groups = tuple(
         Group(name, at, slices[name.stage], float(rated[at].mean()))
         for name, at in groups_of(names).items()
@@ -125,17 +127,17 @@ def tolerance_setup(case: Case, progress: Progress = silent) -> ToleranceSetup:
         paths=paths_of(case),
         labels=system.gear_meshes,
         pairs=system.pairs,
-        study=error_study(put.modal, input_angles, system.rated_torque),
+        study=error_study(model.modal, input_angles, system.rated_torque),
         names=names,
         sign=sign,
         groups=groups,
-        variant=put.variant,
-        ground=_ground(put, drawn),
+        variant=model.variant,
+        gap_factors=_gap_factors(model, drawn),
     )
 
 
 def sampled(setup: ToleranceSetup, numbers: Sequence[int]) -> Batch:
-    """Equilibria of the samples of these numbers over all positions."""
+    """Batch of the samples with these numbers, solved at all positions."""
     seed = setup.case.tolerance.seed
     values = sample_values(setup.drawn, seed, numbers)
     names = [stage.name for stage in setup.case.stages]
@@ -144,37 +146,37 @@ def sampled(setup: ToleranceSetup, numbers: Sequence[int]) -> Batch:
 
 
 def as_stated(setup: ToleranceSetup) -> Batch:
-    """Solution for the errors that the case itself states."""
+    """Batch of one sample with the errors that the case states."""
     case = setup.case
     errors = [s.errors for s in case.stages]
     return _solved(setup, nominal(case, setup.drawn), [[e.seed for e in errors]])
 
 
 def sets_of(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]]) -> ErrorSets:
-    """Errors of samples and gaps of their flanks; seeds: of the pitch deviations, by sample."""
+    """Errors and flank gaps of samples; seeds: of the pitch deviations, by sample and stage."""
     cases = [
         with_sample(setup.case, values, j, seeds_of_sample)
         for j, seeds_of_sample in enumerate(seeds)
     ]
     sets = error_sets(cases, setup.paths, setup.labels, setup.pairs)
-    if not setup.ground.size:
+    if not setup.gap_factors.size:
         return sets
-    return replace(sets, gaps=GapSets(_amounts(setup, values), setup.ground))
+    return replace(sets, gaps=GapSets(_amounts(setup, values), setup.gap_factors))
 
 
 def _solved(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]]) -> Batch:
-    """Of every sample j, first axis: sizes (m) and phases (rad) of drawn errors; largest and mean K
-    of the groups over the positions, (J, groups); the same of planets' load factors, (J, G) in the
-    order of ``shared``. Where tooth pairs have slices the largest K_Hβ and line load (N/m) of the
-    groups' gear meshes, (J, groups), else (J, 0)."""
+    """Batch of J samples, by the first axis of every array: sizes (m) and phases (rad) of drawn
+    errors; largest and mean K over the positions by group, (J, groups); the same of the load
+    factors of planets, (J, G) in the order of ``shared``; largest K_Hβ and line load (N/m) by
+    group, (J, groups), or (J, 0) where tooth pairs have no slices."""
     sets = sets_of(setup, values, seeds)
     along = np.full((2, len(sets), len(setup.groups)), np.nan)
 
-    def look(j: int, equilibrium: Equilibrium) -> None:
+    def store_face_loads(j: int, equilibrium: Equilibrium) -> None:
         along[:, j] = _along_face(setup, equilibrium)
 
     sliced = bool(setup.pairs.slices.any())
-    forces = gear_mesh_forces(setup.study, sets, look=look if sliced else None)
+    forces = gear_mesh_forces(setup.study, sets, look=store_face_loads if sliced else None)
     force = _both_flanks(forces, setup.sign)
     along = along if sliced else along[:, :, :0]
     factor, share = [], []
@@ -184,7 +186,7 @@ def _solved(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]
         share.append(
             np.ascontiguousarray(planet_load_factors(forces_of_planets, g.rated).swapaxes(1, 2))
         )
-    # a sample without an equilibrium somewhere is no number, not the largest of the others
+    # NaN at one position makes the maximum NaN: a sample needs an equilibrium at every position
     return {
         "error_size": _columns(setup.drawn, values, len(sets), phases=False),
         "error_phase": _columns(setup.drawn, values, len(sets), phases=True),
@@ -197,29 +199,29 @@ def _solved(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]
     }
 
 
-def _ground(put: Model, drawn: Sequence[DrawnError]) -> Array:
-    """``GapSets.factors`` of the drawn modifications, in their order."""
+def _gap_factors(model: Model, drawn: Sequence[DrawnError]) -> Array:
+    """``GapSets.factors`` of the drawn modifications; empty without such modifications."""
     amounts = []
     for error in drawn:
-        if error.ground is None:
+        if error.flank is None:
             continue
         assert isinstance(error.distribution, SizeDistribution)
-        most = max(abs(end - error.ground.base) for end in error.distribution.usual)
-        amounts.append(gap_factors(put, error.ground, max(UNIT, most)))
+        largest = max(abs(end - error.flank.base) for end in error.distribution.usual)
+        amounts.append(gap_coefficients(model, error.flank, max(UNIT, largest)))
     return np.stack(amounts, axis=1) if amounts else np.zeros(0)
 
 
 def _amounts(setup: ToleranceSetup, values: Values) -> Array:
-    """Difference (J, M, B) m of every drawn modification to the case."""
+    """Increase (J, M, B), m, of each drawn modification over its amount in the case."""
     amounts = []
     for error in setup.drawn:
-        if error.ground is None:
+        if error.flank is None:
             continue
         stage = setup.case.stage_index(error.stage)
-        more = values[error.stage, error.key] - error.ground.base
+        increase = values[error.stage, error.key] - error.flank.base
         planet = [label.planet if error.planets else 0 for label in setup.labels]
         of_stage = np.array([label.stage == stage for label in setup.labels])
-        amounts.append(more[:, planet] * of_stage)
+        amounts.append(increase[:, planet] * of_stage)
     return np.stack(amounts, axis=2)
 
 
@@ -242,7 +244,7 @@ def _along_face(setup: ToleranceSetup, equilibrium: Equilibrium) -> tuple[list[f
 def _both_flanks(force: Array, sign: Array) -> Array:
     """Gear-mesh forces (J, p, G) from those of every flank (p, M, J), N.
 
-    Added up in a fixed order: the last digit must not depend on how many samples there are.
+    Summed in a fixed order, so that rounding does not depend on the number of samples.
     """
     force_by_flank = np.zeros((force.shape[2], force.shape[0], sign.shape[1]))
     for m, g in zip(*np.nonzero(sign), strict=True):
@@ -251,18 +253,19 @@ def _both_flanks(force: Array, sign: Array) -> Array:
 
 
 def _columns(drawn: Sequence[DrawnError], values: Values, count: int, phases: bool) -> Array:
+    """Drawn phases, or sizes, of so many samples, a column for each value."""
     columns = [values[e.stage, e.key] for e in drawn if e.is_phase == phases]
     return np.hstack(columns) if columns else np.zeros((count, 0))
 
 
 def _turns(case: Case) -> dict[str, Array]:
-    """Rotations (rad) of the reference member over one turn of the carrier, by stage that shares a
-    load."""
-    per = case.tolerance.positions_per_gear_mesh
+    """Rotations (rad) of the reference member over one turn of the carrier, by stage with planets
+    that share a load."""
+    per_gear_mesh = case.tolerance.positions_per_gear_mesh
     flow = power_flow(case)
-    lead = lead_speed(case, flow)
+    speed = lead_speed(case, flow)
     turns = {
-        s.name: one_turn(m, lead, per, m.cycle.per_turn)
+        s.name: one_turn(m, speed, per_gear_mesh, m.cycle.per_turn)
         for s, m in zip(case.stages, stage_motions(case, flow), strict=True)
         if s.planets > 1 and m.theta != 0
     }
@@ -276,10 +279,8 @@ def _turns(case: Case) -> dict[str, Array]:
     return turns
 
 
-def _positions(
-    case: Case, system: System, turns: dict[str, Array]
-) -> tuple[Array, dict[str, slice]]:
-    """Independent rotations (p, F) over all turns, and whose they are."""
+def _positions(system: System, turns: dict[str, Array]) -> tuple[Array, dict[str, slice]]:
+    """Independent rotations (p, F) over the turns of all stages, and the range of each stage."""
     parts, slices, at = [], {}, 0
     for stage, turn in turns.items():
         parts.append(rated_rotations(system, turn))
@@ -304,15 +305,15 @@ def _unpacked(stored: bytes) -> Batch:
 
 
 def batch_store(case: Case) -> StudyStore[Batch]:
-    """Store of the batches of a case's study, under a key of all that a sample depends on. The
-    number of samples is no part of it: a larger study takes over earlier batches."""
+    """Store of finished batches, under a key of all inputs of a sample. The number of samples is
+    not among them, so a larger study uses the batches of a smaller one."""
     drawn = case.tolerance.model_dump(exclude={"samples", "confidence"})
     content = {"format": FORMAT, "model": case.content_hash(), "tolerance": drawn}
     return StudyStore(study_folder("tolerance", content), _packed, _unpacked)
 
 
 def _file(numbers: range) -> str:
-    """Name of the file of a batch."""
+    """Name of the file that stores a batch."""
     return f"samples_{numbers.start}_{numbers.stop}.npz"
 
 
@@ -324,11 +325,12 @@ def tolerance(
     progress: Progress = silent,
     keep_batches: bool = False,
 ) -> xr.Dataset:
-    """The study that the section ``tolerance`` of a case describes, as one dataset.
+    """Dataset of the study that the section ``tolerance`` of a case describes.
 
-    workers: processes (1: this one; None: as many as pay); scheduler: address of a Dask cluster
-    instead; keep_batches: leave finished batches on disk until ``forget``. InputError where there
-    is nothing to draw or to share, FlexgearError where batches failed.
+    workers: number of processes (1: this process; None: chosen by the length of the study);
+    scheduler: address of a Dask cluster instead; keep_batches: leave finished batches on disk until
+    ``forget``. InputError where no error is drawn or no planets share a load, FlexgearError where
+    batches failed.
     """
     if scheduler is not None:
         reach(scheduler)
@@ -367,7 +369,7 @@ def _all(
     scheduler: str | None,
     progress: Progress,
 ) -> list[Batch]:
-    """Every batch, from the disk where it was finished before."""
+    """Every batch, stored or solved now."""
     finished, faults = stored_or_run(
         store, [_file(b) for b in batches], sampled, setup, batches, workers=workers,
         scheduler=scheduler, progress=lambda share: progress("samples", share),
@@ -382,6 +384,7 @@ def _all(
 
 
 def _dataset(setup: ToleranceSetup, stated: Batch, batches: Sequence[Batch]) -> xr.Dataset:
+    """Dataset of all batches, with the figures of the errors that the case states."""
     case = setup.case
     whole = {name: np.concatenate([batch[name] for batch in batches]) for name in stated}
     labels = {p: [n for e in setup.drawn if e.is_phase == p for n in e.labels] for p in (0, 1)}

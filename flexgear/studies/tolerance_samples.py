@@ -1,9 +1,9 @@
-"""Samples of manufacturing errors: the same numbers for a seed, in any order, on any machine.
+"""Random samples of manufacturing errors that depend only on the seed and the number of the sample.
 
-Every error of every sample has a stream of its own: Philox with a key made of the seed and the
-error's name, and the number of the sample as its counter (Salmon et al. 2011, "Parallel random
-numbers: as easy as 1, 2, 3"). So a sample does not depend on which others are drawn, nor one error
-on whether another is. Uniform numbers become sizes through the inverse of the distribution.
+Every error of every sample has a separate random stream: Philox with a key from the seed and the
+name of the error, and the sample number as counter (Salmon et al. 2011, "Parallel random numbers:
+as easy as 1, 2, 3"). So samples and errors do not depend on which others are drawn, nor on their
+order. Sizes are uniform numbers transformed by the inverse of the cumulative distribution.
 """
 
 from __future__ import annotations
@@ -34,43 +34,43 @@ from flexgear.model.tolerance import (
     SizeDistribution,
     ground_flank,
 )
-from flexgear.studies.ground_flanks import Ground
+from flexgear.studies.flank_amounts import FlankAmount
 
 Values = Mapping[tuple[str, str], Array]  # (stage, key) -> (J, count)
-TINY = 1e-30  # m; a size of zero would leave its place in the gear meshes out
+TINY = 1e-30  # m; stands for a size of zero, for which gear meshes would omit the error
 PITCHES = ("ring_pitch", "planet_pitch", "sun_pitch")
 
 
 @dataclass(frozen=True)
 class DrawnError:
-    """An error that is drawn. stage: its name; planets: 0 if not theirs; ground: where it is the
-    amount of a modification."""
+    """A random error. stage: name of the stage; planets: their number for an error of planets, else
+    0; flank: the modification if the error is one of its amount."""
 
     stage: str
     key: str
     planets: int
     distribution: SizeDistribution | PhaseDistribution
-    ground: Ground | None = None
+    flank: FlankAmount | None = None
 
     @property
     def count(self) -> int:
-        """Number of values in a sample."""
+        """Number of values of the error in a sample."""
         return self.planets or 1
 
     @property
     def is_phase(self) -> bool:
-        """Whether it is an angle."""
+        """Whether the error is an angle, not a size."""
         return isinstance(self.distribution, PhaseDistribution)
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """ "stage.sun_eccentricity", "stage_1.pin_radial 2"."""
+        """Labels of the values: "stage.sun_eccentricity", "stage_1.pin_radial 2"."""
         name = f"{self.stage}.{self.key}"
         return tuple(f"{name} {i + 1}" for i in range(self.planets)) or (name,)
 
 
 def drawn_errors(case: Case) -> tuple[DrawnError, ...]:
-    """Errors drawn by the section ``tolerance``; InputError where there are none."""
+    """Random errors of the section ``tolerance``; InputError where there are none."""
     drawn: list[DrawnError] = []
     errors = [s.errors for s in case.stages]
     for stage in case.stages:
@@ -81,7 +81,7 @@ def drawn_errors(case: Case) -> tuple[DrawnError, ...]:
             DrawnError(stage.name, key, stage.planets if key in OF_PLANETS else 0, distribution)
             for key, distribution in tolerances.items()
         ]
-        drawn += _ground(case, stage)
+        drawn += _drawn_amounts(case, stage)
     if not drawn and not any(getattr(e, pitch) for e in errors for pitch in PITCHES):
         raise InputError(
             case.source,
@@ -92,22 +92,22 @@ def drawn_errors(case: Case) -> tuple[DrawnError, ...]:
     return tuple(drawn)
 
 
-def _ground(case: Case, stage: Stage) -> list[DrawnError]:
-    """Drawn amounts of modifications, for every planet separately."""
+def _drawn_amounts(case: Case, stage: Stage) -> list[DrawnError]:
+    """Random amounts of flank modifications, drawn for each planet."""
     errors = []
     for (flank, name), distribution in case.tolerance.ground(stage).items():
         part, side = ground_flank(stage, flank)
         modification = getattr(getattr(stage, part).modifications.of(side), name)
         relief = modification if isinstance(modification, Relief) else None
         base = float(relief.amount if relief else modification or 0.0)
-        ground = Ground(stage.name, f"{part}.modifications.{side}.{name}", base, relief)
+        amount = FlankAmount(stage.name, f"{part}.modifications.{side}.{name}", base, relief)
         planets = stage.planets if part in ("planet", "gear") else 0
-        errors.append(DrawnError(stage.name, f"{flank}_{name}", planets, distribution, ground))
+        errors.append(DrawnError(stage.name, f"{flank}_{name}", planets, distribution, amount))
     return errors
 
 
 def sample_values(drawn: Sequence[DrawnError], seed: int, numbers: Sequence[int]) -> Values:
-    """Sizes (m) and phases (rad) of samples by stage and key, (J, count)."""
+    """Sizes (m) and phases (rad) of J samples by stage and key, (J, values of the error)."""
     values = {}
     for error in drawn:
         draw = streams(seed, f"{error.stage}/{error.key}")
@@ -117,13 +117,13 @@ def sample_values(drawn: Sequence[DrawnError], seed: int, numbers: Sequence[int]
 
 
 def pitch_seeds(stage: str, seed: int, numbers: Sequence[int]) -> list[int]:
-    """Seeds of the random deviations of single teeth of a stage in each sample."""
+    """Seed of the random single pitch deviations of a stage, for each sample."""
     draw = streams(seed, f"{stage}/pitch deviations")
     return [int(draw(k).integers(2**62)) for k in numbers]
 
 
 def streams(seed: int, name: str) -> Callable[[int], np.random.Generator]:
-    """Random streams by sample number."""
+    """Function of a sample number that returns the random stream of an error."""
     words = [seed, int.from_bytes(name.encode())]
     key = np.random.SeedSequence(words).generate_state(2, np.uint64)
 
@@ -134,8 +134,8 @@ def streams(seed: int, name: str) -> Callable[[int], np.random.Generator]:
 
 
 def inverse(distribution: SizeDistribution | PhaseDistribution, uniform: Array) -> Array:
-    """Inverse of the cumulative distribution at ``uniform`` in [0, 1); sizes are never just 0."""
-    d, u = distribution, np.maximum(uniform, 2.0**-54)  # nothing is finite at 0
+    """Inverse of the cumulative distribution at ``uniform`` in [0, 1); sizes of 0 are ``TINY``."""
+    d, u = distribution, np.maximum(uniform, 2.0**-54)  # the inverse is infinite at 0
     if isinstance(d, PhaseDistribution):
         return d.low + (d.high - d.low) * uniform
     if d.distribution == "uniform":
@@ -155,15 +155,15 @@ def inverse(distribution: SizeDistribution | PhaseDistribution, uniform: Array) 
 
 
 def cut_normal(u: Array, low: float, high: float) -> Array:
-    """Standard normal numbers between low and high, from uniform ones."""
-    if low > 0:  # the lower tail keeps its digits
+    """Standard normal numbers truncated to low … high, from uniform numbers u."""
+    if low > 0:  # by symmetry in the lower tail, where the distribution has more digits
         return -cut_normal(1 - u, -high, -low)
     first, last = ndtr(low), ndtr(high)
     return np.asarray(ndtri(first + u * (last - first)))
 
 
 def with_sample(case: Case, values: Values, j: int, seeds: Sequence[int]) -> Case:
-    """The case with the errors of sample j; seeds: of its stages' pitch deviations."""
+    """The case with the errors of sample j; seeds: of the pitch deviations, by stage."""
     stages = []
     for stage, seed in zip(case.stages, seeds, strict=True):
         update: dict[str, Any] = {"seed": seed}
@@ -177,18 +177,18 @@ def with_sample(case: Case, values: Values, j: int, seeds: Sequence[int]) -> Cas
 
 
 def nominal(case: Case, drawn: Sequence[DrawnError]) -> Values:
-    """The errors that the case itself states, in the place of drawn ones: one sample."""
+    """One sample with the errors that the case states, in place of random ones."""
     values = {}
     for error in drawn:
-        of_case = error.ground
-        stated = of_case.base if of_case else getattr(case.stage(error.stage).errors, error.key)
+        of_errors = case.stage(error.stage).errors
+        stated = error.flank.base if error.flank else getattr(of_errors, error.key)
         line = np.zeros((1, error.count))
         line[:] = stated if stated != () else 0.0
         values[error.stage, error.key] = line if error.is_phase else np.where(line == 0, TINY, line)
     return values
 
 
-SETS_OF = {  # errors of pairs by the names that sets of them have
+PAIR_FIELDS = {  # field of ``PairData`` by field of ``ErrorSets``
     **{
         name: f"error_{name}"
         for name in ("amplitude", "phase", "offset", "slope", "gear", "planet")
@@ -211,12 +211,10 @@ def error_sets(
     gear_meshes: Sequence[GearMeshLabel],
     base: PairData,
 ) -> ErrorSets:
-    """Errors of all cases in the places of ``base``, pair data of such a case.
-
-    All must have errors of bodies at the same places as the case that base was made from.
-    """
+    """Errors of all cases, in arrays of the shapes of ``base``: pair data of a case that has errors
+    of the same bodies as each of ``cases``."""
     empty: dict[str, Any] = {
-        name: np.zeros((len(cases), *getattr(base, of).shape)) for name, of in SETS_OF.items()
+        name: np.zeros((len(cases), *getattr(base, of).shape)) for name, of in PAIR_FIELDS.items()
     }
     sets = ErrorSets(**empty)
     groups: dict[tuple[int, GearMeshKind, str], tuple[list[int], list[int]]] = {}
@@ -228,12 +226,14 @@ def error_sets(
         stages = zip(case.stages, paths, strict=True)
         errors = [stage_errors(case.view(s.name), paths_of_stage) for s, paths_of_stage in stages]
         for (stage, kind, side), (places, planets) in groups.items():
-            _enter(sets, j, places, planets, errors[stage][kind, side])
+            _write_errors(sets, j, places, planets, errors[stage][kind, side])
     return sets
 
 
-def _enter(sets: ErrorSets, j: int, places: list[int], planets: list[int], e: PairErrors) -> None:
-    """Errors of one kind of gear mesh into the places of set j."""
+def _write_errors(
+    sets: ErrorSets, j: int, places: list[int], planets: list[int], e: PairErrors
+) -> None:
+    """Write the errors of one kind of gear mesh into set j; places: indices of gear meshes."""
     sets.amplitude[j, places] = e.harmonic_amplitude[planets]
     sets.phase[j, places] = e.harmonic_phase[planets]
     sets.offset[j, places] = e.offset[planets]

@@ -94,7 +94,7 @@ def test_json_holds_everything(flexgear, tmp_path):
         (["lin-parker", "stage.planets=3,4", "--measure", "frequency"], ["frequencies"]),
         (
             ["lin-parker", "stage.planets=3,4", "--measure", "tooth_load"],
-            ["needs a ring that bends"],
+            ["needs a flexible ring"],
         ),
         (["lin-parker", "stage.planets=3,4", "--workers", "0"], ["--workers"]),
         (["lin-parker", "stage.planets=3,4", "--out", "a.png"], ["a.png", ".nc"]),
