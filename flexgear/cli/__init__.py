@@ -1,6 +1,6 @@
 """Command line: calls the layers below and prints their results.
 
-Nothing heavy is imported here: a signal that comes before ``main`` begins ends in a traceback.
+This module imports little, as a signal before the start of ``main`` ends in a traceback.
 """
 
 from __future__ import annotations
@@ -10,15 +10,15 @@ import signal
 
 from flexgear.files import STOPPING
 
-TYPE_CHECKING = False  # as in typing, which takes longer to load than all the rest here
+TYPE_CHECKING = False  # as in typing, whose import takes longer than the rest of this module
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from types import FrameType
 
 __all__ = ["main"]
 STOPPED = "stopped; nothing half-written was left"
-# What libraries read when they are imported. Matrices are small: threads of one product wait for
-# one another, and both processors have other work.
+# Read by libraries when they are imported. Matrices are small, so that threads of one product would
+# mostly wait for each other.
 SETTINGS = {
     "OPENBLAS_NUM_THREADS": "1",
     "MKL_NUM_THREADS": "1",
@@ -27,8 +27,8 @@ SETTINGS = {
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and leave with its exit code."""
-    on_stop(_leave)  # while libraries are loaded, a second or two
+    """Run a command line and exit with its code."""
+    on_stop(_leave)  # while libraries are imported, a second or two
     for name, value in SETTINGS.items():
         os.environ.setdefault(name, value)
     from flexgear.cli import entry
@@ -37,15 +37,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _leave(number: int, frame: FrameType | None) -> None:
-    """Exit at once, before any work has begun; an exception raised within an import could turn into
-    any other one."""
+    """Exit at once, before any work: an import could turn an exception into a different one."""
     os.write(2, f"flexgear: {STOPPED}\n".encode())
     os._exit(1)
 
 
 def on_stop(handler: Callable[[int, FrameType | None], None] | signal.Handlers) -> None:
-    """Set what happens at the signals that stop a run; those that are ignored, as under nohup or
-    in a shell's background, stay so."""
+    """Set the handler of the signals that stop a run; ignored signals, as under nohup or in the
+    background of a shell, stay ignored."""
     for name in STOPPING:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is not signal.SIG_IGN:

@@ -1,4 +1,4 @@
-"""A command that solves one case: its options, its model, and how its results come out."""
+"""Options, model and output that commands for one analysis of a case share."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import xarray as xr
 from flexgear.cli import options
 from flexgear.cli.display import Report, progress, show, warn
 from flexgear.model.case import Case
-from flexgear.results.dataset_file import save
+from flexgear.results.dataset_file import save as save_dataset
 from flexgear.results.origin import origin_of_case
 from flexgear.solve.bodies import reduced_bodies, rigid_bodies
 from flexgear.solve.model import Model, assemble
@@ -28,11 +28,12 @@ class Analysis(options.CaseOptions):
     out: options.OutFile = None
 
     def read(self, *, loaded: bool = True, pictured: bool = False) -> tuple[Case, tuple[str, ...]]:
-        """The case and its rigid parts; that dataset and picture may be written is checked."""
+        """The case and its rigid parts. InputError if the dataset, or a picture beside it, would
+        replace another file."""
         case = self.read_case(loaded=loaded)
         parts = options.rigid_parts(self.rigid, case)
         options.claim_file(self.out, origin_of_case(case), self.force)
-        # a picture that stands beside an earlier dataset is of that
+        # a picture beside an earlier dataset belongs to it and may be replaced with it
         if pictured and self.out is not None and not self.out.exists():
             options.claim_file(self.out.with_suffix(".png"), origin_of_case(case), self.force)
         return case, parts
@@ -45,25 +46,25 @@ class Analysis(options.CaseOptions):
         yields the model and the function that moves the bar."""
         case, parts = self.read(loaded=loaded, pictured=pictured)
         with progress(self.quiet) as report:
-            yield put_together(case, parts, report), report
+            yield assembled(case, parts, report), report
 
-    def keep(self, data: xr.Dataset, chart: Callable[[xr.Dataset], Any] | None = None) -> None:
-        """Write the dataset, with its picture beside it, if a file was named."""
+    def save(self, data: xr.Dataset, chart: Callable[[xr.Dataset], Any] | None = None) -> None:
+        """Write the dataset, and its picture beside it, if ``--out`` names a file."""
         if self.out is None:
             return
-        options.save_or_rescue(partial(save, data), self.out)
+        options.save_or_rescue(partial(save_dataset, data), self.out)
         if chart is not None:
             from flexgear.views.style import save_figure
 
             save_figure(chart(data), self.out.with_suffix(".png"), dpi=150)
 
     def show(self, figures: Any, words: Callable[[], None]) -> None:
-        """Print figures as JSON, or by ``words`` and where the dataset is."""
+        """Print figures as JSON, or by ``words`` with the path of the dataset."""
         show(figures, words, self.as_json, self.out)
 
 
-def put_together(case: Case, rigid: tuple[str, ...], report: Report) -> Model:
-    """The coupled model of a case with these parts of its flexible stages rigid."""
+def assembled(case: Case, rigid: tuple[str, ...], report: Report) -> Model:
+    """The coupled model of a case; rigid: parts of its flexible stages to make rigid."""
     variant = rigid_bodies(case, rigid)
     model = assemble(case, bodies=reduced_bodies(case, report, variant), variant=variant)
     warn(reduction_warnings(case, model.bodies, variant))

@@ -1,4 +1,4 @@
-"""Commands for single analyses: equilibrium, modes, a transient, variants side by side."""
+"""Commands for single analyses: equilibria, modes, a transient."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from typer import Option
 
 from flexgear.cli import analysis_views as views
-from flexgear.cli.analysis import Analysis, put_together
+from flexgear.cli.analysis import Analysis, assembled
 from flexgear.cli.display import progress, size_text, warn
 from flexgear.coupling.pace import too_coarse
 from flexgear.gears.power_flow import power_flow
@@ -44,7 +44,7 @@ from flexgear.solve.static import static as equilibria
 from flexgear.solve.transient import cut_short, stepping_of, train_histories
 from flexgear.solve.transient import simulate as run_transient
 
-MOST = 1e9  # Hz, s, or times the rated torque
+LARGEST = 1e9  # Hz, s, or times the rated torque
 Save = Annotated[
     list[str] | None,
     Option(
@@ -52,7 +52,7 @@ Save = Annotated[
     ),
 ]
 
-VARIES = 1e-3  # of the largest torque of a port: one that changes by less is constant
+CONSTANT = 1e-3  # of the largest torque of a port, below which a change is not reported
 
 
 def static(
@@ -68,7 +68,7 @@ def static(
     degrees = angle_deg or [0.0]
     with analysis.model() as (model, report):
         data = equilibria(model, _turned(model, degrees), torque_nm, report)
-    analysis.keep(data)
+    analysis.save(data)
     positions = {
         f"{angle:g} deg": views.equilibrium_figures(model, data.isel(position=slice(k, k + 1)))
         for k, angle in enumerate(degrees)
@@ -79,7 +79,7 @@ def static(
 
 
 def _turned(model: Model, degrees: list[float]) -> NDArray[np.float64]:
-    """Rotations (rad) of the reference member at which the first input has turned by these."""
+    """Rotations (rad) of the reference member when the first input has turned by ``degrees``."""
     return lead_angles(model.case, model.flow, np.radians(degrees))
 
 
@@ -91,8 +91,8 @@ def modes(
     angle_deg: Annotated[
         float | None,
         Option(
-            help="With gear meshes as they are at this rotation of the carrier (first input), "
-            "and not with their mean stiffness over a gear-mesh cycle."
+            help="Gear meshes as at this rotation of the carrier (first input) instead of their "
+            "mean stiffness over a gear-mesh cycle."
         ),
     ] = None,
     campbell: Annotated[
@@ -100,7 +100,7 @@ def modes(
         Option("--campbell", help="Frequencies over speed, excitations and resonances."),
     ] = False,
 ) -> None:
-    """Natural modes of the coupled train: frequencies, types, the components that move."""
+    """Natural modes of the coupled train: frequencies, types, moving components."""
     _require_positive("--limit-hz", limit_hz, "500")
     if campbell and angle_deg is not None:
         raise InputError(
@@ -113,7 +113,7 @@ def modes(
         data = natural_modes(model, angle=angle, limit_hz=limit_hz)
         if campbell:
             at_rest, data = data, over_speed(model, limit_hz=limit_hz)
-    analysis.keep(data)
+    analysis.save(data)
     if campbell:
         figures = views.campbell_figures(model, data, at_rest)
         analysis.show(figures, partial(views.show_campbell, model, data, figures["resonance"]))
@@ -124,8 +124,9 @@ def modes(
 
 
 def _require_positive(option: str, value: float | None, example: str) -> None:
-    if value is not None and not 0 < value <= MOST:
-        problem = f"is beyond {MOST:g}" if value > MOST else "is not positive"
+    """InputError for a value of an option that is not positive, or beyond all reason."""
+    if value is not None and not 0 < value <= LARGEST:
+        problem = f"is beyond {LARGEST:g}" if value > LARGEST else "is not positive"
         raise InputError(option, f"{value:g}", problem, f"e.g. {example}")
 
 
@@ -140,8 +141,8 @@ def simulate(
         Path | None,
         Option(
             "--from",
-            help="Go on where another transient of the train has ended: its file, or the folder of "
-            "a run. Machines and loads may differ.",
+            help="Continue from the end of another transient of the train: its file, or the folder "
+            "of a run. Machines and loads may differ.",
         ),
     ] = None,
     save_only: Save = None,
@@ -165,7 +166,7 @@ def simulate(
         run_sinks(analysis.out, names, analysis.quiet) as sinks,
         progress(analysis.quiet) as report,
     ):
-        model = put_together(case, parts, report)
+        model = assembled(case, parts, report)
         short = [] if duration_s is not None else cut_short(case, model.flow)
         warn([*too_coarse(model.pace, case.solver), *short])
         run = run_transient(
@@ -189,9 +190,9 @@ def simulate(
     )
 
 
-def _figures(model: Model, run: TimedRun, rest: Ranges) -> dict[str, Any]:
-    """Summary figures of a transient of any case; rest: ranges over its settled window."""
-    mean, most = rest.mean, rest.largest
+def _figures(model: Model, run: TimedRun, settled: Ranges) -> dict[str, Any]:
+    """Summary figures of a transient; settled: ranges of histories over its settled window."""
+    mean = settled.mean
     return {
         "time_s": run.simulated,
         **window_of(run.data, float(run.data.attrs["end_time_s"])).figures,
@@ -199,19 +200,19 @@ def _figures(model: Model, run: TimedRun, rest: Ranges) -> dict[str, Any]:
         "realtime_factor": run.realtime_factor,
         "steps": int(run.data.attrs["steps"]),
         "second_reduction": finite(model.modal.figures),
-        "speed_rpm": _ends(rest, "input_speed", RPM),
+        "speed_rpm": _ends(settled, "input_speed", RPM),
         "port_torque_nm": {
             str(p): float(mean["port_torque"].sel(port=p)) for p in mean["port"].to_numpy()
         },
         "port_torque_range_nm": {
             port: ends
-            for port, ends in _ends(rest, "port_torque", 1.0).items()
-            if ends["max"] - ends["min"] > VARIES * max(abs(ends["max"]), abs(ends["min"]))
+            for port, ends in _ends(settled, "port_torque", 1.0).items()
+            if ends["max"] - ends["min"] > CONSTANT * max(abs(ends["max"]), abs(ends["min"]))
         },
-        "inertia_torque_nm": _ends(rest, "inertia_torque", 1.0),
-        "gear_mesh_force": force_ranges(rest),
+        "inertia_torque_nm": _ends(settled, "inertia_torque", 1.0),
+        "gear_mesh_force": force_ranges(settled),
         "load_sharing": sharing_summary_of(run.data),
-        "distance_from_axis_um_max": distance_summary(most["axis_distance"]),
+        "distance_from_axis_um_max": distance_summary(settled.largest["axis_distance"]),
     }
 
 
@@ -225,7 +226,7 @@ def _ends(ranges: Ranges, name: str, factor: float) -> dict[str, dict[str, float
 
 
 def saved_names(save: Sequence[str] | None, out: Path | None) -> list[str]:
-    """Names of ``--save``; InputError for one that no run has, and where nothing is written."""
+    """Names given with ``--save``; InputError for an unknown name, or names without ``--out``."""
     names = [n.strip() for text in save or [] for n in text.split(",") if n.strip()]
     if names and out is None:
         raise InputError("--save", names[0], "has no file to go to", "add --out FILE")
@@ -237,7 +238,7 @@ def saved_names(save: Sequence[str] | None, out: Path | None) -> list[str]:
 
 @contextlib.contextmanager
 def run_sinks(out: Path | None, names: Sequence[str], quiet: bool) -> Iterator[list[DatasetSink]]:
-    """Sinks that print how much is coming and write it to ``out``, complete at the block's end."""
+    """Context of sinks that print the size of a transient in advance and write it to ``out``."""
     watchers: list[DatasetSink] = [] if quiet else [Forecast(out, names)]
     if out is None:
         yield watchers
@@ -247,7 +248,7 @@ def run_sinks(out: Path | None, names: Sequence[str], quiet: bool) -> Iterator[l
 
 
 class Forecast(DatasetSink):
-    """A sink that prints how many samples are coming, on stderr, and stores none."""
+    """A sink that prints the number of samples and the size of the file before a transient."""
 
     def __init__(self, out: Path | None, names: Sequence[str]) -> None:
         self._out, self._names = out, names

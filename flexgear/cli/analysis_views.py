@@ -75,7 +75,7 @@ def _ring_figures(part: xr.Dataset, planets: int) -> dict[str, Any]:
 
 
 def equilibrium_warnings(model: Model, data: xr.Dataset) -> list[str]:
-    """Effects that are left out and not small in these positions, and motions that are large."""
+    """Sentences on neglected effects that are not small in these positions, and large motions."""
     rated = model.system.rated_torque
     torque = abs(float(data["port_torque"].isel(port=0).max()) / rated) if rated else 0.0
     notes = neglected_lines(model, _equilibrium_lengths(model, data), torque)
@@ -85,9 +85,9 @@ def equilibrium_warnings(model: Model, data: xr.Dataset) -> list[str]:
 def show_equilibria(
     model: Model, data: xr.Dataset, positions: Mapping[str, dict[str, Any]], notes: list[str]
 ) -> None:
-    """Print the figures of every position, and lines beside them."""
-    lead = str(data["input_coordinate"][0].item())
-    typer.echo(f"{model.case.name}, {model.variant}: equilibrium, {lead} turned by")
+    """Print the figures of every position and the notes."""
+    member = str(data["input_coordinate"][0].item())
+    typer.echo(f"{model.case.name}, {model.variant}: equilibrium, {member} turned by")
     for angle, figures in positions.items():
         typer.echo(f"\n{angle}")
         for section, rows in figures.items():
@@ -98,7 +98,8 @@ def show_equilibria(
 
 
 def _equilibrium_lengths(model: Model, data: xr.Dataset) -> Iterator[Length]:
-    """The largest of all positions: distance from the axis, and shape of each ring."""
+    """Largest distance of a member from the axis, and largest deflection of each ring, over all
+    positions."""
     yield from farthest(displacement_summary(data))
     for stage, view in model.case.fe_ring_stages.items():
         star = radial_harmonics(stage_part(data, stage)["tooth_displacement"].to_numpy())
@@ -107,7 +108,7 @@ def _equilibrium_lengths(model: Model, data: xr.Dataset) -> Iterator[Length]:
 
 
 def farthest(distances_um: Mapping[str, float]) -> Iterator[Length]:
-    """The central member that is farthest from the axis."""
+    """Distance of the central member that is farthest from the axis, as a single length."""
     if distances_um and max(distances_um.values()) > 0.0:
         name = max(distances_um, key=lambda n: distances_um[n])
         subject = f"Distance of {words(name)} from the axis"
@@ -115,7 +116,7 @@ def farthest(distances_um: Mapping[str, float]) -> Iterator[Length]:
 
 
 def neglected_lines(model: Model, lengths: Iterator[Length], torque_share: float) -> list[str]:
-    """Sentences about effects that are left out and not small against these figures."""
+    """Sentences on neglected effects that are not small in comparison with ``lengths``."""
     rigid = {body.name.alike for body in model.system.bodies if body.rigid}
     effects = beside_lengths(model.case, model.flow, lengths, torque_share, rigid)
     return [str(effect["sentence"]) for effect in effects]
@@ -136,19 +137,15 @@ def show_modes(model: Model, rows: list[dict[str, Any]], limit_hz: float | None)
             for of in ("kinetic_energy", "strain_energy")
         )
         lines.append((
-            _span(at + 1, at + len(same)), f"{row['frequency_hz']:.3f}", row["type"] + times,
-            "; ".join(filter(None, energies)),
+            "-".join(dict.fromkeys((str(at + 1), str(at + len(same))))),
+            f"{row['frequency_hz']:.3f}", row["type"] + times, "; ".join(filter(None, energies)),
         ))  # fmt: skip
         at += len(same)
     columns(lines, ">><<")
 
 
-def _span(first: int, last: int) -> str:
-    return f"{first}" if first == last else f"{first}-{last}"
-
-
 def campbell_figures(model: Model, data: xr.Dataset, modes: xr.Dataset) -> dict[str, Any]:
-    """Frequencies over speed, crossings and the verdict, for programs; modes: at rest."""
+    """Frequencies over speed, crossings and the verdict on resonance; modes: those at rest."""
     figures = resonance_figures(model.case, data, modes)
     level, _, sentence = resonance_verdict(figures)
     slopes = zip(data["excitation"].to_numpy(), data["excitation_slope"].to_numpy(), strict=True)
@@ -164,7 +161,7 @@ def campbell_figures(model: Model, data: xr.Dataset, modes: xr.Dataset) -> dict[
 
 
 def show_campbell(model: Model, data: xr.Dataset, figures: dict[str, Any]) -> None:
-    """Print what excites the train, which modes it meets, and the verdict."""
+    """Print the excitations, their meetings with modes, and the verdict on resonance."""
     typer.echo(
         f"{model.case.name}, {model.variant}: {data.sizes['mode']} modes from rest to "
         f"{float(data['speed_factor'][-1]):g} times rated speed"
@@ -185,7 +182,7 @@ def show_campbell(model: Model, data: xr.Dataset, figures: dict[str, Any]) -> No
 
 
 def _excitation_lines(data: xr.Dataset) -> Iterator[str]:
-    """Excitations of each kind and stage in a line, from the lowest to the highest."""
+    """Lines on the excitations of each kind and stage, from the lowest to the highest frequency."""
     if not data.sizes["excitation"]:
         yield "nothing turns at rated speed, so nothing excites"
         return
@@ -199,7 +196,7 @@ def _excitation_lines(data: xr.Dataset) -> Iterator[str]:
         varies = (
             f"its stiffness varies by {100 * part.min():.2g} to {100 * part.max():.2g} % there"
             if part.max(initial=0.0) >= LEAST
-            else "its stiffness is constant, or as good as that"
+            else "its stiffness is constant, or nearly so"
         )
         reach = f"{hz[at].min():.5g} to {hz[at].max():.5g} Hz"
         yield f"  gear mesh of {name}: orders {span(of_name)}, {reach}; {varies}"
@@ -235,16 +232,16 @@ def _range(ranges: Ranges, name: str, factor: float = 1.0) -> dict[str, float]:
 
 
 def show_transient(title: str, figures: dict[str, Any], notes: list[str]) -> None:
-    """Figures of a transient, with the window that they are of; sections by figure."""
+    """Print the figures of a transient and the window of time that they describe."""
     core = 1.0 / figures["realtime_factor"] if figures["realtime_factor"] else math.nan
     rows = {
         "simulated": with_unit(figures["time_s"], "s"),
-        "figures are of the part": window_words(figures),
+        "window of the figures": window_words(figures),
         "reason": figures["settling"],
         "time stepping": f"{figures['steps']} steps, {with_unit(core, 's')} of one core for 1 s",
     }
     if "energy_residual" in figures:
-        rows["energy not accounted for"] = with_unit(figures["energy_residual"], "share")
+        rows["residual of the energy balance"] = with_unit(figures["energy_residual"], "share")
     table(title, rows)
     for name, value in figures.items():
         if isinstance(value, dict) and value and name != "second_reduction":
@@ -261,5 +258,5 @@ def _plain(value: Any) -> Any:
     if not isinstance(value, dict):
         return value
     if value.get("instantaneous", 1.0) is None:
-        return "not defined, as the planets carry nothing together at times"
+        return "not defined, as at times the planets together carry no load"
     return {k: v for k, v in value.items() if v is not None}

@@ -1,4 +1,4 @@
-"""Commands about cases: check one, list, print or copy the bundled ones, their JSON schema."""
+"""Commands about cases: check, list, print, copy and upgrade them, and their JSON schema."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def check(
 
 
 def _write(folder: Path, case: Case, figures: Sections, doubts: Sequence[str]) -> None:
-    """Figures and pictures of modified flanks, in place of earlier ones."""
+    """Write figures, and pictures of modified flanks, in place of earlier ones."""
     from flexgear.results.run_folder import Folder
     from flexgear.views.chart import flanks, planned
     from flexgear.views.run_charts import FLANK
@@ -114,7 +114,7 @@ def upgrade(
 ) -> None:
     """Write a case file of an earlier version in the form of this one, with its comments.
 
-    FILE is replaced, and what it was is kept beside it with .orig after its name.
+    FILE is replaced; its earlier content is kept beside it under its name with .orig added.
     """
     text = read_text(file)
     present = upgraded(text, str(file))
@@ -126,9 +126,9 @@ def upgrade(
     write_bytes(written, (text if out is None else present).encode())
     if out is None:
         write_bytes(file, present.encode())
-    original = f"; what it was is {written}" if out is None else ""
+    original = f"; its earlier content is in {written}" if out is None else ""
     typer.echo(f"wrote {out or file}{original}")
-    load_case(out or file)
+    load_case(out or file)  # reports errors that the earlier version did not
 
 
 def schema(
@@ -170,7 +170,8 @@ Sections = dict[str, dict[str, Any]]
 
 
 def derived(case: Case) -> Sections:
-    """All derived figures by section. InputError or FlexgearError for a train that cannot run."""
+    """All figures that ``check`` derives from a case, by section. InputError or FlexgearError for a
+    train that cannot run."""
     flow = power_flow(case)
     running = {} if case.output is None else _running(case, flow)
     return {
@@ -189,7 +190,7 @@ def derived(case: Case) -> Sections:
 
 
 def _expected(case: Case, flow: PowerFlow) -> Sections:
-    """Lines of spectra by stage, as a sensor on the housing hears them."""
+    """Frequencies, Hz, that are expected in spectra of a sensor on the housing, by stage."""
     lines = expected_lines(case, flow)
     rows = {stage.name: line_rows(lines, stage.name) for stage in case.stages}
     title = "expected_lines_of_a_sensor_on_the_housing_hz"
@@ -218,7 +219,7 @@ def _running(case: Case, flow: PowerFlow) -> Sections:
     pace = case_pace(case)
     sections |= pace_sections(pace, case.solver)
     if case.sensors:
-        from flexgear.solve.sensors import clock_of  # what recovers signals is slow to load
+        from flexgear.solve.sensors import clock_of  # slow to import
 
         clock = clock_of(case, pace)
         rates = {"band_hz": clock.band, "sampling_rate_hz": clock.rate}
@@ -227,7 +228,7 @@ def _running(case: Case, flow: PowerFlow) -> Sections:
 
 
 def _members(flow: PowerFlow) -> Sections:
-    """Torque by the rest of the train and power into the stage, of every member."""
+    """Torques and powers of all members, on the stages and from outside."""
     return {
         "torques_on_the_stages_nm": dict(flow.branch_torque),
         "powers_into_the_stages_w": dict(flow.branch_power),
@@ -236,6 +237,7 @@ def _members(flow: PowerFlow) -> Sections:
 
 
 def _stage(stage: StageFlow, motion: StageMotion) -> dict[str, Any]:
+    """Frequencies, powers, forces and the error cycle of a running stage."""
     rows: dict[str, Any] = {
         "gear_mesh_frequency_hz": stage.gear_mesh_frequency,
         "rolling_power_w": stage.stage_power,
@@ -253,7 +255,8 @@ def _stage(stage: StageFlow, motion: StageMotion) -> dict[str, Any]:
             "planet_speed_rpm": stage.planet_speed * RPM,
             "planet_speed_in_carrier_rpm": stage.planet_relative_speed * RPM,
             "planet_bearing_force_n": stage.planet_bearing_force,
-            "planet_bearing_force_direction_deg": math.degrees(  # from outward, as it rotates
+            # from the outward radius, in the sense of rotation
+            "planet_bearing_force_direction_deg": math.degrees(
                 math.atan2(-stage.planet_bearing_tangential, stage.planet_bearing_radial)
             ),
         }
@@ -266,8 +269,8 @@ def _stage(stage: StageFlow, motion: StageMotion) -> dict[str, Any]:
 
 
 def _rayleigh(case: Case) -> Sections:
-    """Motions without Rayleigh damping, which is that of springs and masses: rotations of gears
-    against each other that only teeth resist."""
+    """Section on motions without Rayleigh damping: it is proportional to stiffness and mass of
+    bodies and springs, and does not act on rotations of gears that only teeth resist."""
     if case.damping.kind != "rayleigh":
         return {}
     system = rigid_system(case)
@@ -284,7 +287,7 @@ def _rayleigh(case: Case) -> Sections:
     acts = ", ".join(f"{name}.{key} = {ratio:g}" for name, ratio in ratios.items())
     return {
         "rayleigh_damping": {
-            "rayleigh_acts_on": "what bearings, supports, shafts and bodies give way",
+            "rayleigh_acts_on": "deflection of bearings, supports, shafts and bodies",
             "rayleigh_leaves_undamped": f"{loose} motion{'s' * (loose > 1)} in which only teeth "
             f"hold {', '.join(turning)} against each other",
             "damping_there": f"that of the teeth alone, {acts}",
@@ -293,7 +296,8 @@ def _rayleigh(case: Case) -> Sections:
 
 
 def _system(case: Case) -> dict[str, Any]:
-    """Bodies and degrees of freedom; flexible stages are only named, as they take minutes."""
+    """Numbers of bodies and degrees of freedom; of a case with flexible stages only their names, as
+    their assembly may take minutes."""
     if case.flexible_stages:
         return {"flexible_stages": list(case.flexible_stages)}
     system = build_system(case)
@@ -307,7 +311,7 @@ def _system(case: Case) -> dict[str, Any]:
 
 
 def with_reasons(sections: Sections) -> Sections:
-    """For people: what a solver's figure follows from stands behind it, where it is not given."""
+    """Sections for printing: each figure of the solver with the reason for its default value."""
     reasons = sections.get("solver_reasons", {})
     rows = {}
     for key, value in sections.get("solver", {}).items():

@@ -1,4 +1,4 @@
-"""``flexgear compare``: variants of what bends, load sharing by analysis, two cases or two runs."""
+"""``flexgear compare``: flexible and rigid variants, load sharing by analysis, cases and runs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from typer import Argument, Option
 
 from flexgear.cli import options
 from flexgear.cli.display import columns, present, progress, warn
-from flexgear.cli.pictures import drawn_side, imported
+from flexgear.cli.pictures import drawn_side, import_renderer
 from flexgear.coupling.system import variant_label
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
@@ -38,7 +38,7 @@ from flexgear.studies.early_workers import EarlyWorkers
 from flexgear.views.report import write_report
 
 COLUMNS = {"instantaneous": "K", "mean-based": "mean-based", "cycle-based": "cycle-based"}
-POSITIONS = 40
+POSITIONS = 40  # carrier angles of a comparison of variants
 
 
 @dataclass(frozen=True)
@@ -99,12 +99,12 @@ def _against(case: Case, reference: Case, comparison: Comparison) -> None:
 
 
 def _in_lines(by_part: Figures) -> dict[str, str]:
-    """ "load reserve 1.07 against 0.986, life 2e5 h against 1e5 h"."""
+    """Each part in words: "load reserve 1.07 against 0.986, life 2e5 h against 1e5 h"."""
     lines = {}
     for part, figures in by_part.items():
         sides = [
-            (figures.get(f"{before}load_reserve"), figures.get(f"{before}life_h"))
-            for before in ("", REFERENCE)
+            (figures.get(f"{prefix}load_reserve"), figures.get(f"{prefix}life_h"))
+            for prefix in ("", REFERENCE)
         ]
         reserves = ["–" if reserve is None else number(reserve, 3) for reserve, _ in sides]
         texts = [with_unit(life, "h") for _, life in sides]
@@ -113,7 +113,7 @@ def _in_lines(by_part: Figures) -> dict[str, str]:
 
 
 def _variants(case: Case, comparison: Comparison) -> None:
-    """Equilibria of every choice of what bends, of all flexible stages alike."""
+    """Print figures of equilibria for every choice of flexible parts, the same in all stages."""
     (stage, inside), *_ = case.fe_ring_stages.items()
     period = inside.stage.planet_period
     angles = np.linspace(0, period, comparison.positions or POSITIONS, endpoint=False)
@@ -161,7 +161,7 @@ def _variants(case: Case, comparison: Comparison) -> None:
 
 
 def _sharing(case: Case, comparison: Comparison) -> None:
-    """Load sharing by analysis and variant, with and without errors."""
+    """Print load sharing by analysis and variant, with and without errors."""
     with progress(comparison.quiet) as report:
         models = models_of(case, report)
         first_model = next(iter(models.values()))
@@ -188,9 +188,7 @@ def _sharing(case: Case, comparison: Comparison) -> None:
     )
     static = [label for label, context in models.items() if is_static(context)]
     if static:
-        typer.echo(
-            f"{'; '.join(static)}: rolls in one equilibrium, so that a transient adds nothing"
-        )
+        typer.echo(f"{'; '.join(static)}: rolls in one equilibrium, so there is no transient")
 
 
 def _factor(value: float | None) -> str:
@@ -201,7 +199,7 @@ PAGE = Path("comparison.html")
 
 
 def compare_runs(comparison: Comparison, second: str) -> None:
-    """Write the report of two folders of runs and say where it is."""
+    """Write the report of two folders of runs."""
     first = comparison.case
     folders = [_folder(name) for name in (first, second)]
     runs = [read_folder(folder) for folder in folders]
@@ -211,7 +209,7 @@ def compare_runs(comparison: Comparison, second: str) -> None:
     names = " against ".join(run.case.name for run in runs)
     options.claim_file(target, Origin(names), comparison.force)
     with (
-        EarlyWorkers(True, imported) as workers,
+        EarlyWorkers(True, import_renderer) as workers,
         tempfile.TemporaryDirectory(prefix="flexgear-") as scratch,
     ):
         sides = []
@@ -224,7 +222,7 @@ def compare_runs(comparison: Comparison, second: str) -> None:
 
 
 def _folder(name: str) -> Path:
-    """The folder of a run; InputError where it is none."""
+    """Path of an existing folder; InputError for any other name."""
     if not Path(name).is_dir():
         problem = "is no folder of a run"
         remedy = "name two folders that `flexgear run` wrote, or a case alone"

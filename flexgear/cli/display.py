@@ -1,4 +1,4 @@
-"""What the user sees: progress on stderr, tables or JSON on stdout."""
+"""Output of commands: progress on stderr, tables or JSON on stdout."""
 
 from __future__ import annotations
 
@@ -21,14 +21,15 @@ from flexgear.results.report.parts import MARKS, Table, Verdict, titled
 from flexgear.results.report.wording import with_unit
 
 Report = Callable[[str, float], None]
-MOST_BESIDE = 6  # figures that one line shows side by side
+MAX_FIGURES = 6  # of a name, in a line of a table
 COMPILED = "loops are compiled, once for this kind of case: up to a minute"
-PLAIN_INTERVAL = 5.0  # s between plain lines of one stage
+PLAIN_INTERVAL = 5.0  # s between lines about one stage of the work
 
 
 @contextmanager
 def progress(quiet: bool = False) -> Iterator[Report]:
-    """Yield report(stage, share 0…1): bars on a terminal, otherwise a line now and then."""
+    """Context with a function report(stage, share), share 0 … 1, that shows progress: by bars on a
+    terminal, else by single lines."""
     if quiet:
         yield lambda stage, share: None
     elif sys.stderr.isatty():
@@ -42,11 +43,11 @@ def progress(quiet: bool = False) -> Iterator[Report]:
 
 @contextmanager
 def _compilation(begun: Report, after: Report) -> Iterator[None]:
-    """Report that loops are compiled: the first by ``begun``, how it goes on by ``after``.
+    """Context that reports the compilation of loops: its begin by ``begun``, the rest by ``after``.
 
-    It takes a minute where no command has solved a case of such laws before; else there is none.
+    It takes up to a minute in the first command with a case of such laws, and no time afterwards.
     """
-    if "numba" not in sys.modules:  # nothing is compiled
+    if "numba" not in sys.modules:
         yield
         return
     from numba.core import event
@@ -70,6 +71,7 @@ def _compilation(begun: Report, after: Report) -> Iterator[None]:
 
 @contextmanager
 def _bars() -> Iterator[Report]:
+    """Context with a function that shows progress by bars on the terminal."""
     from rich.console import Console
     from rich.progress import (
         BarColumn,
@@ -97,7 +99,7 @@ def _bars() -> Iterator[Report]:
 
 
 class PlainProgress:
-    """One line when a stage starts, every few seconds, and when it ends."""
+    """Shows progress by lines: when a stage of the work starts, every few seconds, at its end."""
 
     def __init__(self) -> None:
         self._started: dict[str, float] = {}
@@ -105,7 +107,7 @@ class PlainProgress:
         self._lock = threading.Lock()
 
     def __call__(self, stage: str, share: float) -> None:
-        """Report that ``share`` of a stage is done."""
+        """Report the finished share of a stage of the work."""
         now = time.monotonic()
         with self._lock:
             if stage not in self._started:
@@ -131,8 +133,8 @@ class PlainProgress:
 
 @contextmanager
 def resumable(finished: Callable[[], int], parts: str) -> Iterator[None]:
-    """Context in which a stop raises FlexgearError that says how many parts of a study are stored;
-    parts: number of all parts, in words."""
+    """Context in which Ctrl-C raises FlexgearError with the number of stored parts of a study, if
+    there are any; parts: number of all parts, in words."""
     try:
         yield
     except KeyboardInterrupt:
@@ -149,22 +151,22 @@ def warn(lines: Iterable[str]) -> None:
         typer.echo(f"flexgear: {line}", err=True)
 
 
-def table(title: str, rows: Mapping[str, Any], before: str = "") -> None:
-    """Labels and values in two columns under a heading; before: in front of every line."""
-    typer.echo(before + title)
+def table(title: str, rows: Mapping[str, Any], indent: str = "") -> None:
+    """Print labels and values in two columns under a heading."""
+    typer.echo(indent + title)
     width = max((len(name) for name in rows), default=0)
     for name, value in rows.items():
-        typer.echo(f"{before}  {name:<{width}}  {value_text(value)}")
+        typer.echo(f"{indent}  {name:<{width}}  {value_text(value)}")
 
 
 def show_table(rows: Table) -> None:
-    """A table of a report, its figures with their units."""
+    """Print a table of a report, its figures with units."""
     table(rows.title, {row.label: with_unit(row.value, row.unit) for row in rows.rows})
 
 
 def show_verdicts(verdicts: Sequence[Verdict]) -> None:
-    """A line for the figure of each verdict, marked where it needs an eye, and one for its
-    sentence."""
+    """Print a line for the figure of each verdict, with a mark if it needs attention, and a line
+    for its sentence."""
     width = max(len(v.subject) for v in verdicts)
     for verdict in verdicts:
         first, *rest = filter(None, (verdict.figure, verdict.sentence))
@@ -175,8 +177,8 @@ def show_verdicts(verdicts: Sequence[Verdict]) -> None:
 
 
 def columns(rows: Iterable[Sequence[str]], sides: str = "<") -> None:
-    """Rows of equally many cells, as wide as the widest of a column; sides: "<" left, ">" right of
-    each column, the last one of all that follow."""
+    """Print rows of cells in aligned columns; sides: alignment of each column, "<" left or ">"
+    right, the last for all further columns."""
     cells = [list(row) for row in rows]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     sides = sides.ljust(len(widths), sides[-1])
@@ -185,14 +187,14 @@ def columns(rows: Iterable[Sequence[str]], sides: str = "<") -> None:
         typer.echo(f"  {'  '.join(texts)}".rstrip())
 
 
-def evenly_spaced(count: int, most: int) -> list[int]:
-    """Indices of at most ``most`` of ``count`` rows, evenly spaced and with both ends."""
-    return np.unique(np.linspace(0, count - 1, min(count, most)).astype(int)).tolist()
+def evenly_spaced(count: int, limit: int) -> list[int]:
+    """Indices of at most ``limit`` of ``count`` rows, evenly spaced and with both ends."""
+    return np.unique(np.linspace(0, count - 1, min(count, limit)).astype(int)).tolist()
 
 
-def key_table(key: str, figures: Mapping[str, Any], before: str = "") -> None:
-    """Print figures by their keys, in words and with their units; key: of the section."""
-    table(*titled(key, by_figure(figures)), before)
+def key_table(key: str, figures: Mapping[str, Any], indent: str = "") -> None:
+    """Print the section ``key`` of figures, with words and units in place of keys."""
+    table(*titled(key, by_figure(figures)), indent)
 
 
 def as_json_text(figures: Any) -> str:
@@ -203,7 +205,7 @@ def as_json_text(figures: Any) -> str:
 def show(
     figures: Any, words: Callable[[], None], as_json: bool, written: Path | None = None
 ) -> None:
-    """Figures as JSON, or by ``words``, and then where results were written."""
+    """Print figures as JSON, or by the function ``words`` with the path of written results."""
     if as_json:
         typer.echo(as_json_text(figures))
         return
@@ -237,14 +239,14 @@ def value_text(value: Any) -> str:
 
 
 def size_text(size: float) -> str:
-    """Bytes with a decimal prefix."""
+    """A size in bytes with a decimal prefix: "1.5 MB"."""
     units = ("B", "kB", "MB", "GB", "TB")
     power = min(int(math.log10(max(size, 1)) / 3), len(units) - 1)
     return f"{size / 1000**power:.4g} {units[power]}"
 
 
 def time_text(seconds: float) -> str:
-    """A span of time in words, to two digits or so."""
+    """A duration in a suitable unit, to two digits: "3.5 min"."""
     for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
         if seconds >= 2 * size:
             return f"{seconds / size:.2g} {unit}"
@@ -252,7 +254,7 @@ def time_text(seconds: float) -> str:
 
 
 def present(title: str, sections: Mapping[str, Mapping[str, Any]], as_json: bool = False) -> None:
-    """Sections of figures as tables, or all of them as JSON."""
+    """Print sections of figures as tables, or all as JSON."""
     if as_json:
         typer.echo(as_json_text(sections))
         return
@@ -263,17 +265,17 @@ def present(title: str, sections: Mapping[str, Mapping[str, Any]], as_json: bool
 
 
 def by_figure(rows: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Transposes a table that has many figures for each name: the first row lists the names, each
-    other row one figure of all of them. Other tables stay as they are."""
+    """A table with many figures for each name, transposed: names in the first row, one figure of
+    all names in each other row. Other tables are returned unchanged."""
     flat = {name: flattened(row) for name, row in rows.items() if isinstance(row, Mapping)}
-    if not flat or len(flat) < len(rows) or min(map(len, flat.values())) <= MOST_BESIDE:
+    if not flat or len(flat) < len(rows) or min(map(len, flat.values())) <= MAX_FIGURES:
         return rows
     figures = dict.fromkeys(key for row in flat.values() for key in row)
     return {"of": list(rows), **{key: [row.get(key) for row in flat.values()] for key in figures}}
 
 
 def flattened(figures: Mapping[str, Any]) -> dict[str, Any]:
-    """Figures within figures under both names."""
+    """Nested figures in one level, by key "outer, inner"."""
     out: dict[str, Any] = {}
     for key, value in figures.items():
         if isinstance(value, Mapping):

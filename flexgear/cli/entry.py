@@ -1,7 +1,7 @@
 """Entry point: every error of a user or of the machine ends in one line and an exit code.
 
-0 done; 1 a run failed; 2 wrong input. A traceback appears only with
-``--debug``, which is there for developers.
+Exit codes: 0 success; 1 failed run; 2 wrong input. Only ``--debug``, for developers, shows
+tracebacks.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from flexgear.cli import STOPPED, on_stop
 from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError, shortened
 
 
-class Home(NamedTuple):
-    """Module below ``flexgear.cli`` and function of a command; about: its line in the list."""
+class Entry(NamedTuple):
+    """Module below ``flexgear.cli`` and function of a command; about: its line in ``--help``."""
 
     module: str
     function: str
@@ -37,35 +37,35 @@ class Home(NamedTuple):
 
 
 COMMANDS = {
-    "run": Home("run_commands", "run", "Every analysis of a case into a folder with a report."),
-    "render": Home("run_commands", "render", "Pictures and report of an earlier run again."),
-    "check": Home("case_commands", "check", "Validate a case; geometry, speeds, torques, forces."),
-    "cases": Home("case_commands", "cases", "List the bundled cases, print or copy one."),
-    "schema": Home("case_commands", "schema", "JSON schema of case files, for editors of TOML."),
-    "upgrade": Home("case_commands", "upgrade", "Rewrite a case of an earlier version."),
-    "new": Home("new_command", "new", "Propose a stage for a ratio, torque and speed."),
-    "mesh": Home("exchange_commands", "fe_meshes", "FE meshes of the bodies, to view or export."),
-    "reduce": Home("exchange_commands", "reduce", "Reduce FE bodies; error estimates."),
-    "static": Home("analysis_commands", "static", "Static equilibrium at angles."),
-    "modes": Home("analysis_commands", "modes", "Natural modes; --campbell over speed."),
-    "stability": Home("vibration_commands", "stability", "Speeds at which vibration grows."),
-    "simulate": Home("analysis_commands", "simulate", "Transient under the case's drive."),
-    "orders": Home("orders_command", "orders", "Order spectra and run-up maps of a transient."),
-    "response": Home("vibration_commands", "response", "Steady states over speed, all branches."),
-    "compare": Home("compare_command", "compare", "Variants or two runs side by side."),
-    "import": Home("exchange_commands", "import_rexs", "Make a commented case of a REXS file."),
-    "export": Home("exchange_commands", "export", "Write REXS, or reduced matrices."),
-    "modify": Home("modify_command", "modify", "Propose helix slope and crowning of the planets."),
-    "sweep": Home("sweep_command", "sweep", "Parameter study over one key or a grid of two."),
-    "spectrum": Home("spectrum_command", "spectrum", "Load bins of load cases and series."),
-    "tolerance": Home("study_commands", "tolerance", "Monte Carlo study of errors."),
-    "rate": Home("study_commands", "rate", "Safety, damage, life of gears and bearings."),
-    "cache": Home("system_commands", "cache", "Place and size of the cache; empty it."),
-    "doctor": Home("system_commands", "doctor", "What this system lacks; how to install it."),
+    "run": Entry("run_commands", "run", "Every analysis of a case into a folder with a report."),
+    "render": Entry("run_commands", "render", "Pictures and report of an earlier run again."),
+    "check": Entry("case_commands", "check", "Validate a case; geometry, speeds, torques, forces."),
+    "cases": Entry("case_commands", "cases", "List the bundled cases, print or copy one."),
+    "schema": Entry("case_commands", "schema", "JSON schema of case files, for editors of TOML."),
+    "upgrade": Entry("case_commands", "upgrade", "Rewrite a case of an earlier version."),
+    "new": Entry("new_command", "new", "Propose a stage for a ratio, torque and speed."),
+    "mesh": Entry("exchange_commands", "fe_meshes", "FE meshes of the bodies, to view or export."),
+    "reduce": Entry("exchange_commands", "reduce", "Reduce FE bodies; error estimates."),
+    "static": Entry("analysis_commands", "static", "Static equilibrium at angles."),
+    "modes": Entry("analysis_commands", "modes", "Natural modes; --campbell over speed."),
+    "stability": Entry("vibration_commands", "stability", "Speeds at which vibration grows."),
+    "simulate": Entry("analysis_commands", "simulate", "Transient under the case's drive."),
+    "orders": Entry("orders_command", "orders", "Order spectra and run-up maps of a transient."),
+    "response": Entry("vibration_commands", "response", "Steady states over speed, all branches."),
+    "compare": Entry("compare_command", "compare", "Variants or two runs side by side."),
+    "import": Entry("exchange_commands", "import_rexs", "Make a commented case of a REXS file."),
+    "export": Entry("exchange_commands", "export", "Write REXS, or reduced matrices."),
+    "modify": Entry("modify_command", "modify", "Propose helix slope and crowning of the planets."),
+    "sweep": Entry("sweep_command", "sweep", "Parameter study over one key or a grid of two."),
+    "spectrum": Entry("spectrum_command", "spectrum", "Load bins of load cases and series."),
+    "tolerance": Entry("study_commands", "tolerance", "Monte Carlo study of errors."),
+    "rate": Entry("study_commands", "rate", "Safety, damage, life of gears and bearings."),
+    "cache": Entry("system_commands", "cache", "Place and size of the cache; empty it."),
+    "doctor": Entry("system_commands", "doctor", "What this system lacks; how to install it."),
 }  # fmt: skip
 
 
-# they look at a train in one position at most, for which nothing is compiled
+# these commands solve at most one position of a train, for which compilation would take longer
 UNCOMPILED = ("check", "cases", "schema", "upgrade", "new", "import", "spectrum", "orders")
 
 
@@ -75,38 +75,36 @@ def is_compiled(arguments: Sequence[str]) -> bool:
 
 
 class Commands(TyperGroup):
-    """The command group from ``COMMANDS``: lists names and lines, imports the called command
-    only."""
+    """The command group of ``COMMANDS``, which imports only the module of the called command."""
 
     def __init__(self, **attrs: Any) -> None:
-        commands = {name: TyperCommand(name, help=home.about) for name, home in COMMANDS.items()}
+        commands = {name: TyperCommand(name, help=x.about) for name, x in COMMANDS.items()}
         super().__init__(**{**attrs, "commands": commands})
 
     def resolve_command(self, ctx: Any, args: list[str]) -> tuple[Any, Any, list[str]]:
-        """Name, command and arguments; the module of the command is imported."""
+        """Name, command and remaining arguments of a command line."""
         name, _, rest = super().resolve_command(ctx, args)
-        return name, None if name is None else whole_command(name), rest
+        return name, None if name is None else loaded_command(name), rest
 
 
-def whole_command(name: str) -> Any:
-    """A command of the table with its arguments and options."""
-    home = COMMANDS[name]
+def loaded_command(name: str) -> Any:
+    """A command with its arguments and options; imports its module."""
+    entry = COMMANDS[name]
     app = typer.Typer(add_completion=False, rich_markup_mode=None)
     with without_collection():
         from flexgear.cli.options import expanded
 
-        module = import_module(f"flexgear.cli.{home.module}")
-        gc.freeze()  # what modules define stays until the end
-    app.command(name)(expanded(getattr(module, home.function)))
+        module = import_module(f"flexgear.cli.{entry.module}")
+        gc.freeze()  # objects of modules live until the end
+    app.command(name)(expanded(getattr(module, entry.function)))
     return typer.main.get_command(app)
 
 
 @contextmanager
 def without_collection() -> Iterator[None]:
-    """Switch Python's garbage collector off inside the block. Importing all modules, or a model of
-    many components, makes a million objects that stay; looking through them for garbage took a
-    fifth to half of the time.
-    """
+    """Context without Python's garbage collector. Imports, and models of many components, create a
+    million objects that stay alive; the search for garbage among them took a fifth to half of the
+    time."""
     collects = gc.isenabled()
     gc.disable()
     try:
@@ -131,7 +129,7 @@ app = typer.Typer(
 
 def _version(print_version: bool) -> None:
     if print_version:
-        from flexgear.results.version import version  # reading it takes a while
+        from flexgear.results.version import version  # slow to import
 
         typer.echo(f"flexgear {version()}")
         raise typer.Exit
@@ -147,26 +145,26 @@ def options(
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and leave with its exit code."""
+    """Run a command line and exit with its code."""
     on_stop(_Stop())
     sys.stdout, sys.stderr = _unbroken(sys.stdout), _unbroken(sys.stderr)
     words = list(sys.argv[1:] if arguments is None else arguments)
     if not is_compiled(words):
         os.environ.setdefault("NUMBA_DISABLE_JIT", "1")  # read by ``compiled``
     if "--scheduler" not in words:
-        # xarray loads dask where it finds it, which takes a second and is of use on clusters alone
+        # xarray imports dask if it is installed, which takes a second and helps only on clusters
         sys.modules.setdefault("dask", None)  # type: ignore[arg-type]
     code = run(words)
-    on_stop(signal.SIG_IGN)  # the interpreter's end takes a moment
+    on_stop(signal.SIG_IGN)  # a signal during the end of the interpreter
     sys.exit(code)
 
 
 class _Pipe(io.FileIO):
-    """A pipe whose reader may close it, as ``head`` does: further output is dropped, and the work
-    goes on."""
+    """A pipe that drops output after its reader has closed it, as ``head`` does; the command then
+    continues."""
 
     def write(self, data: Any, /) -> int:
-        """Bytes written or dropped."""
+        """Write ``data`` or drop it; returns the number of bytes."""
         try:
             return super().write(data) or 0
         except BrokenPipeError:
@@ -174,12 +172,12 @@ class _Pipe(io.FileIO):
 
 
 def _unbroken(stream: TextIO) -> TextIO:
-    """The stream of this process; a broken pipe behind it is ignored."""
+    """The stream, or for a pipe one that ignores its closing by the reader."""
     try:
         number = stream.fileno()
         if not stat.S_ISFIFO(os.fstat(number).st_mode):
             return stream
-    except (AttributeError, OSError, ValueError):  # closed, or no file
+    except (AttributeError, OSError, ValueError):  # closed, or without a file
         return stream
     stream.flush()
     pipe = io.BufferedWriter(_Pipe(number, "wb", closefd=False))
@@ -187,24 +185,24 @@ def _unbroken(stream: TextIO) -> TextIO:
 
 
 class _Stop:
-    """Ctrl-C, or another signal that stops, once: the first is already cleaning up."""
+    """Handler of Ctrl-C and similar signals, which ignores repeated signals during the clean-up."""
 
     def __init__(self) -> None:
-        self._heard = -CLOSING
+        self._last = -CLOSING
 
     def __call__(self, number: int, frame: FrameType | None) -> None:
-        """KeyboardInterrupt, unless there was one a moment ago."""
+        """Raise KeyboardInterrupt, unless the last one was less than ``CLOSING`` ago."""
         now = time.monotonic()
-        if now - self._heard >= CLOSING:
-            self._heard = now
+        if now - self._last >= CLOSING:
+            self._last = now
             raise KeyboardInterrupt
 
 
 def run(arguments: list[str]) -> int:
     """Exit code of a command line; messages go to stderr."""
     debug = "--debug" in arguments
-    arguments = [a for a in arguments if a != "--debug"]  # may stand anywhere
-    if isinstance(sys.stdout, io.TextIOWrapper):  # for what it cannot show: µ, odd names of files
+    arguments = [a for a in arguments if a != "--debug"]  # allowed at any place
+    if isinstance(sys.stdout, io.TextIOWrapper):  # for characters that its encoding lacks
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
         with warnings.catch_warnings():
@@ -225,12 +223,12 @@ def run(arguments: list[str]) -> int:
 
 
 def _report(error: Exception) -> int:
-    """One line for any error, and its exit code."""
+    """Print one line about an error; returns the exit code."""
     if isinstance(error, InputError):
         return _say(str(error), 2)
     if isinstance(error, FlexgearError):
         return _say(str(error), 1)
-    if isinstance(error, typer.Abort):  # Ctrl-C where click is older
+    if isinstance(error, typer.Abort):  # Ctrl-C in older versions of click
         return _say(STOPPED, 1)
     if hasattr(error, "format_message"):  # a wrong command line
         text = shortened(error.format_message()).rstrip(".")
@@ -247,12 +245,13 @@ def _report(error: Exception) -> int:
 
 
 def _warn(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
-    """Our own warnings in one line; what libraries warn of is for developers."""
+    """Print a warning of flexgear in one line; warnings of libraries are for developers."""
     if issubclass(category, FlexgearWarning):
         _say(str(message), 0)
 
 
 def _say(text: str, code: int) -> int:
+    """Print a message to stderr in one line of printable characters; returns ``code``."""
     line = " ".join(text.split()).encode(errors="backslashreplace").decode()
     printable = "".join(c if c.isprintable() else repr(c)[1:-1] for c in line)
     print(f"flexgear: {printable}", file=sys.stderr, flush=True)

@@ -1,4 +1,4 @@
-"""FE bodies, their meshes and reductions, and what other programs write and read."""
+"""Commands for FE meshes and reductions of bodies, and for files of other programs."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ Component = Annotated[
 
 
 def components(case: Case, name: str) -> dict[str, tuple[BodyName, FeBody]]:
-    """FE bodies that the option ``--component`` selects, each with its source, by the names that
-    results give them. InputError where it selects none."""
+    """Names and sources of the FE bodies that the option ``--component`` selects, by their label in
+    results. InputError if there are none."""
     options.require_flexible(case)
     chosen = {
         body.part if body.stage == "stage" else str(body): (body, source)
@@ -70,7 +70,8 @@ def fe_meshes(
         options.file_option("--export", "Write .vtu, .msh or .inp with the patches."),
     ] = None,
     groups: Annotated[
-        bool, Option("--groups", help="List the named groups that a file has, and where.")
+        bool,
+        Option("--groups", help="List the named groups that a mesh file needs, with positions."),
     ] = False,
 ) -> None:
     """Generate (or read) FE meshes of ring, planets and carrier; export one, or list groups."""
@@ -109,7 +110,7 @@ def fe_meshes(
 
 
 def _families(groups: Groups) -> dict[str, str]:
-    """Groups by kind, in words."""
+    """Groups of a mesh by kind: meaning and position in words, by name."""
     rows = {}
     for f in groups.families:
         if not f.names:
@@ -123,7 +124,7 @@ def _families(groups: Groups) -> dict[str, str]:
 
 
 def _groups(groups: Groups) -> dict[str, Any]:
-    """Every group with its place, m; null where the case leaves a coordinate open."""
+    """Every group with its position, m; None for a coordinate that the case does not determine."""
     return {
         name: {
             "needed": f.needed,
@@ -155,7 +156,7 @@ def reduce(
     as_json: options.AsJson = False,
     quiet: options.Quiet = False,
 ) -> None:
-    """Reduce FE bodies to their interface nodes, with error estimates; kept in a cache."""
+    """Reduce FE bodies to their interface nodes, with error estimates; results are cached."""
     source = options.read_case(case, settings, loaded=False)
     parts, limit = components(source, component), reduction_limit(source)
     with progress(quiet) as report:
@@ -174,10 +175,10 @@ def reduce(
     )
     present(f"{source.name}: reductions, {source.solver.fidelity}", rows, as_json)
     if not as_json:
-        typer.echo(f"\nkept in {cache_directory()}")
+        typer.echo(f"\nstored in {cache_directory()}")
 
 
-SHOWN = (  # of a reduction: the rest is for programs
+PRINTED = (  # figures of a reduction; the others are only in --json
     "fe_dofs", "interface_dofs", "fixed_interface_modes", "fixed_interface_frequency_max_hz", "tie",
     "static_error", "static_error_cases", "frequency_error", "frequency_limit_hz",
     "frequency_error_on_these_supports",
@@ -185,9 +186,8 @@ SHOWN = (  # of a reduction: the rest is for programs
 
 
 def _rows_of(report: dict[str, Any]) -> dict[str, Any]:
-    """Figures of a reduction for the screen: sizes, errors against the full FE mesh, and the time
-    it took."""
-    rows = {key: report[key] for key in SHOWN if key in report}
+    """Printed figures of a reduction: sizes, errors relative to the full FE mesh, duration."""
+    rows = {key: report[key] for key in PRINTED if key in report}
     return {**rows, "time_s": sum(report.get("seconds", {}).values())}
 
 
@@ -204,7 +204,7 @@ def import_rexs(
     force: options.ForceNew = False,
     as_json: options.AsJson = False,
 ) -> None:
-    """Make a commented case of a REXS file; each key says where it comes from."""
+    """Make a commented case of a REXS file; each key states its source."""
     target = Path(f"{Path(file).stem}.toml") if out is None else out
     options.require_new(target, "--out", force)
     with without_collection():
@@ -244,7 +244,7 @@ def export(
     """Write a case for other programs: as a gearbox in REXS 2.0, as reduced matrices."""
     if rexs is None and reduced is None:
         raise InputError(
-            "export", "--rexs", "is missing", "say what to write: --rexs box.rexs, --reduced DIR"
+            "export", "--rexs", "is missing", "name the output: --rexs box.rexs, --reduced DIR"
         )
     source = options.read_case(case, settings, loaded=False)
     if rexs is not None:
@@ -266,7 +266,7 @@ def _write_rexs(case: Case, rexs: Path, force: bool) -> None:
 def _write_reduced(
     case: Case, folder: Path, form: str, component: str, recovery: bool, force: bool, quiet: bool
 ) -> None:
-    """Matrices of the bodies that are asked for, all of them or none."""
+    """Write the matrices of the selected bodies; an error leaves the folder as it was."""
     if form not in FORMATS:
         raise InputError("--format", form, "is unknown", f"choose {', '.join(FORMATS)}")
     target = folder_target(folder)
@@ -294,9 +294,10 @@ def _write_reduced(
 
 
 def _summary(imported: Imported, target: Path) -> str:
-    lines = ["assumed, or put right:", *(f"  {line}" for line in imported.assumed)]
+    """Assumptions and losses of an import, in lines."""
+    lines = ["assumed, or corrected:", *(f"  {line}" for line in imported.assumed)]
     lines = lines if imported.assumed else ["nothing was assumed"]
-    count = len(imported.left_out)
-    if count:
-        lines += ["", f"not carried over: {count} lines, listed at the end of the case"]
+    if imported.left_out:
+        count = len(imported.left_out)
+        lines += ["", f"not imported: {count} lines, listed at the end of the case"]
     return "\n".join([*lines, "", f"wrote {target}; look at it, then: flexgear check {target}"])

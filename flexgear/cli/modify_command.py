@@ -1,4 +1,4 @@
-"""Flank modifications that even out the load along the face."""
+"""``flexgear modify``: flank modifications for an even load along the face, or little noise."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import typer
 from typer import Option
 
 from flexgear.cli import options
-from flexgear.cli.analysis import put_together
+from flexgear.cli.analysis import assembled
 from flexgear.cli.display import columns, progress, show
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
@@ -27,7 +27,7 @@ from flexgear.studies.modify import (
 from flexgear.views.face_load_charts import before_and_after
 from flexgear.views.style import PICTURES, save_figure
 
-SHOWN = (  # of a flank: column, figure, decimals
+COLUMNS = (  # of the table of flanks: heading, figure, decimals
     ("K_Hβ", "k_h_beta", 3),
     ("largest line load, N/mm", "largest_line_load_n_per_mm", 0),
     ("transmission error peak to peak, µm", "transmission_error_peak_to_peak_um", 2),
@@ -48,14 +48,14 @@ class Modification(options.CaseOptions):
     ] = None
     relief: Annotated[bool, Option("--relief", help="Tip relief of the planets, too.")] = False
     trials: Annotated[int, Option(min=2, help="Series of equilibria for each amount.")] = TRIALS
-    picture: Annotated[Path | None, Option(help="Draw it before and after (.png, .svg, .pdf).")] = (
-        None
-    )
+    picture: Annotated[
+        Path | None, Option(help="Line load before and after (.png, .svg, .pdf).")
+    ] = None
     rigid: options.Rigid = None
 
     @property
     def known_aim(self) -> Aim:
-        """One of ``AIMS``; InputError for another."""
+        """The aim; InputError unless it is one of ``AIMS``."""
         aim = next((a for a in AIMS if a == self.aim), None)
         if aim is None:
             remedy = f"use {' or '.join(AIMS)}"
@@ -64,7 +64,7 @@ class Modification(options.CaseOptions):
 
     @property
     def shares(self) -> tuple[float, ...]:
-        """Of the rated torque; InputError for impossible ones."""
+        """Shares of the rated torque; InputError for impossible ones."""
         shares = tuple(self.torque_share or (1.0,))
         if not all(0.0 < share <= 10.0 for share in shares):
             problem = "is not above 0 and at most 10"
@@ -86,9 +86,9 @@ def modify(modification: Modification) -> None:
             f"use .{', .'.join(PICTURES)}",
         )
     options.claim_file(picture, origin_of_case(source), modification.force)
-    require_slices(source, name)  # before bodies are made
+    require_slices(source, name)  # before the reduction of bodies
     with progress(modification.quiet) as report:
-        model = put_together(source, parts, report)
+        model = assembled(source, parts, report)
         proposal = propose_modifications(
             model, name, shares=shares, aim=aim, relief=modification.relief,
             trials=modification.trials, progress=report,
@@ -100,13 +100,13 @@ def modify(modification: Modification) -> None:
 
 
 def _show(proposal: Proposal, keys: str) -> None:
-    """Print the improvement of every flank, and the keys."""
+    """Print the figures of every flank before and after, and the keys of the proposal."""
     for share, flanks in proposal.before.items():
         typer.echo(f"\nbefore → after, at {share:g} of the rated torque")
-        rows = [("gear mesh", *(name for name, _, _ in SHOWN))]
+        rows = [("gear mesh", *(heading for heading, _, _ in COLUMNS))]
         for flank, old in flanks.items():
             new = proposal.after[share][flank]
-            ends = (f"{old[k]:.{d}f} → {new[k]:.{d}f}" for _, k, d in SHOWN)
+            ends = (f"{old[k]:.{d}f} → {new[k]:.{d}f}" for _, k, d in COLUMNS)
             rows.append((words(flank), *ends))
         columns(rows)
     typer.echo(f"\nkeys to copy ({proposal.trials} series of equilibria):\n\n{keys}")
@@ -142,6 +142,7 @@ def _figures(proposal: Proposal) -> dict[str, Any]:
 
 
 def _stage(case: Case, name: str | None) -> str:
+    """The named stage, or the first planetary one; InputError for an unknown name."""
     names = [s.name for s in case.stages]
     if name is None:
         return next((s.name for s in case.stages if s.kind != "parallel"), names[0])

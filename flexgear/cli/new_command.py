@@ -1,4 +1,4 @@
-"""A case for stages that do not exist yet, sized by rules of thumb from a few numbers."""
+"""``flexgear new``: a case of new stages, sized by rules of thumb from a few numbers."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class NewStages:
-    """Options: the file, and what is known of the stages."""
+    """Options of ``flexgear new``: the file and the data of the stages."""
 
     out: Annotated[Path, Argument(metavar="FILE", help="The case to write.")]
     ratio: Annotated[
@@ -66,7 +66,8 @@ class NewStages:
     force: options.ForceNew = False
 
     def requests(self) -> list[StageRequest]:
-        """The stages, without torques and speeds; asks for ratios and planets that are left out."""
+        """Requests of the stages without torques and speeds; asks on a terminal for missing ratios
+        and numbers of planets."""
         about = "speed of the fast over that of the slow member"
         ratios = _asked_list("--ratio", about, self.ratio, "4.5")
         helix = self.helix or ("25" if self.double else "0")
@@ -84,8 +85,8 @@ class NewStages:
         ]
 
     def rated(self, kinds: Sequence[str]) -> Rated:
-        """Rated torque and speed, given for the slow end or for the sun of the last stage.
-        InputError where options of both are mixed."""
+        """Rated torque and speed of the slow end, or of the sun of the last stage. InputError for
+        options of both ends."""
         at_sun = self.sun_torque is not None or self.sun_speed is not None
         if at_sun and not (self.torque is None and self.speed is None):
             key = "--speed-rpm" if self.torque is None else "--torque-nm"
@@ -108,8 +109,8 @@ def new(stages: NewStages) -> None:
 
     A ratio is the speed of the fast over that of the slow member: sun over carrier of a planetary
     stage, sun over ring of a star, ring over carrier of a solar one. Several make a chain: each
-    stage's fast member drives the next one's slow member, or the other way round. Asks on a
-    terminal for what is left out.
+    stage's fast member drives the next one's slow member, or is driven by it. Missing options are
+    asked for on a terminal.
     """
     out = stages.out
     options.require_new(out, "new", stages.force)
@@ -121,13 +122,14 @@ def new(stages: NewStages) -> None:
 
 
 def _proposal_text(p: Proposal) -> str:
+    """Tooth numbers, module and ratio of a stage in words."""
     teeth = "/".join(str(p.gear_set.gears[role].teeth) for role in ("sun", "planet", "ring"))
     kind = "" if p.request.arrangement == "planetary" else f"{p.request.arrangement} of "
     return f"{kind}{teeth} teeth of module {1e3 * p.module:g} mm, ratio {p.ratio:.5g}"
 
 
 def _kind(word: str) -> str:
-    """A name of ``ARRANGEMENTS``."""
+    """The name of an arrangement; InputError unless it is one of ``ARRANGEMENTS``."""
     name = word.strip()
     if name not in ARRANGEMENTS:
         remedy = nearest(name, list(ARRANGEMENTS))
@@ -136,7 +138,7 @@ def _kind(word: str) -> str:
 
 
 def _each(option: str, values: Sequence[T], stages: int) -> list[T]:
-    """Values for all stages: one for each, or a single one for all; InputError otherwise."""
+    """A value for each stage, repeated if there is only one; InputError for another number."""
     if len(values) == 1:
         return [*values] * stages
     if len(values) != stages:
@@ -146,7 +148,7 @@ def _each(option: str, values: Sequence[T], stages: int) -> list[T]:
 
 
 def _list(option: str, text: str, least: float = math.nan) -> list[float]:
-    """Numbers between commas, above 0, or from ``least`` on."""
+    """Numbers separated by commas; InputError unless each is positive or at least ``least``."""
     try:
         values = [float(word) for word in text.split(",")]
     except ValueError:
@@ -155,7 +157,7 @@ def _list(option: str, text: str, least: float = math.nan) -> list[float]:
 
 
 def _asked_list(option: str, about: str, written: str | None, usual: str) -> list[float]:
-    """Numbers that were given, or the answer to a question, which is asked until it has some."""
+    """Numbers of an option, or of the answer to a question that is repeated until it is valid."""
 
     def read(text: str) -> list[float]:
         try:
@@ -178,7 +180,7 @@ def _asked(option: str, about: str, value: float | None, usual: float) -> float:
 
 
 def _on_terminal(option: str, about: str) -> bool:
-    """Whether somebody can answer; InputError if nobody can."""
+    """True on a terminal; else InputError, as the option is missing."""
     if not sys.stdin.isatty():
         raise InputError("new", option, "is missing", f"give the {about}")
     return True

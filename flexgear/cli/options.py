@@ -1,7 +1,6 @@
-"""Options that commands share, the case that a command names, and its output paths, which are
-checked before the work begins.
+"""Options that commands share, the case of a command, and checks of its output paths before work.
 
-An output replaces only what flexgear wrote for the same case, and anything where --force is given.
+An output replaces only earlier results of the same case, or with --force any file.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ Settings = Annotated[
     ),
 ]
 AsJson = Annotated[bool, Option("--json", help="Print JSON, for programs.")]
-Quiet = Annotated[bool, Option("--quiet", "-q", help="No progress, only the outcome.")]
+Quiet = Annotated[bool, Option("--quiet", "-q", help="Show no progress, only the results.")]
 Rigid = Annotated[
     list[str] | None,
     Option("--rigid", metavar="PART", help="Make ring, planet, carrier, shaft or all rigid."),
@@ -60,8 +59,8 @@ Scheduler = Annotated[
 
 
 def expanded(command: Callable[..., None]) -> Callable[..., None]:
-    """Replaces the first argument of a command, a dataclass of options, by one argument for each of
-    its fields, which is what typer reads; a command without such an argument stays as it is."""
+    """The command with an argument for each field of its first argument, a dataclass of options, as
+    typer needs them; a command without such an argument is returned unchanged."""
     signature = inspect.signature(command, eval_str=True)
     shared, *others = signature.parameters.values()
     group: Callable[..., Any] = shared.annotation
@@ -80,8 +79,9 @@ def expanded(command: Callable[..., None]) -> Callable[..., None]:
 
     needed = [p for p in (*fields, *others) if p.default is p.empty]
     left = [p for p in (*others, *fields) if p.default is not p.empty]
-    called.__signature__ = signature.replace(parameters=[*needed, *left])  # type: ignore[attr-defined]
-    called.__annotations__ = {p.name: p.annotation for p in (*needed, *left)}
+    parameters = [*needed, *left]
+    called.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
+    called.__annotations__ = {p.name: p.annotation for p in parameters}
     return called
 
 
@@ -99,9 +99,9 @@ def settings_of(settings: list[str] | None) -> dict[str, str]:
 
 
 def read_case(name: str, settings: list[str] | None, *, loaded: bool = True) -> Case:
-    """The case with ``--set`` applied; InputError for one that cannot be computed.
+    """The case with ``--set`` applied; InputError for a case that cannot be computed.
 
-    loaded: whether the command needs torques, so that a case of free vibration is refused.
+    loaded: whether the command needs torques and refuses a case of free vibration.
     """
     case = load_case(name, settings_of(settings))
     if loaded:
@@ -111,10 +111,8 @@ def read_case(name: str, settings: list[str] | None, *, loaded: bool = True) -> 
 
 
 def require_flexible(case: Case, option: str = "") -> None:
-    """InputError for a case of lumped members alone, which have no FE mesh.
-
-    option: the option that needs an FE mesh, for the message.
-    """
+    """InputError for a case that has only lumped members and so no FE mesh; option: the option that
+    needs an FE mesh, for the message."""
     if not case.flexible_stages:
         raise InputError(
             option or case.source,
@@ -127,7 +125,7 @@ def require_flexible(case: Case, option: str = "") -> None:
 
 
 def rigid_parts(names: list[str] | None, case: Case) -> tuple[str, ...]:
-    """Components named by ``--rigid``."""
+    """Components named by ``--rigid``; InputError for unknown ones."""
     from flexgear.solve.bodies import rigid_bodies
 
     parts = tuple(n.strip() for text in names or [] for n in text.split(","))
@@ -136,17 +134,17 @@ def rigid_parts(names: list[str] | None, case: Case) -> tuple[str, ...]:
 
 
 Force = Annotated[
-    bool, Option("--force", help="Replace files that are no earlier result of the same case, too.")
+    bool, Option("--force", help="Replace even files that are no earlier result of the same case.")
 ]
 
 
-ForceNew = Annotated[bool, Option("--force", help="Replace a file that is there.")]
+ForceNew = Annotated[bool, Option("--force", help="Replace an existing file.")]
 
 
 def require_new(
     path: Path, option: str, force: bool, remedy: str = "choose a new name, or --force"
 ) -> None:
-    """InputError for an output that exists, unless it may be replaced."""
+    """InputError for an output that exists, unless ``force``."""
     if file_target(path).exists() and not force:
         raise InputError(option, str(path), "is there already", remedy)
 
@@ -165,7 +163,7 @@ def _file_named(text: str) -> Path:
 
 
 def file_option(flag: str, about: str) -> Any:
-    """An option that names a file to write."""
+    """An option for the name of a file to write."""
     return typer.Option(flag, metavar="FILE", help=about, parser=_file_named)
 
 
@@ -173,14 +171,14 @@ OutFolder = Annotated[
     Path | None, Option("--out", metavar="DIR", help="Folder for results.", parser=folder_named)
 ]
 Interactive = Annotated[
-    bool, Option(help="Plots in the report that zoom and turn; static pictures without.")
+    bool, Option(help="Plots in the report that zoom and turn, or static pictures.")
 ]
 OutFile = Annotated[Path | None, file_option("--out", "Write the dataset (netCDF).")]
 
 
 @dataclass(frozen=True, kw_only=True)
 class CaseOptions:
-    """Options of commands that work on a case, which come behind those of the command itself."""
+    """Options of commands for one case, listed after those of the command itself."""
 
     case: CaseName
     settings: Settings = None
@@ -189,7 +187,7 @@ class CaseOptions:
     quiet: Quiet = False
 
     def read_case(self, *, loaded: bool = True) -> Case:
-        """The case with ``--set`` applied, as the function ``read_case`` reads it."""
+        """The case with ``--set`` applied; as the function ``read_case``."""
         return read_case(self.case, self.settings, loaded=loaded)
 
 
@@ -220,10 +218,9 @@ _KINDS = {"run": "run", "check": "check", "tolerance": "tolerance study", "ratin
 
 
 def claim_file(path: Path | None, origin: Origin, force: bool) -> None:
-    """Check before the work that results of a case may be written to the file ``path``, if any.
+    """Check, before the work, that results of a case may be written to the file ``path``, if any.
 
-    InputError where it holds anything but earlier results of the case; FlexgearError where it
-    cannot be written.
+    InputError if the file is no earlier result of the case; FlexgearError if it cannot be written.
     """
     if path is None:
         return
@@ -234,16 +231,16 @@ def claim_file(path: Path | None, origin: Origin, force: bool) -> None:
 
 
 def claim_folder(path: Path, names: Sequence[str], origin: Origin, force: bool) -> None:
-    """InputError if the folder ``path`` holds files called ``names`` of another origin. names:
-    patterns. Pictures belong to the case of the results, or of the report, beside them."""
+    """InputError if the folder ``path`` has files that match the patterns ``names`` and are of
+    another origin. Pictures are of the same case as the results or the report beside them."""
     target = folder_target(path)
     if not force and target.is_dir():
         _require_own(_named(target, names), origin, _named(target, RUN))
 
 
 def earlier(names: Sequence[str]) -> Callable[[Path], list[Path]]:
-    """Function of a folder that lists its files called ``names`` (patterns) that flexgear wrote,
-    pictures included; new results replace all of them."""
+    """Function that lists the files of a folder which new results replace: files and pictures that
+    match the patterns ``names`` and were written by flexgear."""
 
     def files_in(folder: Path) -> list[Path]:
         return [f for f in _named(folder, names) if is_picture(f) or origin_of(f) is not None]
@@ -258,8 +255,8 @@ def _named(folder: Path, names: Sequence[str]) -> list[Path]:
 
 
 def save_or_rescue(save: Callable[[Path], object], path: Path) -> None:
-    """Write finished work to ``path``, a file or folder; where the disk refuses (it may have filled
-    meanwhile) to the system's folder for temporary files, and the FlexgearError says so."""
+    """Write finished results to the file or folder ``path``; if that fails, as on a full disk, to
+    the folder for temporary files, which the FlexgearError names."""
     try:
         save(path)
     except FlexgearError as error:
@@ -277,8 +274,8 @@ def save_or_rescue(save: Callable[[Path], object], path: Path) -> None:
 
 @contextmanager
 def without_pictures(lost: list[str]) -> Iterator[None]:
-    """Within it a picture that cannot be drawn costs no results: ``lost`` collects the reasons. A
-    stop by the user still ends everything."""
+    """Context in which an error of drawing is only added to ``lost``, so that results are still
+    written; KeyboardInterrupt is raised as usual."""
     try:
         yield
     except Exception as error:
@@ -287,10 +284,10 @@ def without_pictures(lost: list[str]) -> Iterator[None]:
 
 
 def require_pictures(lost: Sequence[str], folder: Path) -> None:
-    """FlexgearError if pictures are missing beside complete results."""
+    """FlexgearError if pictures of complete results could not be drawn."""
     if lost:
         raise FlexgearError(
-            f"the pictures could not be drawn ({lost[0]}); the results are whole in {folder}: "
+            f"the pictures could not be drawn ({lost[0]}); the results are complete in {folder}: "
             f"try `flexgear render {folder}`"
         )
 
@@ -299,12 +296,12 @@ def _require_own(files: Iterable[Path], origin: Origin, beside: Iterable[Path] =
     """InputError for a file of another case; pictures are of the case of a result beside them."""
     origins = {f: origin_of(f) for f in files}
     sources = (*origins.values(), *map(origin_of, beside))
-    ours = any(o is not None and o.same(origin) for o in sources)
+    has_results_of_case = any(o is not None and o.same(origin) for o in sources)
     for file, owner in origins.items():
-        if owner is None and is_picture(file) and ours:
+        if owner is None and is_picture(file) and has_results_of_case:
             continue
         if owner is None:
-            problem = f"is there already and no result of {origin.name}"
+            problem = f"exists and is no result of {origin.name}"
         elif not owner.same(origin):
             problem = f"holds a {_KINDS.get(owner.result, 'result')} of {owner.name}"
         else:

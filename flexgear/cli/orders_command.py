@@ -1,4 +1,4 @@
-"""``flexgear orders``: spectra over the turn of a member, run-up maps, averages over turns."""
+"""``flexgear orders``: order spectra, run-up maps and averages over the turns of a member."""
 
 from __future__ import annotations
 
@@ -40,17 +40,20 @@ from flexgear.results.synchronous_average import planet_averages, synchronous_av
 FILES = ("orders.nc", "orders.png", "report.html")
 TRANSIENT = "transient.nc"
 USUAL = "gear_mesh_force"
-MOST_CURVES, LINES = 12, 12  # in a picture; strongest that are printed
-CANDIDATES, ABOVE = 400, 1.5  # peaks, and how far lines stand above the lobes of higher ones
-RESOLVED = 2.0  # lines of the transform between neighbours that Hann's window tells apart
-MULTIPLE = 0.25  # of a line of the transform: how near multiples of a fault's line are to a peak
-APART = 10.0  # lines between multiples: a peak then meets one by chance in one of 20 cases
+MAX_CURVES = 12  # of a picture
+MAX_LINES = 12  # that are printed, the strongest
+MAX_PEAKS = 400  # that are examined, the highest
+LOBE_FACTOR = 1.5  # of a line over the side lobes of all higher lines, at least
+RESOLUTION = 2.0  # lines of the transform between neighbours that a Hann window resolves
+MULTIPLE_TOLERANCE = 0.25  # lines of the transform between a peak and a multiple of a fault's line
+MULTIPLE_SPACING = (
+    10.0  # lines of the transform between multiples; 1 peak in 20 is at one by chance
+)
 
 
 @dataclass(frozen=True)
 class OrderAnalysis:
-    """Options: the history and its samples, over whose turn, what is made of it, and where that
-    goes."""
+    """Options of ``flexgear orders``: history, samples, member, kind of analysis, output."""
 
     file: Annotated[
         Path, typer.Argument(metavar="FILE", help="A transient (.nc), or the folder of a run.")
@@ -66,11 +69,13 @@ class OrderAnalysis:
         str, typer.Option("--against", metavar="MEMBER", help="Rotation relative to this member.")
     ] = ""
     highest: Annotated[
-        float | None, typer.Option("--highest", help="Highest order; all that samples allow.")
+        float | None, typer.Option("--highest", help="Highest order; by the samples if left out.")
     ] = None
     block_turns: Annotated[
         float | None,
-        typer.Option("--map", metavar="TURNS", help="Orders over speed, in blocks of so many."),
+        typer.Option(
+            "--map", metavar="TURNS", help="Orders over speed, in blocks of so many turns."
+        ),
     ] = None
     average: Annotated[bool, typer.Option("--average", help="Mean over turns.")] = False
     planets: Annotated[
@@ -94,8 +99,8 @@ class OrderAnalysis:
     quiet: options.Quiet = False
 
     def part(self, data: xr.Dataset) -> xr.Dataset:
-        """The history and the rotation of the inputs, over the samples that are looked at: named
-        ones, or settled ones, or all of a map."""
+        """The history and the rotation of the inputs from ``--from-s`` to ``--to-s``; without these
+        options over the settled samples, or for a map over all."""
         history = over_time(data, self.of)
         if self.from_s is None and self.to_s is None:
             part = history if self.block_turns is not None else settled(history)
@@ -128,8 +133,8 @@ class OrderAnalysis:
 
 
 def orders(analysis: OrderAnalysis) -> None:
-    """Order analysis of a transient: spectrum over the turn of a member, whatever its speed does,
-    lines that are expected there, run-up maps, envelopes and averages over turns."""
+    """Order analysis of a transient at any speed: spectrum over the turns of a member with expected
+    lines, run-up maps, envelopes, averages over turns."""
     data, out = _opened(analysis.file), analysis.out
     with complete(analysis.file):
         case, against = case_of(data), analysis.against
@@ -154,7 +159,7 @@ def orders(analysis: OrderAnalysis) -> None:
 
 
 def _opened(file: Path) -> xr.Dataset:
-    """The transient of a file, or of the folder of a run."""
+    """The transient in a file or in the folder of a run; InputError if there is none."""
     path = file / TRANSIENT if file.is_dir() else file
     if not path.is_file():
         raise InputError(
@@ -164,9 +169,8 @@ def _opened(file: Path) -> xr.Dataset:
 
 
 def columns_of(history: xr.DataArray, text: str) -> xr.DataArray:
-    """Columns (time, column) of a variable, those with a text in their labels, of which the part of
-    a file is read that holds them. InputError where there are none, more than a picture shows, or
-    of several units."""
+    """Columns (time, column) of a variable whose labels contain a text; only their part of the file
+    is read. InputError for no columns, more than a picture shows, or columns of several units."""
     others = [str(d) for d in history.dims if d != "time"]
     if not others:
         return history
@@ -179,8 +183,8 @@ def columns_of(history: xr.DataArray, text: str) -> xr.DataArray:
     units = {str(history.attrs["units"])}
     if "sensor_unit" in history.coords:
         units = set(map(str, history["sensor_unit"].to_numpy()[at["sensor"]]))
-    problem, remedy = "", f"name up to {MOST_CURVES} with --only, e.g. of {', '.join(names[:4])}"
-    if not 0 < len(chosen) <= MOST_CURVES:
+    problem, remedy = "", f"name up to {MAX_CURVES} with --only, e.g. of {', '.join(names[:4])}"
+    if not 0 < len(chosen) <= MAX_CURVES:
         problem = f"are {len(chosen)} columns" if len(chosen) else "is no label"
     elif len(units) > 1:
         problem = f"is in {' and '.join(sorted(units))}"
@@ -198,7 +202,7 @@ def columns_of(history: xr.DataArray, text: str) -> xr.DataArray:
 def _expected(
     case: Case, result: xr.DataArray, member: str, against: str
 ) -> list[tuple[ExpectedLine, float]]:
-    """Lines up to the highest order of a spectrum."""
+    """Expected lines up to the highest order of a spectrum, with their orders."""
     highest = float(result["order"][-1])
     first = expected_orders(case, member, against)
     gear_meshes = [order / line.harmonic for line, order in first if line.kind == "gear mesh"]
@@ -210,22 +214,22 @@ def _expected(
 def strongest(
     result: xr.DataArray, expected: list[tuple[ExpectedLine, float]]
 ) -> Iterator[dict[str, Any]]:
-    """The highest peaks of all columns except side lobes of higher ones, and the expected
-    line at it, else the tooth faults of which it is a multiple, else the nearest expected line
-    within the resolution of the window."""
+    """Rows of the highest peaks of all columns, without side lobes of higher peaks. Each has the
+    expected lines at its order, else the tooth faults of which it is a multiple, else the nearest
+    expected line within the resolution of the window."""
     order, turns = result["order"].to_numpy(), float(result.attrs["turns"])
     others = [d for d in result.dims if d != "order"]
     largest = result.max(others).to_numpy()
-    spacing = max(1, int(RESOLVED / turns / (order[1] - order[0])))
+    spacing = max(1, int(RESOLUTION / turns / (order[1] - order[0])))
     peaks, _ = find_peaks(largest, distance=spacing)
     peaks = peaks[largest[peaks] > result.attrs.get("rounding", 0.0)]
     lines, lobes = list[int](), side_lobes(result.attrs["window"])
-    for k in sorted(peaks, key=lambda k: -largest[k])[:CANDIDATES]:
+    for k in sorted(peaks, key=lambda k: -largest[k])[:MAX_PEAKS]:
         away = turns * np.abs([order[lines] - order[k], order[lines] + order[k]])
-        place = np.minimum(away * PADDING, len(lobes) - 1).astype(int)  # mirror image, too
-        if largest[k] > ABOVE * np.sum(largest[lines] * lobes[place]):
+        place = np.minimum(away * PADDING, len(lobes) - 1).astype(int)  # with the mirror image
+        if largest[k] > LOBE_FACTOR * np.sum(largest[lines] * lobes[place]):
             lines.append(k)
-    for k in lines[:LINES]:
+    for k in lines[:MAX_LINES]:
         row: dict[str, Any] = {"order": float(order[k]), "amplitude": float(largest[k])}
         at = result[{"order": k}]
         at = at[at.argmax(others)] if others else at
@@ -237,15 +241,17 @@ def strongest(
 
 
 def _labels(order: float, expected: list[tuple[ExpectedLine, float]], turns: float) -> list[str]:
-    """Labels of the lines at an order in a spectrum of so many turns, or of tooth faults of which
-    it is a multiple: those that are equally near."""
+    """Labels of the nearest expected lines at an order in a spectrum of so many turns, or of the
+    nearest multiples of lines of tooth faults; empty where none is near."""
     named = [(f"{words(x.stage)} {x.label}".removeprefix("stage "), at) for x, at in expected]
     faults = [
         (f"{round(order / at)} × {name}", round(order / at) * at)
         for (line, at), (name, _) in zip(expected, named, strict=True)
-        if line.kind == TOOTH_FAULT and at >= APART / turns
+        if line.kind == TOOTH_FAULT and at >= MULTIPLE_SPACING / turns
     ]
-    for lines, within in ((named, MULTIPLE), (faults, MULTIPLE), (named, 1.0)):
+    for lines, within in (
+        (named, MULTIPLE_TOLERANCE), (faults, MULTIPLE_TOLERANCE), (named, 1.0),
+    ):  # fmt: skip
         least = min((abs(at - order) for _, at in lines), default=np.inf)
         if least <= within / turns:
             return [name for name, at in lines if abs(at - order) <= least + 1e-9]
@@ -259,7 +265,7 @@ def _print(case: Case, result: xr.DataArray, rows: list[dict[str, Any]]) -> None
         quiet = "" if "phase" in result.dims else ": nothing but rounding varies"
         typer.echo(title + quiet)
         return
-    resolution, window = number(RESOLVED / turns, 2), result.attrs["window"]
+    resolution, window = number(RESOLUTION / turns, 2), result.attrs["window"]
     title += f", {window} window; lines less than {resolution} orders apart are one"
     unit, by = scale([rows[0]["amplitude"]], str(result.attrs["units"]))
     lines = {}
@@ -275,14 +281,14 @@ def _print(case: Case, result: xr.DataArray, rows: list[dict[str, Any]]) -> None
 def _write(
     folder: Path, case: Case, result: xr.DataArray, expected: list[tuple[ExpectedLine, float]]
 ) -> None:
-    """Dataset, picture, and the page on which it zooms."""
+    """Write the dataset, its picture, and a page with the picture."""
     from flexgear.views.order_charts import average_chart, order_chart, order_map_chart
     from flexgear.views.report import saved_picture, write_study
 
     if "phase" in result.dims:
         figure = average_chart(result)
     elif "block" in result.dims:
-        figure = order_map_chart(_loudest(result), expected)
+        figure = order_map_chart(_largest_column(result), expected)
     else:
         figure = order_chart(result, expected)
     about = {
@@ -298,7 +304,7 @@ def _write(
         write_study(stage, case, "orders", caption, [picture])
 
 
-def _loudest(mapped: xr.DataArray) -> xr.DataArray:
+def _largest_column(mapped: xr.DataArray) -> xr.DataArray:
     """The column of a map with the largest amplitude."""
     if "column" not in mapped.dims:
         return mapped

@@ -1,4 +1,4 @@
-"""The pictures of a run, drawn by several processes, and its report."""
+"""Pictures and report of a run, drawn by several processes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from flexgear.views.interactive import panels_of
 from flexgear.views.report import Picture, Side, write_report
 from flexgear.views.run_charts import DPI, RUN_CHARTS
 
-TITLE = 85  # characters in a line of a title
+TITLE_WIDTH = 85  # characters of a line
 
 
 def draw(
@@ -35,7 +35,7 @@ def draw(
     interactive: bool = True,
 ) -> list[str]:
     """Draw the pictures of the run in the folder ``source`` and write the report into ``target``;
-    returns what was left out and why."""
+    returns notes on omitted pictures."""
     side, notes = drawn_side(content, source, target, report, workers)
     title = content.case.title or content.case.name
     write_report(target / "report.html", title, content.case.name, [side], interactive)
@@ -46,13 +46,13 @@ def draw(
 def drawn_side(
     content: Folder, source: Path, target: Path, report: Report, workers: EarlyWorkers
 ) -> tuple[Side, list[str]]:
-    """Draw the pictures: their side of the report, and what was left out and why."""
+    """Draw the pictures; returns their side of the report and notes on omitted pictures."""
     report("pictures", 0.0)
     pictures: dict[str, Picture] = {}
     _of_folders[source, target] = drawn = Pictures(content, target)
     try:
         for k, outcome in workers.completed(_picture, (source, target), drawn.names):
-            # what another process could not draw fails here again, with its own error
+            # a picture that failed in another process is drawn here, which raises its error
             pictures[drawn.names[k]] = outcome.value or drawn.picture(drawn.names[k])
             report("pictures", len(pictures) / (len(drawn.names) + 1))
     finally:
@@ -77,7 +77,7 @@ def drawn_side(
 
 
 def _lead(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> str:
-    """Sentence on the case: stages, speeds and torques."""
+    """Sentences on the case: stages, speeds, torques, analyses."""
     stages = "; ".join(f"{words(s.name).capitalize()}: {stage_line(s)}" for s in case.stages)
     ports = ", ".join(
         f"{words(name)} {with_unit(abs(flow.speed[name]), 'rad/s')}, "
@@ -85,13 +85,13 @@ def _lead(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> str:
         for name, torque in flow.torque.items()
         if abs(flow.speed[name]) > 0
     )
-    did = ["natural modes", "equilibria", "load sharing", "steady running in time"]
+    analyses = ["natural modes", "equilibria", "load sharing", "steady running in time"]
     drops = [with_unit(float(depth), "N m") for depth in summary["torque_steps"]]
     if drops:
-        did.append("torque drops to " + ", ".join(drops))
+        analyses.append("torque drops to " + ", ".join(drops))
     return (
         f"{stages}. {with_unit(flow.input_power, 'W')} in; {ports}. Bodies: {summary['variant']}. "
-        f"Computed: {', '.join(did)}."
+        f"Computed: {', '.join(analyses)}."
     )
 
 
@@ -104,16 +104,16 @@ class Pictures:
 
     @cached_property
     def plan(self) -> dict[str, Planned]:
-        """In the order of the report."""
+        """Planned pictures by name, in the order of the report."""
         return planned(self.content, RUN_CHARTS)
 
     @property
     def names(self) -> list[str]:
-        """Names of all pictures; those that take longest first."""
+        """Names of all pictures, slow ones first."""
         return sorted(self.plan, key=lambda name: not self.plan[name].chart.slow)
 
     def picture(self, name: str) -> Picture:
-        """Draw one picture; without a file where it is left out, and its caption says why."""
+        """Draw one picture; an omitted picture has no file, and its caption has the reason."""
         chart, caption = self.plan[name].chart, self.plan[name].caption
         path = self.target / "pictures" / f"{name}{chart.suffix}"
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -130,26 +130,29 @@ class Pictures:
         return replace(picture, plots=panels_of(drawn))
 
 
-_of_folders: dict[tuple[Path, Path], Pictures] = {}  # of this process, by source and target
+_of_folders: dict[tuple[Path, Path], Pictures] = {}  # by source and target, in each process
 
 
 def _picture(folders: tuple[Path, Path], name: str) -> Picture:
-    """The picture of a name, in whatever process; it reads the run once. folders: source and target
-    of ``draw``."""
+    """Draw one picture in any process, which reads the run once. folders: source and target of
+    ``draw``."""
     if folders not in _of_folders:
         _of_folders[folders] = Pictures(read_folder(folders[0]), folders[1])
     return _of_folders[folders].picture(name)
 
 
-def imported() -> None:
-    """Prepares a worker for drawing: imports this module and the renderer."""
+def import_renderer() -> None:
+    """Import this module and the renderer in a worker."""
     from flexgear.views import render, scenes  # noqa: F401
 
     render.load_renderer()
 
 
 def _title(figure: Any, caption: str) -> None:
-    """Title of a single picture: its caption and its own note."""
+    """Set the title of a picture: its caption, and the note that the chart has as title."""
     title = figure.get_suptitle()
-    lines = [*textwrap.wrap(caption, TITLE), *([title] if title and title not in caption else [])]
+    lines = [
+        *textwrap.wrap(caption, TITLE_WIDTH),
+        *([title] if title and title not in caption else []),
+    ]
     figure.suptitle("\n".join(lines), fontsize=9, weight="bold")

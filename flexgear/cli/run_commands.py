@@ -1,4 +1,4 @@
-"""The whole job, and its pictures drawn again."""
+"""Commands ``flexgear run``, all analyses of a case, and ``flexgear render``, its pictures."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def run(
     options.claim_folder(folder, options.RUN, origin_of_case(source, "run"), common.force)
     watch = Stopwatch()
     with (
-        EarlyWorkers(pictures, _imported if source.flexible_stages else bool) as workers,
+        EarlyWorkers(pictures, _import_renderer if source.flexible_stages else bool) as workers,
         staged_folder(folder, options.earlier(options.RUN)) as stage,
         progress(common.quiet) as report,
     ):
@@ -65,8 +65,7 @@ def run(
 
 
 def _show(title: str, case: Case, summary: dict[str, Any]) -> None:
-    """Print the end of a run: the headlines of its report, each with its figure and its sentence,
-    and the warnings."""
+    """Print the headlines of the report of a run, each with its figure and its sentence."""
     typer.echo(title)
     power = with_unit(summary["power_flow"]["input_power_w"], "W")
     lowest = [m for m in summary["modes"]["lowest"] if m["frequency_hz"] > 0][:3]
@@ -81,11 +80,11 @@ def _show(title: str, case: Case, summary: dict[str, Any]) -> None:
     ])  # fmt: skip
 
 
-def _imported() -> None:
-    """Import the modules that draw, which other commands do not need."""
-    from flexgear.cli.pictures import imported
+def _import_renderer() -> None:
+    """Import the modules for pictures, which other commands do not need."""
+    from flexgear.cli.pictures import import_renderer
 
-    imported()
+    import_renderer()
 
 
 def save_run(result: Run, stage: Path, report: Report) -> None:
@@ -93,10 +92,10 @@ def save_run(result: Run, stage: Path, report: Report) -> None:
     datasets = {**result.datasets, **{f"{FIELDS}{n}": d for n, d in result.fields.items()}}
     for k, (name, data) in enumerate(datasets.items()):
         report("saving", k / len(datasets))
-        if not (stage / f"{name}.nc").exists():  # transients were written as they came
+        if not (stage / f"{name}.nc").exists():  # transients are written during their solution
             save(data, stage / f"{name}.nc")
     write_json(stage / "case.json", result.case.to_dict())
-    write_json(stage / "summary.json", result.summary)  # without what pictures take
+    write_json(stage / "summary.json", result.summary)  # without the duration of pictures
     report("saving", 1.0)
 
 
@@ -119,11 +118,12 @@ def render(
 def draw_again(
     content: Folder, folder: Path, target: Path, interactive: bool, report: Report
 ) -> list[str]:
-    """Pictures and page of the run in ``folder`` into ``target``; what was left out and why."""
-    from flexgear.cli.pictures import draw, imported
+    """Draw pictures and report of the run in ``folder`` into ``target``; returns notes on omitted
+    pictures."""
+    from flexgear.cli.pictures import draw, import_renderer
 
     with (
-        EarlyWorkers(True, imported) as workers,
+        EarlyWorkers(True, import_renderer) as workers,
         complete(folder),
         staged_folder(target, options.earlier(options.PICTURES)) as stage,
     ):

@@ -1,4 +1,4 @@
-"""Load bins of a case: their table, as a file for ``[spectrum]``, and the load duration curve."""
+"""``flexgear spectrum``: load bins of a case as a table for ``[spectrum]``, and load duration."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from flexgear.solve.load_series import EXPONENTS, SeriesBins, bins_of_series, bi
 from flexgear.views import style
 from flexgear.views.study_charts import load_duration_chart
 
-MOST_ROWS = 24  # of bins that are printed
+MAX_ROWS = 24  # of printed bins
 COLUMNS = ("bin", "hours", "turns", "speed, r/min", "torque, kN m", "force, kN", "moment, kN m")
 
 
@@ -65,11 +65,12 @@ def spectrum(
 
 
 def _damage(series: SeriesBins) -> dict[float, float]:
+    """Damage of bins over that of the samples, by exponent of the load."""
     return {exponent: series.damage_of_bins(exponent) for exponent in EXPONENTS}
 
 
 def _plain(case: Case, bins: tuple[LoadBin, ...], series: SeriesBins | None) -> dict[str, Any]:
-    """Bins for programs, SI but for hours."""
+    """Content of ``--json``: bins in SI units with durations in hours."""
     return {
         "case": {"name": case.name, "content_hash": case.content_hash()},
         "bins": [
@@ -86,10 +87,10 @@ def _plain(case: Case, bins: tuple[LoadBin, ...], series: SeriesBins | None) -> 
 
 
 def _print(bins: tuple[LoadBin, ...], first: str) -> None:
-    """A line for each bin, of many so many, with both ends; then the sums."""
+    """Print a line for each bin, of many bins for some evenly spaced ones, and the sums."""
     typer.echo(f"speed, torque and load of {first}")
     lasting, extreme = [b for b in bins if not b.extreme], [b for b in bins if b.extreme]
-    lines = evenly_spaced(len(lasting), MOST_ROWS)
+    lines = evenly_spaced(len(lasting), MAX_ROWS)
     turns = sum(b.turns(b.speed[first]) for b in lasting)
     total = ("all", f"{sum(b.hours for b in lasting):.6g}", f"{turns:.6g}", "", "", "", "")
     rows = (_row(b, first) for b in [*(lasting[k] for k in lines), *extreme])
@@ -99,6 +100,7 @@ def _print(bins: tuple[LoadBin, ...], first: str) -> None:
 
 
 def _row(load_bin: LoadBin, first: str) -> tuple[str, ...]:
+    """Cells of a bin; first: the member whose speed, torque and load are shown."""
     speed = load_bin.speed[first]
     hours, turns = f"{load_bin.hours:.6g}", f"{load_bin.turns(speed):.6g}"
     load = sum((x.first for x in load_bin.loads if x.member == first), np.zeros(6)) / 1e3

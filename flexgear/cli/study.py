@@ -1,4 +1,4 @@
-"""Options of a study of one case that takes processes, and the folder that it writes."""
+"""Options of studies of one case on several processes, and the folder of their results."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ class Study(options.CaseOptions):
 
     @property
     def where(self) -> dict[str, Any]:
-        """Processes, or the cluster, as functions of ``studies`` take them."""
+        """Arguments ``workers`` and ``scheduler`` of the functions of ``studies``."""
         return {"workers": self.workers, "scheduler": self.scheduler}
 
     @contextmanager
     def results(
         self, folder: Path, files: Sequence[str], origin: Origin
     ) -> Iterator[tuple[Path, Report]]:
-        """Where ``files`` (patterns) of the folder are written, in the place of earlier ones of the
-        same case, and what reports progress."""
+        """Context with a temporary folder, whose files replace those of earlier results of the same
+        case in ``folder`` (patterns ``files``), and a function that reports progress."""
         options.claim_folder(folder, files, origin, self.force)
         with (
             staged_folder(folder, options.earlier(files)) as stage,

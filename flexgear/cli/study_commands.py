@@ -1,4 +1,4 @@
-"""Studies of one case with a page of their own: ratings under load cases, and tolerance studies."""
+"""Commands ``flexgear rate``, under load cases, and ``flexgear tolerance``, with random errors."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ from flexgear.studies import tolerance as tolerances
 from flexgear.views.report import saved_picture, write_study
 from flexgear.views.study_charts import rating_charts, tolerance_chart
 
-PICTURES = {  # by their figures in the summary: name of the statistics, file
+PICTURES = {  # name of the statistics and of the file, by key of the summary
     "load_sharing": ("load_sharing", "tolerance"),
     "k_h_beta": ("k_h_beta", "face_load_factor"),
     "largest_line_load_n_per_mm": ("largest_line_load", "largest_line_load"),
 }
-SAMPLES_SENTENCE = "Sets of parts by what they got: left how many, right what share stays below."
+SAMPLES_SENTENCE = "Distribution over sets of parts. Left: number; right: share up to a value."
 
 
 def rate(study: Study) -> None:
@@ -62,7 +62,7 @@ def rate(study: Study) -> None:
 
 
 def save_rating(rating: Rating, folder: Path, pictures: bool = True) -> None:
-    """Figures, dataset, table, REXS model and, with pictures, the page of a rating into a
+    """Write figures, dataset, table, REXS model and, with pictures, the page of a rating into a
     folder."""
     write_json(folder / "rating.json", rating_summary(rating))
     write_netcdf(rating.dataset(), folder / "rating.nc")
@@ -84,6 +84,7 @@ def save_rating(rating: Rating, folder: Path, pictures: bool = True) -> None:
 
 
 def _lead(rating: Rating) -> str:
+    """Sentence on the numbers of load bins, hours and positions."""
     positions = ", ".join(
         f"{count} positions of {words(stage)}" for stage, count in rating.positions.items()
     )
@@ -94,7 +95,7 @@ def _lead(rating: Rating) -> str:
 
 
 def _show_rating(rating: Rating) -> None:
-    """First screen, then tables; those of single parts are in the files."""
+    """Print the verdicts and the tables, without those of single parts."""
     typer.echo(f"{rating.case.name}: {_lead(rating)}")
     show_verdicts(rating_verdicts(rating))
     for each in rating_tables(rating, parts=False):
@@ -106,7 +107,7 @@ def _show_rating(rating: Rating) -> None:
 def tolerance(
     study: Study,
     samples: Annotated[int | None, Option(min=2, help="Sets of parts; tolerance.samples.")] = None,
-    seed: Annotated[int | None, Option(min=0, help="The same gives the same samples.")] = None,
+    seed: Annotated[int | None, Option(min=0, help="A seed always gives the same samples.")] = None,
 ) -> None:
     """Monte Carlo study of manufacturing errors: distribution of K over one carrier turn."""
     keys = {"tolerance.samples": samples, "tolerance.seed": seed}
@@ -133,7 +134,7 @@ def tolerance(
 def _write_tolerance_page(
     case: Case, data: xr.Dataset, summary: dict[str, Any], folder: Path, pictures: bool
 ) -> None:
-    """The study as a page, with histogram and distribution of every figure that it has."""
+    """Write the page of a study, with histogram and distribution of each of its figures."""
     drawn = [
         saved_picture(
             tolerance_chart(data, name), folder, file, TOLERANCE,
@@ -149,7 +150,7 @@ def _write_tolerance_page(
 
 
 def _show_tolerance(summary: dict[str, Any]) -> None:
-    """Print the share of samples above the value of IEC 61400-4, and the spread of figures."""
+    """Print the verdicts, with the share of samples above the value of IEC 61400-4, and tables."""
     samples = (
         f"{summary['samples']} samples, largest K over one turn of the carrier against the ring"
     )

@@ -1,4 +1,4 @@
-"""Parameter studies: any key of a case over a range or a grid."""
+"""``flexgear sweep``: parameter studies of one or two keys of a case."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from flexgear.studies.sweep_keys import FORMS, WHERE, Values, parse_setting
 from flexgear.views import style
 from flexgear.views.sweep_charts import drawn_variables, keys_of, scale_of, sweep_chart
 
-MOST_COLUMNS = 8  # of a printed table
-MOST_ROWS = 24  # of a table on a terminal
-ROUNDING = 1e-9  # of its largest value, by which a measure that does not change may differ
-MOST_MESSAGES = 3  # of failed points that are printed
+MAX_COLUMNS = 8  # of a printed table
+MAX_ROWS = 24  # of a printed table
+ROUNDING = 1e-9  # of the largest value: a measure with a smaller spread is constant
+MAX_MESSAGES = 3  # of failed points that are printed
 KNOWN = ", ".join(MEASURES)
 
 Keys = Annotated[
@@ -36,7 +36,7 @@ Keys = Annotated[
     Argument(
         metavar="KEY=VALUES [KEY2=VALUES2]",
         help="One or two keys of the case; values as 1,2,3 or start:stop:count or "
-        "start:stop:count:log. A number at the end picks an element of a list.",
+        "start:stop:count:log. A number at the end of a key selects an element of a list.",
     ),
 ]
 Measures = Annotated[
@@ -71,11 +71,11 @@ def sweep(
             _draw(data, folder, start, report)
     plan.store.clear()
     show(plain(data), lambda: _tables(data), study.as_json, target)
-    _complain(data)
+    _print_problems(data)
 
 
 def _keys(settings: list[str]) -> dict[str, Values]:
-    """Swept keys and their values from the command line; one or two."""
+    """One or two swept keys with their values; InputError for more, or a repeated key."""
     swept: dict[str, Values] = {}
     for setting in settings:
         key, values = parse_setting(setting)
@@ -90,8 +90,8 @@ def _keys(settings: list[str]) -> dict[str, Values]:
 
 
 def _files_of(target: Path) -> tuple[Path, str]:
-    """Folder of the outputs, and the stem of their names: those of ``target`` if it is a .nc file,
-    else the folder ``target`` and "sweep"."""
+    """Folder and stem of the output files: those of ``target`` if it is a .nc file, else ``target``
+    and "sweep"."""
     if target.suffix.lower() in (".png", ".svg", ".pdf", ".csv", ".json"):
         raise InputError(
             "--out",
@@ -106,6 +106,7 @@ def _files_of(target: Path) -> tuple[Path, str]:
 
 
 def _draw(data: xr.Dataset, folder: Path, start: str, report: Report) -> None:
+    """Write a picture of each variable."""
     names = drawn_variables(data)
     for k, name in enumerate(names):
         report("pictures", k / len(names))
@@ -114,7 +115,7 @@ def _draw(data: xr.Dataset, folder: Path, start: str, report: Report) -> None:
 
 
 def plain(data: xr.Dataset) -> dict[str, Any]:
-    """A dataset of a parameter study for ``--json``: keys, measures, failed points; SI units."""
+    """Content of ``--json``: keys, measures, failed points; SI units."""
     keys = keys_of(data["message"])
     return {
         "case": data.attrs["case"],
@@ -139,7 +140,7 @@ def plain(data: xr.Dataset) -> dict[str, Any]:
 
 
 def _tables(data: xr.Dataset) -> None:
-    """A table for each measure, a line for each point."""
+    """Print a table for each measure with a line for each point."""
     typer.echo(f"{data.attrs['case']}: {data.attrs['variant']}, {data.attrs['points']} points")
     for name in drawn_variables(data):
         field = data[name]
@@ -149,8 +150,8 @@ def _tables(data: xr.Dataset) -> None:
             titles, values = _columns(part, factor)
             if len(values) > 1 and _is_constant(values):
                 pairs = [f"{c} {v:.6g}" for c, v in zip(titles, values[0], strict=True)]
-                more = len(pairs) - MOST_COLUMNS
-                texts = ", ".join(pairs[:MOST_COLUMNS]) + (f" … {more} more" if more > 0 else "")
+                more = len(pairs) - MAX_COLUMNS
+                texts = ", ".join(pairs[:MAX_COLUMNS]) + (f" … {more} more" if more > 0 else "")
                 typer.echo(f"\n{heading}: the same at every point, {texts}")
             else:
                 typer.echo(f"\n{heading}")
@@ -158,7 +159,7 @@ def _tables(data: xr.Dataset) -> None:
 
 
 def _parts(field: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
-    """Split a field into titled tables with at most one dimension in addition to the swept keys."""
+    """Titles and parts of a field, each with at most one dimension beside the swept keys."""
     inner = [d for d in field.dims if d not in keys_of(field)][:-1]
     for at in np.ndindex(*(field.sizes[d] for d in inner)):
         part = field.isel(dict(zip(inner, at, strict=True)))
@@ -166,7 +167,7 @@ def _parts(field: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
 
 
 def _columns(part: xr.DataArray, factor: float) -> tuple[list[str], NDArray[np.float64]]:
-    """Titles (c,) of the columns of a part, and its values (points, c) times ``factor``."""
+    """Titles of the c columns of a part, and its values (points, c) times ``factor``."""
     keys = keys_of(part)
     inner = [d for d in part.dims if d not in keys]
     labels = part[inner[0]].to_numpy().tolist() if inner else ["value"]
@@ -175,43 +176,43 @@ def _columns(part: xr.DataArray, factor: float) -> tuple[list[str], NDArray[np.f
 
 
 def _is_constant(values: NDArray[np.float64]) -> bool:
-    """Whether a measure, values (points, components), stays the same but for rounding."""
+    """Whether a measure (points, components) is the same at all points except for rounding."""
     spread = np.ptp(values, axis=0)
     return bool(np.all(spread <= ROUNDING * np.abs(values).max(axis=0)))
 
 
 def _table(part: xr.DataArray, titles: list[str], values: NDArray[np.float64]) -> None:
-    """One line for each point, at most a fixed number, evenly spaced and with both ends."""
+    """Print a line for each point, of many points for some evenly spaced ones."""
     keys = keys_of(part)
     points = list(np.ndindex(*(part.sizes[k] for k in keys)))
-    lines = evenly_spaced(len(points), MOST_ROWS)
+    lines = evenly_spaced(len(points), MAX_ROWS)
     rows = [
         [*(part[k][i].item() for k, i in zip(keys, points[p], strict=True)),
-         *values[p, :MOST_COLUMNS].tolist()]
+         *values[p, :MAX_COLUMNS].tolist()]
         for p in lines
     ]  # fmt: skip
-    head = [*(_headed(part[k]) for k in keys), *titles[:MOST_COLUMNS]]
+    head = [*(_headed(part[k]) for k in keys), *titles[:MAX_COLUMNS]]
     columns([head, *([*map(value_text, row)] for row in rows)], ">")
-    counts = {"points": (len(lines), len(points)), "columns": (MOST_COLUMNS, len(titles))}
+    counts = {"points": (len(lines), len(points)), "columns": (MAX_COLUMNS, len(titles))}
     cut = [f"{some} of {count} {what}" for what, (some, count) in counts.items() if some < count]
     if cut:
         typer.echo(f"  {' and '.join(cut)}; the dataset has all")
 
 
 def _headed(ticks: xr.DataArray) -> str:
-    """Heading of a swept key: its name without the unit's suffix, and the unit."""
+    """Heading of a swept key: its name without suffix, and its unit."""
     name, unit = str(ticks.attrs["long_name"]), str(ticks.attrs["units"])
     return f"{name}, {unit}" if unit else name
 
 
-def _complain(data: xr.Dataset) -> None:
+def _print_problems(data: xr.Dataset) -> None:
     """Print failed points and warnings to stderr."""
     for name, how in (("message", "failed"), (WARNING, "have a warning")):
         lines = failures(data, name)
         if not lines:
             continue
         warn([f"{len(lines)} of {data.attrs['points']} points {how}:"])
-        texts = [f"{where}: {message}" for where, message in lines[:MOST_MESSAGES]]
-        if len(lines) > MOST_MESSAGES:
-            texts.append(f"… and {len(lines) - MOST_MESSAGES} more in the dataset")
+        texts = [f"{where}: {message}" for where, message in lines[:MAX_MESSAGES]]
+        if len(lines) > MAX_MESSAGES:
+            texts.append(f"… and {len(lines) - MAX_MESSAGES} more in the dataset")
         typer.echo("\n".join(f"  {text}" for text in texts), err=True)

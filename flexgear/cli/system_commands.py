@@ -1,4 +1,4 @@
-"""Commands about this machine: the cache of bodies, and missing libraries."""
+"""Commands about this machine: ``flexgear cache`` and ``flexgear doctor``."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from flexgear.results.version import version
 from flexgear.structures import cache as store
 from flexgear.studies.early_workers import processors
 
-LIBRARIES = {  # what gmsh and VTK load on Linux, and the package of Debian and Ubuntu that has it
+LIBRARIES = {  # of gmsh and VTK on Linux, with their packages in Debian and Ubuntu
     "libGL.so.1": "libgl1", "libEGL.so.1": "libegl1", "libGLU.so.1": "libglu1-mesa",
     "libXcursor.so.1": "libxcursor1", "libXft.so.2": "libxft2",
     "libXinerama.so.1": "libxinerama1", "libXrender.so.1": "libxrender1",
     "libXfixes.so.3": "libxfixes3", "libfontconfig.so.1": "libfontconfig1",
     "libgomp.so.1": "libgomp1",
 }  # fmt: skip
-LEAST_FREE = 1 << 30  # bytes: some reduced bodies and the results of a run
+LEAST_FREE = 1 << 30  # bytes, for some reduced bodies and the results of a run
 
 
 @dataclass(frozen=True)
 class Finding:
-    """The outcome of one check. mend: the command or advice that helps, "" where all is well."""
+    """Result of one check. mend: command or advice against the problem, "" without a problem."""
 
     what: str
     found: str
@@ -46,9 +46,9 @@ class Finding:
 
 
 def doctor(as_json: options.AsJson = False) -> None:
-    """Look at libraries, packages, threads, cache and disk; say what is missing and what mends it.
+    """Check libraries, packages, threads, cache and disk, and name a remedy for each problem.
 
-    Exit code 1 where something is missing.
+    Exit code 1 if there is a problem.
     """
     findings = list(look())
     wrong = [finding for finding in findings if finding.mend]
@@ -66,7 +66,7 @@ def doctor(as_json: options.AsJson = False) -> None:
 
 
 def look() -> Iterator[Finding]:
-    """All findings in the order in which they are shown."""
+    """Results of all checks, in the order of the printout."""
     yield Finding("flexgear", f"{version()}, Python {platform.python_version()}")
     yield from _packages()
     if sys.platform.startswith("linux"):
@@ -77,7 +77,7 @@ def look() -> Iterator[Finding]:
 
 
 def _packages() -> Iterator[Finding]:
-    """Packages that flexgear needs, with their versions against those that it asks for."""
+    """Required packages that are missing or too old, or the versions of all."""
     try:
         requirements = importlib.metadata.requires("flexgear") or []
     except importlib.metadata.PackageNotFoundError:
@@ -86,7 +86,7 @@ def _packages() -> Iterator[Finding]:
     versions, wrong = [], []
     for line in requirements:
         if ";" in line:
-            continue  # of an extra
+            continue  # belongs to an extra
         match = re.match(r"([\w.-]+).*?>=\s*([\d.]+)", line)
         name, least = match.groups() if match else (line, "0")
         try:
@@ -108,7 +108,7 @@ def _numbers(text: str) -> list[int]:
 def _libraries() -> Finding:
     missing = {name: package for name, package in LIBRARIES.items() if not _loads(name)}
     if not missing:
-        return Finding("system libraries", f"all {len(LIBRARIES)} there")
+        return Finding("system libraries", f"all {len(LIBRARIES)} present")
     from flexgear.views.render import apt_line
 
     return Finding(
@@ -125,8 +125,7 @@ def _loads(library: str) -> bool:
 
 
 def _rendering() -> Finding:
-    """Whether a three-dimensional picture can be drawn without a display."""
-    from flexgear.model.errors import FlexgearError
+    """Whether 3D pictures can be rendered without a display."""
     from flexgear.views.render import apt_line, require_rendering
 
     try:
@@ -137,14 +136,14 @@ def _rendering() -> Finding:
 
 
 def _threads() -> Finding:
-    """Processors that may be used, and settings that leave some idle."""
+    """Number of usable processors, and settings that limit threads."""
     names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
     settings = ", ".join(f"{name}={os.environ[name]}" for name in names if name in os.environ)
     return Finding("threads", f"{processors()} processors{'; ' + settings if settings else ''}")
 
 
 def _places() -> Iterator[Finding]:
-    """Cache and working folder: writable, and room on their disks."""
+    """Whether cache and working folder are writable and have free space."""
     cache = cache_directory()
     for what, path, mend in (
         ("cache", cache, "export FLEXGEAR_CACHE=/a/folder/that/you/may/write"),
@@ -173,7 +172,7 @@ def cache(
     clear: Annotated[bool, Option("--clear", help="Remove all of it.")] = False,
     as_json: options.AsJson = False,
 ) -> None:
-    """Place, size and entries of the cache; a body that is missing there is made again."""
+    """Place, size and entries of the cache; missing bodies are reduced again when needed."""
     folder = store.cache_directory()
     try:
         entries = store.clear() if clear else store.entries()

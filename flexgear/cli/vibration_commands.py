@@ -1,5 +1,5 @@
-"""Vibration over speed: steady states with all branches, or the linear response; bands of speed in
-which vibration grows by itself."""
+"""Commands ``flexgear response``, steady states or the linear response over speed, and
+``flexgear stability``, bands of parametric instability."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ from flexgear.views.vibration_charts import (
     stability_chart,
 )
 
-LISTED = 12  # resonances, jumps and ranges that the screen lists
-LEAST_SHARE = 0.01  # of a peak: a mode with less is not named
-LINES = {
+MAX_LINES = 12  # resonances, jumps and ranges that are printed
+LEAST_SHARE = 0.01  # of a peak: modes with smaller shares are not named
+RANGES = {  # of a response, in addition to those without contact
     "several_stable": "several stable states, the start decides",
-    "back_contact": "backs touch",
-}  # ranges of a response beside those without contact
+    "back_contact": "coast flanks in contact",
+}
 TIMES = {2: "twice", 4: "four times", 8: "eight times", 16: "sixteen times"}
-PROMINENT = 0.02  # of the largest force: what a peak rises above its sides
-COLUMNS = ("stage", "speeds over rated", "fastest at", "growth", "what meets")
+PROMINENCE = 0.02  # of the largest force, by which a peak exceeds its surroundings at least
+COLUMNS = ("stage", "speeds over rated", "fastest at", "growth", "modes and order")
 SpeedRange = Annotated[
     tuple[float, float] | None,
     typer.Option(
@@ -64,24 +64,24 @@ def response(
     ] = 1.0,
     torque: Annotated[float, typer.Option("--torque", help="Torques over rated.")] = 1.0,
     stage: Annotated[
-        str, typer.Option("--stage", help="Stage that excites; the first that turns.")
+        str, typer.Option("--stage", help="Exciting stage; the first that turns.")
     ] = "",
     harmonics: Annotated[
         int | None,
         typer.Option(
-            "--harmonics", help="Of the gear-mesh frequency in a state; if left out, by the case."
+            "--harmonics", help="Of the gear-mesh frequency in a state; by the case if left out."
         ),
     ] = None,
     doublings: Annotated[
         int,
         typer.Option(
-            "--doublings", help="Of the gear-mesh period: 1 follows states of two gear meshes, too."
+            "--doublings", help="Of the gear-mesh period; 1: follow states of two periods, too."
         ),
     ] = DOUBLINGS,
     linear: Annotated[
         bool,
         typer.Option(
-            "--linear", help="At mean stiffness, to the transmission error; modal shares."
+            "--linear", help="Response to the transmission error at mean stiffness; modal shares."
         ),
     ] = False,
 ) -> None:
@@ -101,7 +101,7 @@ def response(
                 doublings=doublings,
                 progress=report,
             )
-    analysis.keep(data, linear_response_chart if linear else response_chart)
+    analysis.save(data, linear_response_chart if linear else response_chart)
     if linear:
         peaks = [_linear_peak(data.isel(peak=k)) for k in range(data.sizes.get("peak", 0))]
         analysis.show({"peaks": peaks}, partial(_show_linear, model, peaks))
@@ -121,10 +121,10 @@ def stability(
         typer.Option("--limit-hz", help="Highest natural frequency of modes that are kept."),
     ] = None,
 ) -> None:
-    """Parametric instability: speeds at which varying gear-mesh stiffness lets vibration grow."""
+    """Parametric instability: speeds at which vibration grows by varying gear-mesh stiffness."""
     with analysis.model(pictured=True) as (model, report):
         data = over_speed(model, speed_range, count=count, limit_hz=limit_hz, progress=report)
-    analysis.keep(data, stability_chart)
+    analysis.save(data, stability_chart)
     bands = _bands(data)
     analysis.show({"bands": bands}, partial(_show_stability, model, data, bands))
 
@@ -132,7 +132,7 @@ def stability(
 def _show_linear(model: Model, peaks: list[dict[str, Any]]) -> None:
     """Print the highest peaks of gear-mesh forces, and the modes with the largest shares."""
     typer.echo(f"{model.case.name}: response to the static transmission error, mean stiffness")
-    for peak in peaks[:LISTED]:
+    for peak in peaks[:MAX_LINES]:
         modes = ", ".join(f"mode {m} {100 * s:.0f} %" for m, s in peak["modes"].items())
         typer.echo(
             f"  {peak['gear_mesh']}, order {peak['order']}, {peak['speed_share']:.4g} of rated "
@@ -141,16 +141,18 @@ def _show_linear(model: Model, peaks: list[dict[str, Any]]) -> None:
 
 
 def _linear_peak(row: xr.Dataset) -> dict[str, Any]:
-    """A peak, with its three largest modal shares."""
+    """A peak with its three largest modal shares."""
     share = row["peak_mode_share"].to_numpy()
-    most = np.argsort(-np.abs(share))[:3]
+    largest = np.argsort(-np.abs(share))[:3]
     numbers = row["kept_mode"].to_numpy()
     return {
         "gear_mesh": str(row["peak_gear_mesh"].values),
         "order": int(row["peak_order"]),
         "speed_share": float(row["peak_factor"]),
         "force_n": float(row["peak_force"]),
-        "modes": {int(numbers[k]): float(share[k]) for k in most if abs(share[k]) >= LEAST_SHARE},
+        "modes": {
+            int(numbers[k]): float(share[k]) for k in largest if abs(share[k]) >= LEAST_SHARE
+        },
     }
 
 
@@ -225,7 +227,8 @@ def response_figures(data: xr.Dataset) -> dict[str, Any]:
 def _sensors(
     data: xr.Dataset, share: str, stable: np.ndarray
 ) -> Iterator[tuple[str, dict[str, Any]]]:
-    """By sensor: the largest rms of what varies of its signal on stable branches, and where."""
+    """Largest rms of each sensor's signal about its mean on stable branches, with its place, by
+    sensor."""
     for k, name in enumerate(np.asarray(data.coords.get("sensor", ())).tolist()):
         signal = data["response_sensor"][:, k].sel(measure="rms").to_numpy()
         at = int(np.argmax(np.where(stable, signal, -1.0)))
@@ -235,24 +238,24 @@ def _sensors(
 
 
 def _rows(data: xr.Dataset, dim: str, *names: str) -> Iterator[tuple[Any, ...]]:
-    """Values of variables by number of a turning point or change."""
+    """Values of several variables of each turning point or change of stability."""
     return zip(*(data[f"{dim}_{name}"].to_numpy().tolist() for name in names), strict=True)
 
 
 def _peaks(force: np.ndarray, branch: np.ndarray, stable: np.ndarray) -> list[int]:
-    """Indices of states at peaks of the force along curves, stable or next to stable ones; the
-    largest first."""
+    """Indices of states at peaks of the force along curves, the largest first; only stable states
+    and their neighbours."""
     out: list[int] = []
     for curve in np.unique(branch):
         at = np.flatnonzero(branch == curve)
-        tops, _ = find_peaks(force[at], prominence=PROMINENT * force[at].max())
+        tops, _ = find_peaks(force[at], prominence=PROMINENCE * force[at].max())
         near_stable = np.convolve(stable[at], np.ones(2 * BESIDE + 1), "same") > 0
         out += [int(at[k]) for k in tops if near_stable[k]]
-    return sorted(out, key=lambda k: -force[k])[:LISTED]
+    return sorted(out, key=lambda k: -force[k])[:MAX_LINES]
 
 
 def _several(parameter: np.ndarray, branch: np.ndarray, stable: np.ndarray) -> list[list[float]]:
-    """Lowest and highest λ of ranges with more than one stable steady state."""
+    """Ends of the ranges of the parameter λ with more than one stable steady state."""
     along = (branch[1:] == branch[:-1]) & stable[1:] & stable[:-1]
     pairs = np.sort(np.stack([parameter[1:], parameter[:-1]], axis=1)[along], axis=1)
     at = np.r_[pairs[:, 0], pairs[:, 1]]
@@ -263,8 +266,8 @@ def _several(parameter: np.ndarray, branch: np.ndarray, stable: np.ndarray) -> l
 
 
 def _ranges(parameter: np.ndarray, branch: np.ndarray, where: np.ndarray) -> list[list[float]]:
-    """Lowest and highest λ of the pieces of curves on which ``where`` is true, joined across kinks
-    of a curve."""
+    """Ends of the ranges of the parameter λ in which ``where`` is true on a curve; gaps below a
+    share of ``NARROW``, as at kinks of a curve, are closed."""
     cuts = np.flatnonzero((np.diff(where.astype(int)) != 0) | (np.diff(branch) != 0)) + 1
     split = (np.split(values, cuts) for values in (parameter, where))
     pieces = [piece for piece, holds in zip(*split, strict=True) if holds[:1].any()]
@@ -293,7 +296,7 @@ def show_response(model: Model, data: xr.Dataset, figures: dict[str, Any]) -> No
         f"{data['gear_mesh_frequency'].max().item():.5g} Hz",
         "harmonics": f"{figures['harmonics']}; "
         + (
-            "how much more of them change is not known"
+            "the effect of more harmonics is not known"
             if change is None
             else f"twice as many change the motion by {with_unit(change, 'share')} of its range"
         ),
@@ -307,10 +310,11 @@ def show_response(model: Model, data: xr.Dataset, figures: dict[str, Any]) -> No
 
 
 def _lines(figures: dict[str, Any]) -> Iterator[str]:
+    """Lines on peaks, jumps, changes of stability, sensors and ranges of a response."""
     over = figures["over"]
     share = f"{over}_share"
     yield ""
-    for row in figures["peaks"][:LISTED]:
+    for row in figures["peaks"][:MAX_LINES]:
         force = with_unit(row["force_n"], "N")
         period = f", {period_words(row['period'])}" if row["period"] > 1 else ""
         yield f"  peak at {row[share]:.4g}: gear-mesh force up to {force}{period}"
@@ -322,7 +326,7 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
             f"  jump of a sweep of {moving} {over} at {row[share]:.4g}: from "
             f"{with_unit(row['force_n'], 'N')}{target}"
         )
-    for row in figures["stability_changes"][:LISTED]:
+    for row in figures["stability_changes"][:MAX_LINES]:
         motion = f"of {TIMES[2 * row['period']]} the gear-mesh period"
         if row["kind"] == KINDS[SECOND_FREQUENCY]:
             motion = "that beats with a second frequency"
@@ -333,7 +337,7 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
     if figures["doubled_at_ends"]:
         ends = " and ".join(f"{x:.4g}" for x in figures["doubled_at_ends"])
         wider = "wider " if over == "speed" else ""
-        yield f"  the period has doubled at {ends} already: a {wider}range of speeds shows where"
+        yield f"  the period is doubled at {ends} already: a {wider}range of speeds shows the start"
     for row in figures["longer_periods"]:
         text = f"stable {_spans(row['stable'])}, gear-mesh force up to "
         text = text + with_unit(row["force_n"], "N") if row["stable"] else "unstable"
@@ -341,7 +345,7 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
     for name, row in figures["sensors"].items():
         signal = with_unit(row["rms"], row["unit"])
         yield f"  sensor {name}: up to {signal} rms on stable branches, at {row[share]:.4g}"
-    for name, what in {"lost_contact": figures["without_contact"], **LINES}.items():
+    for name, what in {"lost_contact": figures["without_contact"], **RANGES}.items():
         if figures[name] or name != "several_stable":
             yield f"  {what}: {_spans(figures[name]) or 'nowhere on stable branches'}"
 
@@ -352,7 +356,7 @@ def _spans(spans: list[list[float]]) -> str:
 
 
 def _bands(data: xr.Dataset) -> list[dict[str, Any]]:
-    """Bands of all stages as plain rows, for ``--json``."""
+    """Bands of all stages, as rows of ``--json``."""
     return [
         {"stage": stage, "growth_rate_per_s": band.pop("growth_rate"), **band}
         for stage in map(str, data["turning_stage"].to_numpy())
@@ -361,7 +365,7 @@ def _bands(data: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def _show_stability(model: Model, data: xr.Dataset, bands: list[dict[str, Any]]) -> None:
-    """Print one line for each band, and the analysed range."""
+    """Print the analysed range and a line for each band."""
     factor, frequency = (data[n].to_numpy() for n in ("speed_factor", "kept_frequency"))
     typer.echo(
         f"{model.case.name}: parametric instability from {factor[0]:.4g} to {factor[-1]:.4g} times "
@@ -393,7 +397,7 @@ def _show_stability(model: Model, data: xr.Dataset, bands: list[dict[str, Any]])
 
 
 def _meets(modes: list[int], order: int, frequency: dict[int, float]) -> str:
-    """ "2 × mode 3 (1234 Hz) at order 1"."""
+    """Modes and order of a band: "2 x mode 3 (1234 Hz), order 1"."""
     i, j = modes
     if i == j:
         return f"2 x mode {i} ({with_unit(frequency[i], 'Hz')}), order {order}"

@@ -35,7 +35,7 @@ def no_work(monkeypatch):
         raise AssertionError("the work began")
 
     for module in (analysis, analysis_commands):
-        monkeypatch.setattr(module, "put_together", worked)
+        monkeypatch.setattr(module, "assembled", worked)
     monkeypatch.setattr(run_commands, "reduced_bodies", worked)
     monkeypatch.setattr("flexgear.cli.sweep_command.run_sweep", worked)
     monkeypatch.setattr("flexgear.studies.tolerance.tolerance", worked)

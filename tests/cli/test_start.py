@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexgear.cli.entry import COMMANDS, UNCOMPILED, is_compiled, whole_command
+from flexgear.cli.entry import COMMANDS, UNCOMPILED, is_compiled, loaded_command
 from flexgear.coupling.build import build_system
 from flexgear.model.load import load_case
 
@@ -63,7 +63,7 @@ def test_every_line_of_the_list_is_whole_and_every_command_there():
     _, shown = loaded("--help")
     for name, home in COMMANDS.items():
         assert home.about in shown
-        assert whole_command(name).help.strip()
+        assert loaded_command(name).help.strip()
 
 
 CASES = [

@@ -73,7 +73,7 @@ def test_an_earlier_file_gets_one_line_whose_command_upgrades_it(flexgear, file)
     assert "mine.toml: ring: is of the form that cases had up to flexgear 0.2.0" in err
     command = re.search(r"-- run flexgear (.*)$", err.strip())[1].split()
     code, out, _ = flexgear(*command)
-    assert (code, out) == (0, "wrote mine.toml; what it was is mine.toml.orig\n")
+    assert (code, out) == (0, "wrote mine.toml; its earlier content is in mine.toml.orig\n")
     assert Path("mine.toml.orig").read_text(encoding="utf-8") == EARLIER
     assert same(file, SMALL_STAGE)
     assert flexgear("check", "mine.toml")[0] == 0
