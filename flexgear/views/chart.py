@@ -1,4 +1,4 @@
-"""How a picture of a run is declared, and its subjects: the run, a stage, an FE ring, a flank …"""
+"""Declaration of pictures of a run, and their subjects: the run, a stage, an FE ring, a flank …"""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ from flexgear.results.tooth_pattern import carrying_sets
 
 
 class NotDrawn(FlexgearError):
-    """Why a picture is left out, in words."""
+    """Reason why a picture is omitted."""
 
 
 class Drawing(NamedTuple):
-    """A picture that is more than a figure. write: its file; plots: plotly panels that replace it
-    on a screen."""
+    """A picture that is no matplotlib figure. write: function that writes it to a path; plots:
+    plotly panels that replace it on a screen."""
 
     write: Callable[[Path], object]
     plots: Sequence[Mapping[str, Any]]
 
 
 class Subject(NamedTuple):
-    """Subject of one picture. words: replace braces in names and captions; of: arguments of its
-    drawing function."""
+    """Subject of one picture. words: values of the placeholders in names and captions; of:
+    arguments of the drawing function."""
 
     words: Mapping[str, str]
     of: tuple[Any, ...] = ()
@@ -47,11 +47,11 @@ Subjects = Callable[[Folder], Iterable[Subject]]
 class Chart:
     """One kind of picture of a run.
 
-    name: of the file, without suffix; section, caption, sentence: its place in the report and what
-    it shows, in name, caption and data with the words of a subject in braces; draw: makes a figure
-    or a ``Drawing`` of the dataset ``data``, if it is named, and of what the subject is of;
-    variable: of the dataset, without which there is no picture; slow: is begun before the others
-    and stands after them; suffix: of the file.
+    name: of the file, without suffix; section, caption, sentence: place in the report and content
+    in words; draw: function of the dataset ``data``, if one is named, and the arguments of the
+    subject, which returns a figure or a ``Drawing``; variable: of the dataset, needed for the
+    picture; slow: drawn before the others and shown after them; suffix: of the file. name, caption
+    and data may have placeholders for the words of a subject.
     """
 
     name: str
@@ -65,7 +65,7 @@ class Chart:
     suffix: str = ".png"
 
     def sources(self, run: Folder, words: Mapping[str, str]) -> tuple[Any, ...] | None:
-        """The dataset that is drawn, empty where none is named; None where there is no picture."""
+        """The dataset to draw, () if none is named; None if the run has no such picture."""
         if not self.data:
             return ()
         data = run.datasets.get(self.data.format(**words))
@@ -73,19 +73,19 @@ class Chart:
 
 
 class Planned(NamedTuple):
-    """A picture that a run has, with what its chart draws."""
+    """A picture of a run: its chart, caption and the arguments of the drawing function."""
 
     chart: Chart
     caption: str
     arguments: tuple[Any, ...]
 
     def draw(self) -> Any:
-        """The picture, drawn: a matplotlib figure, or what saves a rendered scene as a file."""
+        """The drawn picture: a matplotlib figure or a ``Drawing``."""
         return self.chart.draw(*self.arguments)
 
 
 def planned(run: Folder, charts: Iterable[tuple[Subjects, Sequence[Chart]]]) -> dict[str, Planned]:
-    """Pictures of a run by file name: of every subject those of its charts, slow ones last."""
+    """Pictures of a run by file name: those of every subject and chart, slow ones last."""
     plan: dict[str, Planned] = {}
     for subjects, of_each in charts:
         for subject, chart in itertools.product(subjects(run), of_each):
@@ -97,22 +97,22 @@ def planned(run: Folder, charts: Iterable[tuple[Subjects, Sequence[Chart]]]) -> 
 
 
 def having(subjects: Subjects, condition: Callable[..., object]) -> Subjects:
-    """Subjects whose data fulfil a condition."""
+    """Function of a run that yields the subjects whose arguments fulfil a condition."""
     return lambda run: (subject for subject in subjects(run) if condition(*subject.of))
 
 
 def runs(run: Folder) -> Iterator[Subject]:
-    """The run itself; draws take nothing but a dataset."""
+    """The run itself, for charts that draw only a dataset."""
     yield Subject({"window": _window(run)})
 
 
 def trains(run: Folder) -> Iterator[Subject]:
-    """The train, by its power flow."""
+    """The train, with its power flow."""
     yield Subject({}, (run.flow,))
 
 
 def figures(figure: Figure, run: Folder) -> Iterator[Subject]:
-    """A figure of stages in the summary, by stage, if any has it."""
+    """Values of a figure of the summary by stage, if any stage has it."""
     stages = run.summary["stages"].items()
     key = figure.names[0]
     by_stage = {stage: section[key] for stage, section in stages if key in section}
@@ -122,7 +122,7 @@ def figures(figure: Figure, run: Folder) -> Iterator[Subject]:
 
 @dataclass(frozen=True)
 class StageOfRun:
-    """A stage of a run as charts take it: run and name, with what follows from both."""
+    """A stage of a run, as argument of charts."""
 
     run: Folder
     name: str
@@ -139,25 +139,25 @@ class StageOfRun:
 
     @property
     def is_shared(self) -> bool:
-        """Whether its planets share a load."""
+        """Whether the planets share a load."""
         shared = self.run.datasets["transient"]["group_stage"].to_numpy()
         return self.flow.kind == "planetary" and self.name in shared
 
     @property
     def has_roots(self) -> bool:
-        """Whether there is stress in the roots of its teeth."""
+        """Whether root stresses of its teeth were computed."""
         return bool(root_extremes(self.run.datasets["equilibrium"], self.name))
 
 
 def stages(run: Folder) -> Iterator[Subject]:
-    """Every stage; hz: how often its gears mesh."""
+    """Every stage; word hz: gear-mesh frequency."""
     for stage in run.flow.stages:
         hz = f"{stage.gear_mesh_frequency:.5g}"
         yield Subject({**_words(run, stage.name), "hz": hz}, (StageOfRun(run, stage.name),))
 
 
 def flanks(run: Folder) -> Iterator[Subject]:
-    """Modified flanks, and the title of their stage."""
+    """Modified flanks, each with the title of its stage."""
     for stage in run.case.stages:
         view, words = run.case.view(stage.name), _words(run, stage.name)
         paths = stage_paths(view, run.flow.stage(stage.name).gear_mesh_forces)
@@ -167,7 +167,7 @@ def flanks(run: Folder) -> Iterator[Subject]:
 
 
 def tooth_sets(run: Folder) -> Iterator[Subject]:
-    """Gear meshes that carry and whose pairs have slices: stage, kind and side."""
+    """Groups of loaded gear meshes whose pairs have slices: stage, kind and side."""
     equilibria = run.datasets["equilibrium"]
     if "gear_mesh_misalignment_by_cause" not in equilibria:
         return
@@ -179,7 +179,7 @@ def tooth_sets(run: Folder) -> Iterator[Subject]:
 
 
 def rings(run: Folder) -> Iterator[Subject]:
-    """FE rings; prefix: of names, ring: of captions."""
+    """FE rings; words prefix: of file names, ring: of captions."""
     for ring in run.rings:
         words, half = _words(run, ring.name), ring.stage.stage.double_helical
         title = f"{words['Stage']}: " if ring.prefix else ""
@@ -188,7 +188,7 @@ def rings(run: Folder) -> Iterator[Subject]:
 
 
 def torque_drops(run: Folder) -> Iterator[Subject]:
-    """FE rings in every torque drop: ring and depth."""
+    """FE rings in every torque drop: ring and torque after the drop."""
     for subject in rings(run):
         for depth in run.summary["torque_steps"]:
             more = {"depth": depth, "torque": with_unit(float(depth), "N m")}
@@ -196,7 +196,7 @@ def torque_drops(run: Folder) -> Iterator[Subject]:
 
 
 def fields(run: Folder) -> Iterator[Subject]:
-    """Displacement fields of FE bodies: body, field, and among how many."""
+    """Displacement fields of FE bodies: title of the body, field, number of fields of the run."""
     for body, field in run.fields.items():
         title = body.part.capitalize() + of_stage(body.stage)
         words = {"prefix": prefix_of(body.stage), "body": body.part, "Body": title}
@@ -205,6 +205,7 @@ def fields(run: Folder) -> Iterator[Subject]:
 
 
 def _words(run: Folder, stage: str) -> dict[str, str]:
+    """Words for the placeholders of charts of a stage."""
     plain = stage.replace("_", " ")
     return {
         "stage": stage,
@@ -216,6 +217,6 @@ def _words(run: Folder, stage: str) -> dict[str, str]:
 
 
 def _window(run: Folder) -> str:
-    """Part of the transient that figures are of; empty of a case without a run."""
+    """Window of the transient in words; empty without a transient."""
     transient = run.datasets.get("transient")
     return "" if transient is None else window_words(window_of(transient).figures)

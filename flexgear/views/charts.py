@@ -1,4 +1,4 @@
-"""Bars and balances."""
+"""Charts of radial harmonics, the energy balance, and figures of stages as bars."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ from flexgear.views.style import (
     styled,
 )
 
-ENERGY_LABELS = {  # of every term, with its colour
+ENERGY_LABELS = {  # label and colour by term
     "input_work": ("work of the input torque", "#0072B2"),
     "brake_work": ("work of the brake", "#D55E00"),
     "damping_work": ("work of structural damping", "#009E73"),
     "pair_damping_work": ("work of tooth-pair damping", "#CC79A7"),
-    "parametric_work": ("work of tooth stiffness that changes", "#8C6D1F"),
+    "parametric_work": ("work of varying tooth stiffness", "#8C6D1F"),
     "load_work": ("work of weight and loads", "#6A51A3"),
     "kinetic": ("kinetic energy", "#56B4E9"),
     "elastic": ("elastic energy, bodies", "#E69F00"),
     "pair_elastic": ("elastic energy, tooth pairs", "#444444"),
 }
-NOTHING_LEFT = 1e-4  # of the peak elastic energy: a smaller residual is not drawn
-LEAVING = ("brake_work", "damping_work", "pair_damping_work")
+BALANCED = 1e-4  # of the peak elastic energy: a smaller residual is not drawn
+OUTGOING = ("brake_work", "damping_work", "pair_damping_work")
 STORED = ("kinetic", "elastic", "pair_elastic")
 
 
@@ -45,8 +45,7 @@ STORED = ("kinetic", "elastic", "pair_elastic")
 def radial_harmonics(harmonics: Array, planets: int) -> Figure:
     """Amplitudes (m) of the ring's radial displacement by order 0, 1, 2, …
 
-    Multiples of the planet number are drawn in red: with equal planets and no errors only they may
-    be there.
+    Multiples of the number of planets are red: equal planets without errors cause no other order.
     """
     figure, axes = panels(1, 1, height_mm=66)
     ax, micrometres = axes[0, 0], np.abs(harmonics) * MICRO
@@ -67,23 +66,22 @@ def radial_harmonics(harmonics: Array, planets: int) -> Figure:
 
 @styled
 def energy_balance(dataset: xr.Dataset) -> Figure:
-    """Energies and work over time since the start, and what is left over.
+    """Changes of energy and work since the start over time, and the residual of their balance.
 
     residual = Δ(kinetic + elastic + pair_elastic) − (input − brake − damping − pair damping
-    + parametric work), in percent of the peak elastic energy in the lowest panel. In the dataset
-    brake and damping work count what leaves the system (as `analysis.kernels.energy` books them);
-    they are drawn negative.
+    + parametric work), in percent of the peak elastic energy in the lowest panel. Brake and damping
+    work are positive in the dataset where energy leaves the system, and drawn negative.
     """
     terms = [t for t in ENERGY_LABELS if f"energy_{t}" in dataset]
     time = np.asarray(variable(dataset, "time"), dtype=float)
     energies = {t: np.asarray(dataset[f"energy_{t}"], dtype=float) for t in terms}
-    changes = {t: (-1 if t in LEAVING else 1) * (v - v[0]) for t, v in energies.items()}
+    changes = {t: (-1 if t in OUTGOING else 1) * (v - v[0]) for t, v in energies.items()}
     outer = [t for t in terms if t in ("input_work", "brake_work")]
     groups = [g for g in (outer, [t for t in terms if t not in outer]) if g]
-    left = np.asarray(sum(v if t in STORED else -v for t, v in changes.items()))
+    residual = np.asarray(sum(v if t in STORED else -v for t, v in changes.items()))
     elastic = sum(energies[t] for t in STORED[1:] if t in energies)
     peak = float(np.max(elastic))
-    balanced = peak > 0 and float(np.abs(left).max()) <= NOTHING_LEFT * peak
+    balanced = peak > 0 and float(np.abs(residual).max()) <= BALANCED * peak
     rows = len(groups) + int(not balanced)
     figure, axes = panels(rows, 1, height_mm=26 + 42 * rows, sharex=True)
     for ax, group in zip(axes[:, 0], groups, strict=False):
@@ -95,10 +93,12 @@ def energy_balance(dataset: xr.Dataset) -> Figure:
         ax.set_ylabel(f"change since\nthe start ({unit})")
     last = axes[-1, 0]
     if balanced:
-        text = f"balanced to {100 * NOTHING_LEFT:g} % of the largest elastic energy"
+        text = f"balanced to {100 * BALANCED:g} % of the largest elastic energy"
         last.set_title(text, weight="normal", fontsize=8)
     else:
-        last.plot(time, 100 * left / peak if peak > 0 else left, color=DEFORMED_COLOUR, lw=1.0)
+        last.plot(
+            time, 100 * residual / peak if peak > 0 else residual, color=DEFORMED_COLOUR, lw=1
+        )
         last.set_ylabel("residual (% of\npeak elastic)" if peak > 0 else "residual (J)")
     for ax in axes[:, 0]:
         ax.axhline(0, color=NEUTRAL, lw=0.7)
@@ -111,7 +111,7 @@ def energy_balance(dataset: xr.Dataset) -> Figure:
 
 @styled
 def figure_bars(figure: declared.Figure, stages: Mapping[str, Any]) -> Figure:
-    """A bar for the value of every stage, or for each of its values by name; a colour a stage."""
+    """Bars of a figure: a value of each stage, or its values by name; a colour for each stage."""
     bars = [
         (stage, name, row(figure, value))
         for stage, of_stage in stages.items()

@@ -1,10 +1,9 @@
-"""Flanks under load: line load along the face, contact patterns, misalignment, root stress,
-transmission error and stiffness over gear-mesh cycles.
+"""Charts of flanks under load: line load along the face, contact patterns, misalignment, root
+stress, transmission error and stiffness over gear-mesh cycles.
 
-Datasets are those of equilibria whose pairs have slices: ``face_line_load``, ``line_load`` with
-``slice_position`` and ``slice_path``, ``gear_mesh_misalignment_by_cause`` by flank; and those of
-``solve.static.gear_mesh_cycles``, of whose cycles curves show the first, while orders come from
-all.
+Datasets are equilibria whose pairs have slices (``face_line_load``, ``line_load`` with
+``slice_position`` and ``slice_path``, ``gear_mesh_misalignment_by_cause``, by flank) and results of
+``solve.static.gear_mesh_cycles``: curves show the first cycle, orders are those of all cycles.
 """
 
 from __future__ import annotations
@@ -42,17 +41,17 @@ from flexgear.views.style import (
 N_PER_MM = 1e-3  # N/m -> N/mm
 MILLI = 1e3  # m -> mm
 ALONG_FACE = "along the face over its width, −z to +z (–)"
-CELLS = 60  # of a map along the path and along the face
+CELLS = 60  # of a contact pattern along the path; half as many along the face
 
 
-Row = tuple[Any, str, list[str]]  # axes of a row, title and flanks of the gear meshes that it shows
+Row = tuple[Any, str, list[str]]  # axes, title and flanks of a row of a figure
 
 
 def _rows(
     data: xr.Dataset, height_mm: float, columns: int = 1, **options: Any
 ) -> tuple[Figure, Array, list[Row]]:
-    """A row of axes for each stage, kind and side whose flanks carry, of so much height."""
-    groups = _carrying(data)
+    """Figure with a row of axes, ``height_mm`` high, for each group of loaded gear meshes."""
+    groups = _loaded_flanks(data)
     height = 14 + height_mm * len(groups)
     figure, axes = panels(len(groups), columns, height_mm=height, **options)
     rows = axes[:, 0] if columns == 1 else axes
@@ -60,6 +59,7 @@ def _rows(
 
 
 def _finish_along_face(figure: Figure, axes: Array) -> Figure:
+    """The figure with labels, limits and legend of line loads along the face."""
     for ax in axes[:, 0]:
         ax.set_ylabel("line load (N/mm)")
         ax.set(ylim=(0.0, None), xlim=(-0.5, 0.5))
@@ -70,7 +70,7 @@ def _finish_along_face(figure: Figure, axes: Array) -> Figure:
 
 @styled
 def along_face_chart(data: xr.Dataset) -> Figure:
-    """Line load of a gear mesh (N/mm) along the face in the mean of all positions, by planet."""
+    """Line load (N/mm) of all gear meshes along the face, mean of all positions, by planet."""
     figure, axes, rows = _rows(data, 48, sharex=True)
     for ax, title, flanks in rows:
         factors = []
@@ -89,8 +89,8 @@ def along_face_chart(data: xr.Dataset) -> Figure:
 
 @styled
 def before_and_after(before: xr.Dataset, after: xr.Dataset) -> Figure:
-    """Line load (N/mm) along the face in the mean of all positions, planet 1, of two sets of
-    flanks."""
+    """Line load (N/mm) of planet 1 along the face before and after a change of the flanks, mean of
+    all positions."""
     figure, axes, rows = _rows(before, 48, sharex=True)
     for ax, title, (name, *_) in rows:
         for data, style, label in ((before, "--", "before"), (after, "-", "after")):
@@ -102,8 +102,8 @@ def before_and_after(before: xr.Dataset, after: xr.Dataset) -> Figure:
 
 @styled
 def contact_pattern(data: xr.Dataset) -> Figure:
-    """Largest line load (N/mm) at every place of the flanks over all positions: of planet 1 with
-    ring and sun, over path of contact and face."""
+    """Largest line load (N/mm) over all positions on the flanks of planet 1 with ring and sun, over
+    path of contact and face."""
     figure, _, rows = _rows(data, 62)
     for ax, title, (name, *_) in rows:
         of_flank = data.sel(flank=name)
@@ -123,8 +123,8 @@ def contact_pattern(data: xr.Dataset) -> Figure:
 
 @styled
 def misalignment_chart(data: xr.Dataset) -> Figure:
-    """Misalignment (µm over the face) of every gear mesh by what causes it, by planet: mean of all
-    positions, and from least to largest; the sum of all of them on the right."""
+    """Misalignment (µm over the face) of every gear mesh by cause and planet: mean of all positions
+    with the range from least to largest; on the right the sum of all causes."""
     figure, axes, rows = _rows(data, 52)
     for ax, title, flanks in rows:
         misalignment = data["gear_mesh_misalignment_by_cause"].sel(flank=flanks) * MICRO
@@ -149,8 +149,8 @@ def misalignment_chart(data: xr.Dataset) -> Figure:
     return figure
 
 
-def _carrying(data: xr.Dataset) -> dict[str, list[str]]:
-    """Flanks that carry, by stage, kind and side, in their order."""
+def _loaded_flanks(data: xr.Dataset) -> dict[str, list[str]]:
+    """Names of loaded flanks by group of gear meshes (stage, kind and side)."""
     groups: dict[str, list[str]] = {}
     for name in map(FlankName.parse, data["flank"].to_numpy().tolist()):
         if float(data["face_line_load"].sel(flank=name).max()) > 0:
@@ -159,8 +159,8 @@ def _carrying(data: xr.Dataset) -> dict[str, list[str]]:
 
 
 def _binned(x: Array, z: Array, w: Array) -> tuple[Array, ...]:
-    """Edges of cells along x and z, and the largest w in each; in cells between that had no sample
-    from their neighbours, NaN outside."""
+    """Edges of cells along x and z, and the largest w in each cell; cells without a sample are
+    interpolated from their neighbours, or NaN at the border."""
     largest, along, across, _ = binned_statistic_2d(z, x, w, "max", (CELLS // 2, CELLS))
     cells = np.argwhere(np.isfinite(largest))
     every = np.indices(largest.shape).reshape(2, -1).T
@@ -174,8 +174,8 @@ GAP = 0.12  # between flanks, of their size
 
 @styled
 def tooth_rows_chart(pattern: ToothPattern) -> Figure:
-    """One flank a tooth, numbered, rows from above: largest line load (N/mm) over face (across)
-    and diameter (upwards); scales stand at the first flank of the last row."""
+    """Largest line load (N/mm) on the flank of every tooth, over face (across) and diameter
+    (upwards), in numbered rows from the top; the first flank of the last row has the scales."""
     teeth = len(pattern.line_load)
     columns = min(COLUMNS, teeth)
     rows = math.ceil(teeth / columns)
@@ -213,10 +213,13 @@ SIDES = {"-theta": "−θ", "+theta": "+θ"}
 
 @styled
 def root_stress_chart(data: xr.Dataset, stage: str) -> Figure:
-    """Of each gear of a stage (MPa). Left: largest stress in the roots that carry in the gear
-    meshes of planet 1 over the rotation of the reference member; thin lines: the least in the other
-    fillets of these teeth; of an FE ring the largest in both fillets of its first tooth, too.
-    Right: along the face at the position of the largest stress, of every planet."""
+    """Root stress (MPa) of each gear of a stage.
+
+    Left: largest stress in the loaded fillets of planet 1's gear meshes over the rotation of the
+    reference member; thin lines: least stress in the opposite fillets of these teeth; for an FE
+    ring also the largest stress in both fillets of its first tooth. Right: along the face at the
+    position of the largest stress, for every planet.
+    """
     gears = dict(gears_of(data, stage))
     figure, axes = panels(len(gears), 2, height_mm=26 + 46 * len(gears), sharex="col", sharey="row")
     turn = np.degrees(data["input_angle"].to_numpy()[:, 0])
@@ -229,8 +232,8 @@ def root_stress_chart(data: xr.Dataset, stage: str) -> Figure:
             if planet == 1:
                 title = f"planet with the {kind}" if gear == "planet" else None
                 left.plot(turn, of_flank["root_stress"] * MEGA, lw=0.9, label=title, **look)
-                pressed = of_flank["face_root_compression"].min("face") * MEGA
-                left.plot(turn, pressed, lw=0.4, **look)
+                compression = of_flank["face_root_compression"].min("face") * MEGA
+                left.plot(turn, compression, lw=0.4, **look)
             _along(
                 right, of_flank, look, f"planet {planet}" if kind == gear or kind == "ring" else ""
             )
@@ -247,6 +250,7 @@ def root_stress_chart(data: xr.Dataset, stage: str) -> Figure:
 
 
 def _along(ax: Axes, of_flank: xr.Dataset, look: dict[str, Any], label: str) -> None:
+    """Draw root stress and compression along the face at the position of the largest stress."""
     worst = int(np.nanargmax(of_flank["root_stress"].to_numpy()))
     at = of_flank.isel(position=worst)
     ax.plot(of_flank["face"], at["face_root_stress"] * MEGA, lw=0.9, label=label or None, **look)
@@ -254,6 +258,7 @@ def _along(ax: Axes, of_flank: xr.Dataset, look: dict[str, Any], label: str) -> 
 
 
 def _first_tooth(ax: Axes, turn: Any, of_gear: xr.Dataset, stage: str) -> None:
+    """Draw the root stress of the first tooth of an FE ring over its rotation, by fillet."""
     first = int(np.argmax(of_gear["tooth_stage"].to_numpy() == stage))
     for fillet, style in zip(of_gear["fillet"].to_numpy(), ("-", ":"), strict=True):
         stress = of_gear["tooth_root_stress"].isel(tooth=first).sel(fillet=fillet) * MEGA
@@ -276,8 +281,8 @@ STATES = (
 
 @styled
 def transmission_error_chart(data: xr.Dataset) -> Figure:
-    """Transmission error of planet 1 over a gear-mesh cycle less its mean, µm along the line of
-    action, and its amplitudes by order of the gear mesh, under load and unloaded."""
+    """Transmission error of planet 1 about its mean over a gear-mesh cycle, µm along the line of
+    action, and its amplitudes by order of the gear mesh; under load and unloaded."""
     figure, axes, rows = _rows(data, 52, 2, width_ratios=[3, 2])
     first = data.isel(position=data["gear_mesh_phase"].to_numpy() < 1.0 - 1e-9)
     for (left, right), title, (name, *_) in rows:

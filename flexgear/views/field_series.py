@@ -1,4 +1,4 @@
-"""Fields over time for ParaView: one .vtu a sample and the .pvd that names them, or one .vtkhdf."""
+"""Files of fields over time for ParaView: a .vtu for each time and a .pvd, or one .vtkhdf."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ SERIES = "series.pvd"
 
 
 def save_series(fields: Mapping[float, xr.Dataset], target: PathLike) -> Path:
-    """Write fields (``deformed``, ``mode_field``) by time (s); the path of what to open.
+    """Write fields (``deformed``, ``mode_field``) by time (s); returns the path for ParaView.
 
-    target: a file that ends in .vtkhdf, which then holds all of them, or a folder for a .vtu each
-    and the .pvd. Point data as of ``field_grid``. What is written appears whole or stays as it was.
-    FlexgearError where there is no field, or where VTK cannot write the file.
+    target: a file that ends in .vtkhdf for all fields, or a folder for a .vtu of each field and a
+    .pvd. Point data as of ``field_grid``. Files are replaced only when all are written.
+    FlexgearError without fields, or if VTK cannot write the file.
     """
     if not fields:
         raise FlexgearError("a series needs one field or more")
@@ -38,7 +38,7 @@ def save_series(fields: Mapping[float, xr.Dataset], target: PathLike) -> Path:
 
 def _save_vtkhdf(fields: Mapping[float, xr.Dataset], target: Path) -> Path:
     times = [float(time) for time in fields]
-    if len(np.unique(np.array(times, np.float32))) < len(times):  # what VTK keeps them in
+    if len(np.unique(np.array(times, np.float32))) < len(times):  # precision of VTK
         problem = "keeps times in single precision, in which some of these are the same"
         raise FlexgearError(f"{target.name} {problem}: write a folder instead")
     source = _Samples(times, [field_grid(field) for field in fields.values()])
@@ -53,21 +53,21 @@ def _save_vtkhdf(fields: Mapping[float, xr.Dataset], target: Path) -> Path:
 
 
 class _Samples(VTKPythonAlgorithmBase):  # type: ignore[misc]
-    """Grids at their times, as VTK's pipeline asks for them."""
+    """Source of a VTK pipeline with grids at given times."""
 
     def __init__(self, times: Sequence[float], grids: Sequence[Any]) -> None:
         super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkUnstructuredGrid")
         self.times, self.grids = list(times), grids
 
     def RequestInformation(self, request: Any, inputs: Any, outputs: Any) -> int:
-        """Tells VTK's pipeline at which times there are fields."""
+        """Set the times of the fields in the pipeline."""
         pipeline, about = vtkStreamingDemandDrivenPipeline, outputs.GetInformationObject(0)
         about.Set(pipeline.TIME_STEPS(), self.times, len(self.times))
         about.Set(pipeline.TIME_RANGE(), [min(self.times), max(self.times)], 2)
         return 1
 
     def RequestData(self, request: Any, inputs: Any, outputs: Any) -> int:
-        """Hands VTK the grid nearest to the time that it asks for."""
+        """Set the grid nearest to the requested time as output."""
         requested_time = outputs.GetInformationObject(0).Get(
             vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP()
         )
@@ -92,10 +92,8 @@ def _save_folder(fields: Mapping[float, xr.Dataset], folder: PathLike) -> Path:
 
 
 def swing(field: xr.Dataset, frames: Count = 24) -> dict[float, xr.Dataset]:
-    """A mode's field (``mode_field``) over one period by time, s: u cos 2π f t, and its stress.
-
-    A rigid motion, which has no period, takes one second. InputError for another field.
-    """
+    """Fields of a natural mode (``mode_field``) over one period by time t, s: displacement
+    u cos 2π f t and its stress; a rigid motion takes one second. InputError for another field."""
     if "frequency" not in field.attrs:
         raise InputError("--field", "dataset", "is no natural mode", "give one of mode_field()")
     period = 1.0 / field.attrs["frequency"] if field.attrs["frequency"] > 0 else 1.0

@@ -36,8 +36,8 @@ from flexgear.views.select import (
     abscissa,
     draw,
     leading_dim,
+    note_envelope,
     planet_count,
-    say_envelope,
     thinned,
     variable,
     windowed,
@@ -65,8 +65,8 @@ MOST_SAMPLES = 4000  # of a map over the carrier angle
 
 
 def engagements(tooth: Array) -> Iterator[tuple[int, Ints]]:
-    """Tooth number and samples of each stretch of contact, of teeth (n, slots), 1-based, 0 in an
-    empty slot. A tooth may change its slot from sample to sample."""
+    """Tooth number (1-based) and sample indices of each engagement. tooth: (n, slots) numbers of
+    engaged teeth, 0 in an empty slot; a tooth may change its slot between samples."""
     for number in np.unique(tooth[tooth > 0]).tolist():
         rows = np.flatnonzero((tooth == number).any(axis=1))
         for piece in np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1):
@@ -74,7 +74,7 @@ def engagements(tooth: Array) -> Iterator[tuple[int, Ints]]:
 
 
 def pair_curve(x: Array, tooth: Array, value: Array) -> tuple[Array, Array]:
-    """A value (n, slots) of the engaged teeth over x (n,), with a gap (NaN) behind each
+    """Curve of a value (n, slots) of the engaged teeth over x (n,), with NaN after each
     engagement."""
     at, curve = [], []
     for number, rows in engagements(tooth):
@@ -84,14 +84,14 @@ def pair_curve(x: Array, tooth: Array, value: Array) -> tuple[Array, Array]:
 
 
 def engagement_spans(x: Array, tooth: Array) -> Array:
-    """(m, 3) rows: tooth number, first and last x of each stretch of contact."""
+    """Tooth number, first and last x of each of m engagements, (m, 3)."""
     spans = [(number, x[rows[0]], x[rows[-1]]) for number, rows in engagements(tooth)]
     return np.array(spans, dtype=float).reshape(-1, 3)
 
 
 def pair_arrays(dataset: xr.Dataset, gear_mesh: str, planet: int) -> tuple[Array, Array, Array]:
-    """Load (N), tooth number and stiffness (N/m), each (n, slots), of one planet's gear mesh, on
-    whichever flank carries."""
+    """Load (N), tooth number and stiffness (N/m), each (n, slots), of one planet's gear mesh on its
+    loaded flank."""
     dim = leading_dim(dataset)
     parts = ("load", "tooth", "stiffness")
     pairs = carrying_pairs(dataset, gear_mesh, planet, parts).isel(planet=0)
@@ -102,15 +102,15 @@ def pair_arrays(dataset: xr.Dataset, gear_mesh: str, planet: int) -> tuple[Array
 
 
 def flank_label(datasets: Iterable[xr.Dataset], gear_mesh: str) -> str:
-    """Which flank of planet 1 a picture shows, for its title: nothing where it is the drive
-    flank."""
+    """Loaded flank of planet 1 for the title of a picture; empty for the drive flank."""
     flanks = {carrying_flank(d, gear_mesh, 1) for d in datasets} - {"none"}
     if flanks <= {"drive"}:
         return ""
-    return ", coast flank" if flanks == {"coast"} else ", flank that carries"
+    return ", coast flank" if flanks == {"coast"} else ", loaded flank"
 
 
 def finish_x(axes: Axes, x: str, planets: int, low: float, high: float) -> None:
+    """Set limits and label of the horizontal axis x, "stage_angle" or "time"."""
     axes.set_xlim(low, high)
     if x == "stage_angle":
         angle_axis(axes, planets)
@@ -122,10 +122,10 @@ def finish_x(axes: Axes, x: str, planets: int, low: float, high: float) -> None:
 def pair_loads(
     runs: Runs, gear_mesh: str = "ring", x: str = "stage_angle", split: str = "flexible"
 ) -> Figure:
-    """Load of every tooth pair of planet 1, one line style a variant (Figures 17, 18, 23, 24).
+    """Load of every tooth pair of planet 1, by variant (Figures 17, 18, 23, 24).
 
-    ``split`` names the run whose total is also split by stiffness (eq. 23, dashed).
-    A whole revolution is not legible: give part of the runs (``within_window``).
+    split: the run whose total is also split by stiffness (eq. 23, dashed). Runs should be short
+    (``within_window``), as a whole revolution is not legible.
     """
     colours = variant_colours(runs)
     figure, axes = panels(1, 1, height_mm=78)
@@ -151,7 +151,7 @@ def pair_loads(
 def engagement_map(whole: xr.Dataset) -> Figure:
     """Engaged tooth number, and pair stiffness, over carrier angle, all planets (Figure 11).
 
-    The right column shows planet 1 closer, over a few teeth in the middle.
+    The right column shows planet 1 over a few teeth in the middle.
     """
     names = ["stage_angle", "pair_load", "pair_tooth", "pair_stiffness"]
     dataset = thinned(whole[names], MOST_SAMPLES).load()
@@ -195,8 +195,8 @@ States = list[tuple[Array, Array, Array]]
 
 
 def zoom_window(x: Array, tooth: Array) -> Window:
-    """A stretch near the middle of x over which about four new teeth come into contact, away from
-    the first and the last tooth, so that numbers do not jump in it."""
+    """A window near the middle of x in which about four teeth come into contact, without the
+    transition from the last tooth number to the first."""
     newest = tooth.max(axis=1)
     low, high = sorted((float(x[0]), float(x[-1])))  # x falls where the carrier turns backwards
     each = (high - low) / max(int((np.diff(newest) > 0).sum()), 1)
@@ -209,6 +209,7 @@ def zoom_window(x: Array, tooth: Array) -> Window:
 
 
 def draw_stiffness_map(axes: Axes, at: Array, states: States, last: int) -> QuadMesh:
+    """Draw the pair stiffness of all planets by tooth number over the carrier angle."""
     image = np.full((last, at.size), np.nan)
     for _, tooth, stiffness in states:
         row, slot = np.nonzero((tooth > 0) & (stiffness > 0))
@@ -217,7 +218,7 @@ def draw_stiffness_map(axes: Axes, at: Array, states: States, last: int) -> Quad
 
 
 def tooth_map(axes: Axes, at: Array, image: Array, **look: Any) -> QuadMesh:
-    """Values (teeth, n) over the carrier angle (n,)."""
+    """Draw values (teeth, n) by tooth number over the carrier angle (n,)."""
     axes.grid(False)
     numbers = np.arange(1, len(image) + 1)
     return axes.pcolormesh(at, numbers, image, shading="nearest", rasterized=True, **look)
@@ -227,7 +228,7 @@ AXES = ("x", "y", "z")
 MAP_SAMPLES = 1500  # of a map over the carrier angle
 ROUNDING = 1e-6  # of the largest displacement: a direction with less does not move
 Pick = Callable[[xr.Dataset], xr.DataArray]
-Drawn = tuple[str, Pick, float]  # label, of one run, factor
+Drawn = tuple[str, Pick, float]  # label, function of a run for the values, factor
 SPEED: Drawn = ("carrier speed\n(r/min)", itemgetter("stage_speed"), RPM)
 SHARING: Drawn = ("load sharing\nfactor $K_γ$ (–)", ring_sharing, 1.0)
 SPREAD: Drawn = ("force spread /\nrated mean (–)", ring_force_spread, 1.0)
@@ -239,14 +240,14 @@ FORCE: Drawn = (
 
 
 def layer(index: int) -> dict[str, Any]:
-    """Line style of the index-th run: later ones wider and beneath, so equal curves both show."""
+    """Line style of a run by its index: later runs wider and below, so that equal curves show."""
     return {"lw": 1.1 if index == 0 else 2.0, "zorder": 3.0 - 0.1 * index}
 
 
 def over_runs(axes: Axes, runs: Runs, x: str, drawn: Drawn, envelope: bool = True) -> None:
-    """Draw a value of each run (one a sample) in its colour; NaN leaves a gap.
+    """Draw a history of each run in its colour, with gaps for NaN.
 
-    envelope: in its place, where there are more oscillations than a picture shows.
+    envelope: whether the envelope replaces a history with too many oscillations.
     """
     colours, dense = variant_colours(runs), False
     label, pick, factor = drawn
@@ -258,13 +259,13 @@ def over_runs(axes: Axes, runs: Runs, x: str, drawn: Drawn, envelope: bool = Tru
             axes.plot(abscissa(dataset, x), values, color=colours[run], **layer(i))
     axes.set_ylabel(label)
     if dense:
-        say_envelope(axes)
+        note_envelope(axes)
 
 
 def finish(
     figure: Figure, axes: Any, runs: Runs, x: str, more_lines: Sequence[Line2D] = ()
 ) -> Figure:
-    """The figure with its abscissa, labels in line, and a legend where there are several lines."""
+    """The figure with horizontal axis, aligned labels, and a legend if there are several lines."""
     figure.align_ylabels(axes[:, 0])
     at = [abscissa(d, x) for d in runs.values()]
     ends = min(float(v[0]) for v in at), max(float(v[-1]) for v in at)
@@ -291,11 +292,12 @@ def carrier_speed(runs: Runs, rated_rpm: float | None = None) -> Figure:
 
 
 def input_torque(part: xr.Dataset) -> xr.DataArray:
+    """Torque of the first port, N m."""
     return part["port_torque"].isel(port=0)
 
 
 def torque_panel(axes: Axes, runs: Runs, x: str) -> None:
-    """Input torque in a unit that reads well; zero in view, air above."""
+    """Draw the input torque in a suitable unit, with zero in view."""
     unit, factor = scale([float(abs(input_torque(d)).max()) for d in runs.values()], "N m")
     over_runs(axes, runs, x, (f"input torque\n({unit})", input_torque, factor))
     low, high = axes.get_ylim()
@@ -306,7 +308,7 @@ def torque_panel(axes: Axes, runs: Runs, x: str) -> None:
 def load_sharing(runs: Runs, x: str = "stage_angle", spread: bool = False) -> Figure:
     """Load sharing factor K_γ = N max F / Σ F, with gaps where it is undefined (Figures 19, 25).
 
-    ``spread`` adds (max − min)/rated mean of the planets' gear-mesh forces, defined everywhere.
+    spread: adds (max − min)/rated mean of the planets' gear-mesh forces, defined everywhere.
     """
     figure, axes = panels(2 if spread else 1, 1, height_mm=110 if spread else 70, sharex=True)
     top = axes[0, 0]
@@ -335,7 +337,8 @@ def torque_drop(runs: Runs) -> Figure:
 def three_directions(
     runs: Runs, pick: Pick, title: str, directions: tuple[str, str, str], x: str
 ) -> Figure:
-    """One panel a direction (µm) with every variant; ``pick`` gives a displacement (n, ≥ 3), m."""
+    """A panel for each direction (µm) with every variant; pick: function of a run that returns a
+    displacement (n, ≥ 3), m."""
     colours = variant_colours(runs)
     figure, axes = panels(3, 1, height_mm=132, sharex=True)
     fields = {name: pick(d).transpose(leading_dim(d), ...)[:, :3] for name, d in runs.items()}
@@ -347,7 +350,7 @@ def three_directions(
         at, values = abscissa(dataset, x), picked[name]
         for k, ax in enumerate(axes[:, 0]):
             if draw(ax, at, values[:, k], colours[name], **layer(i)):
-                say_envelope(ax)
+                note_envelope(ax)
             if i == 0 and np.isfinite(values[:, k]).any():
                 peak = f"{values[np.nanargmax(np.abs(values[:, k])), k]:.3g}".replace("-", "−")
                 text = "zero, to rounding" if is_noise[k] else f"largest {peak} µm ({name})"

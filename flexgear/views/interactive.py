@@ -1,7 +1,7 @@
-"""Pictures that zoom: what a matplotlib figure shows, as plotly panels.
+"""Conversion of matplotlib figures to plotly panels, which zoom and have hover labels.
 
-Each axes becomes one panel {"data": [...], "layout": {...}} in plotly's own terms, so that one
-function draws a chart.
+Each axes becomes one panel {"data": [...], "layout": {...}} of plotly, so that every chart needs
+only one drawing function.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from flexgear.views.traces import DASHES, colour_of, listed, numbers, plain_math
 
 Panel = dict[str, Any]
 TEXTS = 200  # of a panel
-PIXELS, LEAST_HEIGHT, MARGINS = 92, 300, 120  # an inch; of a panel's axes, and round them
+PIXELS, LEAST_HEIGHT, MARGINS = 92, 300, 120  # of an inch; of axes; of both margins, px
 
 
 def panels_of(figure: Figure) -> list[Panel]:
-    """Panels of a figure that has been drawn, in the order of its axes."""
+    """Panels of a drawn figure, in the order of its axes."""
     drawn_axes = (a for a in figure.axes if a.get_label() != "<colorbar>" and a.get_visible())
     panels = [_panel(axes) for axes in drawn_axes]
     for legend in figure.legends:
@@ -42,13 +42,14 @@ def panels_of(figure: Figure) -> list[Panel]:
 
 
 def _colours(traces: list[dict[str, Any]]) -> set[str]:
-    """Colours of lines and marks, by which a legend of the figure tells a panel what it has."""
+    """Colours of lines and markers, by which entries of the figure's legend are assigned to
+    panels."""
     looks = [t[what].get("color") for t in traces for what in ("line", "marker") if what in t]
     return {colour for colour in looks if isinstance(colour, str)}
 
 
 def _name_once(traces: list[dict[str, Any]]) -> None:
-    """One entry of the legend for all traces of a name, which it hides together."""
+    """Group traces of one name under one legend entry, which hides them together."""
     in_legend: set[str] = set()
     for trace in traces:
         name = trace.get("name")
@@ -58,7 +59,7 @@ def _name_once(traces: list[dict[str, Any]]) -> None:
 
 
 def _scale_once(traces: list[dict[str, Any]]) -> None:
-    """One colour bar for all maps of a scale, with the label that one of them has."""
+    """Show one colour bar for all maps with the same limits, with the first label among them."""
     first: dict[tuple[float, float], dict[str, Any]] = {}
     for trace in (t for t in traces if t["type"] == "heatmap"):
         first_trace = first.setdefault((trace["zmin"], trace["zmax"]), trace)
@@ -91,7 +92,7 @@ def _panel(axes: Axes) -> Panel:
 
 
 def _marks(axes: Axes) -> Iterator[dict[str, Any]]:
-    """Lines across the whole panel, as axvline and axhline draw them."""
+    """Shapes for lines across the whole panel, drawn by axvline and axhline."""
     for line in axes.lines:
         dash = DASHES.get(str(line.get_linestyle()), "solid")
         width = float(line.get_linewidth())
@@ -110,6 +111,7 @@ def _marks(axes: Axes) -> Iterator[dict[str, Any]]:
 
 
 def _texts(axes: Axes) -> Iterator[dict[str, Any]]:
+    """Annotations for the texts in data coordinates."""
     for text in axes.texts[:TEXTS]:
         in_data = isinstance(text, Annotation) and text.xycoords == "data"
         if not (in_data or text.get_transform() == axes.transData) or not text.get_text().strip():
@@ -130,7 +132,8 @@ def _texts(axes: Axes) -> Iterator[dict[str, Any]]:
 
 
 def _anchor(text: Text, in_data: bool) -> dict[str, Any]:
-    """Where a text stands by its place; annotations above it, or beside it at the end of a bar."""
+    """Alignment of a text to its point; annotations are above the point, or beside the end of a
+    bar."""
     if in_data:
         is_label = isinstance(text, Annotation) and text.anncoords == "offset points" and text.xyann
         if is_label and is_label[0] and not is_label[1]:
@@ -145,12 +148,13 @@ def _anchor(text: Text, in_data: bool) -> dict[str, Any]:
 
 
 def _axis(axes: Axes, which: str) -> dict[str, Any]:
+    """Layout of the axis "x" or "y": title, scale, range, ticks."""
     drawn = axes.xaxis if which == "x" else axes.yaxis
     low, high = (float(v) for v in (axes.get_xlim() if which == "x" else axes.get_ylim()))
     axis: dict[str, Any] = {"title": {"text": plain_math(_label(axes, which))}}
     log = drawn.get_scale() == "log"
     if log:
-        axis |= {"type": "log", "exponentformat": "power"}  # else "100µ" beside other units
+        axis |= {"type": "log", "exponentformat": "power"}  # not the prefix of "100µ"
     ends = [low, high]
     axis["range"] = [float(np.log10(v)) for v in ends] if log and min(ends) > 0 else ends
     formatter = drawn.get_major_formatter()
@@ -169,7 +173,7 @@ def _axis(axes: Axes, which: str) -> dict[str, Any]:
 
 
 def _label(axes: Axes, which: str) -> str:
-    """Label of an axis; of shared axes that of the one which carries it."""
+    """Label of an axis; for shared axes the first label among them."""
     shared = axes.get_shared_x_axes() if which == "x" else axes.get_shared_y_axes()
     alike = [axes, *shared.get_siblings(axes)]
     labels = [(a.xaxis if which == "x" else a.yaxis).get_label_text() for a in alike]
@@ -177,7 +181,7 @@ def _label(axes: Axes, which: str) -> str:
 
 
 def _legend_entries(legend: Any, traces: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
-    """Entries of a legend that no trace carries."""
+    """Empty traces for entries of a legend without a trace of that name."""
     names = {t.get("name") for t in traces}
     for handle, text in zip(legend.legend_handles, legend.get_texts(), strict=True):
         name = plain_math(text.get_text())
@@ -197,7 +201,7 @@ _VALUE = ":.5~g"
 
 
 def with_hover(data: list[Trace], layout: dict[str, Any]) -> None:
-    """Add labels to all traces that show any."""
+    """Add hover labels to traces: their name, and both coordinates with labels and units."""
     names: dict[tuple[str, str], set[str]] = {}
     for trace in data:
         if trace.get("name"):
@@ -227,8 +231,8 @@ def _look(trace: Trace) -> tuple[str, str]:
 def _line(trace: Trace, which: str, axis: dict[str, Any], panel: str) -> str:
     """Hover text of one axis: "time (s): 3.2467".
 
-    An axis of words gives the word alone, a hidden axis nothing; a y axis without a label is called
-    as its panel.
+    An axis with words as ticks gives the word alone, a hidden axis nothing; a y axis without label
+    has the title of the panel.
     """
     if axis.get("visible") is False:
         return ""
@@ -248,7 +252,7 @@ def _line(trace: Trace, which: str, axis: dict[str, Any], panel: str) -> str:
 def _words(
     values: list[float | None], at: list[float], texts: list[str], reach: float
 ) -> list[str]:
-    """Text of the nearest tick of every value, the value itself where none is near."""
+    """Text of the nearest tick of each value, or the value if no tick is within ``reach`` steps."""
     ticks = np.asarray(at, dtype=float)
     step = float(np.diff(np.sort(ticks)).min()) if len(ticks) > 1 else 1.0
     words = []

@@ -1,4 +1,4 @@
-"""Natural modes by frequency, type and energy, and the Campbell diagram: frequencies over speed."""
+"""Charts of natural modes by frequency, type and energy, and the Campbell diagram."""
 
 from __future__ import annotations
 
@@ -34,21 +34,21 @@ TYPE_COLOURS = {
     "rigid": "#B7BCC4",
 }
 OTHER_COLOUR = "#D8DBE0"
-MOST_MODES = 40
-MOST_SPRINGS = 7
-LEAST_SHARE = 1e-3  # of an energy: a thinner bar would not be seen
+MAX_MODES = 40  # rows of the chart
+MAX_SPRINGS = 7  # kinds with a colour
+LEAST_SHARE = 1e-3  # of an energy, that has a visible bar
 
 
 @styled
 def modes_chart(data: xr.Dataset) -> Figure:
-    """Modes from the lowest up: frequency by type, kinetic energy by motion, strain energy.
+    """Frequency by type, kinetic energy by motion and strain energy by spring of the lowest modes.
 
-    Repeated frequencies of one type are one row.
+    Modes of equal frequency and type have one row.
     """
     frequency = np.asarray(variable(data, "frequency"), dtype=float)
     kinds = [str(k) for k in variable(data, "type").to_numpy()]
-    every = _distinct(frequency, kinds)
-    rows = every[:MOST_MODES]
+    distinct = _distinct(frequency, kinds)
+    rows = distinct[:MAX_MODES]
     if not rows:
         raise FlexgearError("cannot draw: the dataset has no modes")
     shares = [
@@ -86,15 +86,15 @@ def modes_chart(data: xr.Dataset) -> Figure:
         loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=7, handlelength=1.0,
     )  # fmt: skip
     axes[0, 0].set_ylim(len(rows) - 0.4, -0.6)
-    if len(every) > len(rows):
-        last = frequency[every[-1][0]]
-        figure.suptitle(f"the lowest {len(rows)} of {len(every)} frequencies (up to {last:.5g} Hz)",
-                        fontsize=8.5)  # fmt: skip
+    if len(distinct) > len(rows):
+        last, count = frequency[distinct[-1][0]], len(distinct)
+        text = f"the lowest {len(rows)} of {count} frequencies (up to {last:.5g} Hz)"
+        figure.suptitle(text, fontsize=8.5)
     return figure
 
 
 def _distinct(frequency: Array, kinds: list[str]) -> list[list[int]]:
-    """Modes by row: those of one frequency and type together."""
+    """Indices of the modes of each row, those of one frequency and type."""
     rows: dict[tuple[int, str], list[int]] = {}
     for k, modes in enumerate(_repeated(frequency, 1e-6)):
         for i in modes.tolist():
@@ -103,13 +103,13 @@ def _distinct(frequency: Array, kinds: list[str]) -> list[list[int]]:
 
 
 def _repeated(frequency: Array, share: float) -> list[np.ndarray]:
-    """Modes by rising frequency, those together that differ by so small a share of it."""
+    """Groups of modes with equal frequency, within ``share``; frequencies rise."""
     separated = np.diff(frequency) > share * frequency[:-1]
     return np.split(np.arange(len(frequency)), np.flatnonzero(separated) + 1)
 
 
 def _frequencies(ax: Axes, frequency: Array, kinds: list[str], rows: list[list[int]]) -> None:
-    """A line from the axis to each frequency, its value beside it; logarithmic."""
+    """Draw a line to each frequency on a logarithmic axis, with its value at the end."""
     elastic = [frequency[r[0]] for r in rows if frequency[r[0]] > 0]
     low = 0.5 * min(elastic, default=1.0)
     high = max(elastic, default=10.0)
@@ -137,14 +137,14 @@ def _frequencies(ax: Axes, frequency: Array, kinds: list[str], rows: list[list[i
 
 
 def _stages(data: xr.Dataset) -> set[str]:
-    """Names of the stages, which stand before the names of bodies."""
+    """Names of the stages of all bodies."""
     if "body" not in data.coords:
         return set()
     return {BodyName.parse(n).stage for n in data["body"].to_numpy()}
 
 
 def _shares(data: xr.Dataset, name: str, rows: list[list[int]]) -> dict[str, Array]:
-    """Mean shares of energy by part in each row, parts that are nowhere left out."""
+    """Mean share of an energy in each row by part, without parts that have none in all rows."""
     if name not in data:
         return {}
     field = data[name].transpose("mode", ...)
@@ -155,19 +155,21 @@ def _shares(data: xr.Dataset, name: str, rows: list[list[int]]) -> dict[str, Arr
 
 
 def _summed_springs(shares: Mapping[str, Array], stages: set[str]) -> dict[str, Array]:
-    """Springs of the same kind together, over planets and stages; rare kinds as "others"."""
+    """Shares of springs summed by kind over planets and stages; kinds of small shares as
+    "others"."""
     kinds: dict[str, Array] = {}
     for name, share in shares.items():
         kind = _spring_kind(name, stages)
         kinds[kind] = kinds.get(kind, 0.0) + share
     order = sorted(kinds, key=lambda k: -float(np.nanmax(kinds[k])))
-    out = {k: kinds[k] for k in order[:MOST_SPRINGS]}
-    rest = [kinds[k] for k in order[MOST_SPRINGS:]]
+    out = {k: kinds[k] for k in order[:MAX_SPRINGS]}
+    rest = [kinds[k] for k in order[MAX_SPRINGS:]]
     return {**out, "others": np.sum(rest, axis=0)} if rest else out
 
 
 def _spring_kind(name: str, stages: set[str]) -> str:
-    """stage_1.planet_bearing_2 -> planet bearing; stage_2.sun-stage_3.gear -> joint."""
+    """Kind of a spring: stage_1.planet_bearing_2 -> planet bearing; stage_2.sun-stage_3.gear ->
+    joint."""
     if any(f"-{s}." in name for s in stages):
         return "joint"
     for stage in stages:
@@ -189,23 +191,22 @@ def _type_colour(kind: str) -> str:
 
 FORWARD, BACKWARD, STRAIGHT = "#004488", "#BB5566", "#444444"
 PALE = "#D8DBE0"
-CIRCULAR = 0.05  # least |whirl| that is called a direction
-RIGID = 1e-6  # of the highest frequency: below it nothing is strained
-LABEL_ROOM = 0.028  # of the picture's height that a label needs
-MOST_LABELS = 10  # of meetings in a panel
-ABSENT = -2  # nodal index of modes that leave a stage at rest
-MOST_LINES = 60  # in a panel at their full width
-LEAST_MODES = 3  # elastic ones that a panel shows
-ABOVE: Any = {"xytext": (0, 2), "ha": "center", "va": "bottom"}  # matplotlib's own types change
+CIRCULAR = 0.05  # least |whirl| of a forward or backward mode
+RIGID = 1e-6  # of the highest frequency: a mode below is rigid
+LABEL_HEIGHT = 0.028  # of the height of a panel
+MAX_LABELS = 10  # of meetings in a panel
+ABSENT = -2  # nodal index of modes without motion of a stage
+MAX_WIDE_LINES = 60  # in a panel at full width
+LEAST_MODES = 3  # elastic ones in a panel
+ABOVE: Any = {"xytext": (0, 2), "ha": "center", "va": "bottom"}  # types of matplotlib change
 BESIDE: Any = {"xytext": (3, 0), "va": "center"}
 
 
 @styled
 def campbell_chart(data: xr.Dataset) -> Figure:
-    """Frequencies over speed with the orders that excite them, a panel a stage; dots where an order
-    lies within the margin of a mode at an operating speed, filled where a stage of equal planets is
-    excited.
-    """
+    """Campbell diagram with a panel for each stage: natural frequencies and orders of excitation
+    over speed; dots where an order is within the margin of a mode at an operating speed, filled if
+    it excites the mode even in a stage with equal planets."""
     stages = _excited_stages(data)
     figure, axes = panels(len(stages), 1, height_mm=30 + 95 * len(stages))
     whirls = bool(np.any(np.abs(np.nan_to_num(data["whirl"].to_numpy())) >= CIRCULAR))
@@ -220,12 +221,12 @@ def campbell_chart(data: xr.Dataset) -> Figure:
 
 
 def _excited_stages(data: xr.Dataset) -> list[str]:
-    """Stages that something excites, in their order; "" where nothing does."""
+    """Names of excited stages; "" alone without any excitation."""
     return list(dict.fromkeys(map(str, data["excitation_stage"].to_numpy()))) or [""]
 
 
 def _panel(ax: Axes, data: xr.Dataset, stage: str, whirls: bool) -> set[int]:
-    """One stage; the nodal indices that are drawn."""
+    """Draw the panel of one stage; returns the drawn nodal indices."""
     factor = np.asarray(data["speed_factor"], dtype=float)
     values, whirl = (data[n].to_numpy().astype(float) for n in ("campbell_frequency", "whirl"))
     index = np.zeros(data.sizes["mode"], dtype=int)
@@ -239,7 +240,7 @@ def _panel(ax: Axes, data: xr.Dataset, stage: str, whirls: bool) -> set[int]:
         ax.axvspan((1.0 - margin) * speed, (1.0 + margin) * speed, color="#F3F4F6", zorder=0)
         ax.axvline(speed, color=NEUTRAL, lw=0.8)
     drawn = set[int]()
-    width = 0.8 * min(1.0, MOST_LINES / (1.0 + float((values.min(axis=0) <= top).sum())))
+    width = 0.8 * min(1.0, MAX_WIDE_LINES / (1.0 + float((values.min(axis=0) <= top).sum())))
     for m in range(values.shape[1]):
         ax.plot(factor, values[:, m], color=_mode_colour(index[m], whirl[:, m], whirls), lw=width)
         if index[m] >= 0 and values[:, m].min() <= top:
@@ -253,20 +254,21 @@ def _panel(ax: Axes, data: xr.Dataset, stage: str, whirls: bool) -> set[int]:
 
 
 def _top(values: Array, excited: float) -> float:
-    """Top of a panel: the highest order at the highest speed, or the lowest elastic modes."""
+    """Upper limit of a panel, Hz: covers the highest order and the lowest elastic modes."""
     elastic = np.sort(values[-1][values[-1] > RIGID * np.nanmax(values[-1], initial=0.0)])
     least = float(elastic[: min(LEAST_MODES, elastic.size)].max(initial=1.0))
     return 1.04 * max(least, excited)
 
 
 def index_colour(index: int) -> str:
-    """Colour of a nodal index; of one that is mixed or unknown grey."""
+    """Colour of a nodal index; grey for a mixed or unknown index."""
     if index == ABSENT:
         return PALE
     return PLANET_COLOURS[index % len(PLANET_COLOURS)] if index >= 0 else NEUTRAL
 
 
 def _mode_colour(index: int, whirl: Array, whirls: bool) -> str:
+    """Colour of a mode: by its direction of whirl if modes of the case whirl, else by its index."""
     if not whirls or index == ABSENT:
         return index_colour(index)
     sense = whirl[np.isfinite(whirl)]
@@ -277,7 +279,8 @@ def _mode_colour(index: int, whirl: Array, whirls: bool) -> str:
 def _orders(
     ax: Axes, data: xr.Dataset, lines: np.ndarray, factor: Array, top: float, whirls: bool
 ) -> set[int]:
-    """Rays with their order at the end; the nodal indices that they drive."""
+    """Draw excitations as rays with their order at the end; returns the nodal indices that they
+    excite."""
     drawn, labelled = set[int](), list[float]()
     slopes, kinds = (data[f"excitation_{name}"].to_numpy() for name in ("slope", "kind"))
     for k in lines[np.argsort(-slopes[lines])]:
@@ -293,7 +296,7 @@ def _orders(
         drawn.add(index)
         over = slope * factor[-1] >= top
         at = (top / slope, top) if over else (factor[-1], slope * factor[-1])
-        if not over and any(abs(at[1] - y) < LABEL_ROOM * top for y in labelled):
+        if not over and any(abs(at[1] - y) < LABEL_HEIGHT * top for y in labelled):
             continue
         labelled.append(at[1] if not over else -top)
         ax.annotate(
@@ -304,7 +307,7 @@ def _orders(
 
 
 def _order_index(data: xr.Dataset, number: int) -> int:
-    """min(k, N − k) that an order drives."""
+    """Nodal index min(k, N − k) that an order excites."""
     k = int(data["excitation_index"][number])
     stages = [str(s) for s in data["turning_stage"].to_numpy()]
     planets = np.atleast_1d(data.attrs["planets"])
@@ -313,8 +316,9 @@ def _order_index(data: xr.Dataset, number: int) -> int:
 
 
 def _number_modes(ax: Axes, values: Array, index: np.ndarray, top: float, start: float) -> None:
-    """Numbers of the modes at rest, those of one frequency together, where there is room."""
-    free = LABEL_ROOM * top
+    """Write the numbers of the modes at zero speed, one text for each distinct frequency if it has
+    room."""
+    free = LABEL_HEIGHT * top
     for modes in _repeated(values[0], 1e-3):
         first, last = int(modes[0]), int(modes[-1])
         f = float(values[0, first])
@@ -324,11 +328,11 @@ def _number_modes(ax: Axes, values: Array, index: np.ndarray, top: float, start:
                 text, (start, f), textcoords="offset points", xytext=(2, 1), fontsize=6,
                 color=NEUTRAL, va="bottom",
             )  # fmt: skip
-            free = f + LABEL_ROOM * top
+            free = f + LABEL_HEIGHT * top
 
 
 def _meetings(ax: Axes, data: xr.Dataset, stage: str, top: float) -> None:
-    """Dots where an order crosses the modes that it meets at an operating speed, names beside."""
+    """Draw dots where orders meet modes at an operating speed, the first ones with labels."""
     place_of = {str(n): k for k, n in enumerate(data["excitation"].to_numpy())}
     of_stage = data["excitation_stage"].to_numpy()
     groups: dict[tuple[str, float, float], list[int]] = {}
@@ -337,7 +341,7 @@ def _meetings(ax: Axes, data: xr.Dataset, stage: str, top: float) -> None:
         if str(of_stage[place_of[label]]) == stage:
             factor, away = (float(data[f"meeting_{n}"][i]) for n in ("factor", "away"))
             groups.setdefault((label, factor, away), []).append(i)
-    labelled = list[tuple[float, float]]()
+    labelled = list[float]()
     for (label, factor, away), meetings in sorted(
         groups.items(), key=lambda item: (not _is_ideal(data, item[1][0]), abs(item[0][2]))
     ):
@@ -347,9 +351,9 @@ def _meetings(ax: Axes, data: xr.Dataset, stage: str, top: float) -> None:
             x, natural, "o", ms=3.6, zorder=5, color="black" if ideal else "white",
             markeredgecolor="black", markeredgewidth=0.7,
         )  # fmt: skip
-        room = all(abs(natural - y) >= LABEL_ROOM * top for _, y in labelled)
-        if natural < top and room and len(labelled) < MOST_LABELS:
-            labelled.append((x, natural))
+        has_room = all(abs(natural - y) >= LABEL_HEIGHT * top for y in labelled)
+        if natural < top and has_room and len(labelled) < MAX_LABELS:
+            labelled.append(natural)
             numbers = [int(data["meeting_mode"][i]) for i in meetings]
             modes = f"{numbers[0]}" + (f"–{numbers[-1]}" if len(numbers) > 1 else "")
             order = float(data["excitation_order"][place_of[label]])
@@ -377,7 +381,7 @@ def _legend(data: xr.Dataset, kinds: list[int], whirls: bool) -> list[Line2D]:
         out += legend_lines({f"k = {k}: {_kind(k)}": index_colour(k) for k in kinds})
     if data.sizes["meeting"]:
         within = f"within {100 * float(data.attrs['margin']):.0f} %"
-        for fill, cause in (("black", "perfect gears excite it"), ("white", "errors alone do")):
+        for fill, cause in (("black", "excited by perfect gears"), ("white", "only by errors")):
             label = f"{within}, {cause}"
             dot: Any = {"color": "black", "ls": "", "marker": "o", "ms": 3.6, "mfc": fill}
             out.append(Line2D([], [], label=label, **dot))
@@ -385,5 +389,5 @@ def _legend(data: xr.Dataset, kinds: list[int], whirls: bool) -> list[Line2D]:
 
 
 def _kind(index: int) -> str:
-    """Motion of modes of an index, in words."""
+    """Motion of modes with a nodal index, in words."""
     return {0: "turning, axial", 1: "sideways, tilting"}.get(index, "planets alone")

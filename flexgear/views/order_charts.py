@@ -1,5 +1,4 @@
-"""Spectra over orders with the lines that are expected there, run-up maps, averages over a turn;
-what sensors measure."""
+"""Charts of order spectra with expected lines, run-up maps, averages over a turn, and sensors."""
 
 from __future__ import annotations
 
@@ -33,12 +32,12 @@ from flexgear.views.style import (
 from flexgear.views.traces import CELLS
 
 Lines = Sequence[tuple[ExpectedLine, float]]  # with their orders
-DECADES = 5  # below the largest amplitude that are shown
-MAP_DECADES = 4
+DECADES = 5  # below the largest amplitude in a spectrum
+MAP_DECADES = 4  # below the largest amplitude in a map
 COLUMNS = 4  # of a legend
-NEAREST = 0.03  # of the highest order: names of harmonics stand no closer
-MARKED = 10  # harmonics of a gear mesh in a map
-LOOKS: dict[str, tuple[str, str]] = {  # of expected lines by kind
+LABEL_SPACING = 0.03  # of the highest order, between labels of harmonics
+MAX_HARMONICS = 10  # of a gear mesh in a map
+STYLES: dict[str, tuple[str, str]] = {  # colour and line style of expected lines by kind
     GEAR_MESH: ("#374151", "--"),
     SIDEBAND: ("#9CA3AF", ":"),
     SHAFT: ("#0E7C86", ":"),
@@ -49,7 +48,7 @@ LOOKS: dict[str, tuple[str, str]] = {  # of expected lines by kind
 
 
 def curves(values: xr.DataArray, along: str) -> Iterator[tuple[str, Array]]:
-    """Every history or spectrum of labelled values, with the labels of its other axes."""
+    """Every history or spectrum along one dimension, with the labels of the other dimensions."""
     others = [str(d) for d in values.dims if d != along]
     if not others:
         yield "", values.to_numpy()
@@ -61,8 +60,8 @@ def curves(values: xr.DataArray, along: str) -> Iterator[tuple[str, Array]]:
 
 @styled
 def order_chart(spectrum: xr.DataArray, lines: Lines = ()) -> Figure:
-    """Amplitudes of a spectrum (order, …) on a logarithmic scale, a curve for each of the other
-    axes; expected lines below them, by kind."""
+    """Amplitudes of a spectrum (order, …) on a logarithmic scale, a curve for each label of the
+    other dimensions; expected lines by kind."""
     order = spectrum["order"].to_numpy()
     amplitudes = dict(curves(spectrum, "order"))
     largest = max((float(np.nanmax(a, initial=0.0)) for a in amplitudes.values()), default=0.0)
@@ -91,7 +90,7 @@ def order_chart(spectrum: xr.DataArray, lines: Lines = ()) -> Figure:
 
 
 def _mark(axes: Axes, lines: Lines, highest: float) -> list[Line2D]:
-    """Expected lines across the panel; entries of the legend."""
+    """Draw expected lines across the panel; returns the entries of their legend."""
     kinds: list[str] = []
     drawn = set[tuple[str, float]]()
     for line, order in lines:
@@ -99,36 +98,36 @@ def _mark(axes: Axes, lines: Lines, highest: float) -> list[Line2D]:
         if order > highest or key in drawn:
             continue
         drawn.add(key)
-        colour, style = LOOKS[line.kind]
+        colour, style = STYLES[line.kind]
         axes.axvline(order, color=colour, ls=style, lw=0.8, zorder=0.5)
         if line.kind not in kinds:
             kinds.append(line.kind)
     return [
-        Line2D([], [], color=LOOKS[kind][0], ls=LOOKS[kind][1], lw=1.0, label=f"expected: {kind}")
+        Line2D([], [], color=STYLES[kind][0], ls=STYLES[kind][1], lw=1.0, label=f"expected: {kind}")
         for kind in kinds
     ]
 
 
 def _name_harmonics(axes: Axes, lines: Lines, highest: float) -> None:
-    """Harmonics of gear meshes above the panel, as far as there is room, with their stage where
-    there are several; the only stage of which there is more than the first has no name."""
+    """Write the harmonics of gear meshes above the panel where they have room, with the stage if
+    there are several; the stage is omitted if all others have only the first harmonic."""
     named = [(order, line) for line, order in lines if line.kind == GEAR_MESH and order <= highest]
     several = len({line.stage for _, line in named}) > 1
     higher = {line.stage for _, line in named if line.harmonic > 1}
-    room, last = (NEAREST * (2 if several else 1)) * highest, -highest
+    room, last = (LABEL_SPACING * (2 if several else 1)) * highest, -highest
     for order, line in sorted(named, key=lambda entry: entry[0]):
         if order - last >= room:
             bare = not several or higher == {line.stage}
             text = f"{line.harmonic}×" if bare else f"{words(line.stage)} {line.harmonic}×"
             look: Any = {"fontsize": 7, "ha": "center", "va": "bottom"}
-            axes.text(order, axes.get_ylim()[1], text, color=LOOKS[GEAR_MESH][0], **look)
+            axes.text(order, axes.get_ylim()[1], text, color=STYLES[GEAR_MESH][0], **look)
             last = order
 
 
 @styled
 def order_map_chart(mapped: xr.DataArray, lines: Lines = (), title: str = "") -> Figure:
-    """Amplitudes of a map (block, order) by colour, over speed where that rises or falls all the
-    time, else over time."""
+    """Amplitudes of a map (block, order) by colour, over speed if it is monotonic in time, else
+    over time."""
     pooled = _pooled(mapped)
     order, values = pooled["order"].to_numpy(), pooled.to_numpy()
     largest = float(values.max(initial=0.0))
@@ -148,9 +147,9 @@ def order_map_chart(mapped: xr.DataArray, lines: Lines = (), title: str = "") ->
     ax.grid(False)
     highest = float(order[-1])
     for line, at in lines:
-        if line.kind == GEAR_MESH and at <= highest and line.harmonic <= MARKED:
+        if line.kind == GEAR_MESH and at <= highest and line.harmonic <= MAX_HARMONICS:
             ax.axvline(at, color="white", ls=":", lw=0.6)
-    _name_harmonics(ax, [x for x in lines if x[0].harmonic <= MARKED], highest)
+    _name_harmonics(ax, [x for x in lines if x[0].harmonic <= MAX_HARMONICS], highest)
     turns, window = mapped.attrs["turns"], mapped.attrs["window"]
     ax.set_xlabel(f"order of {mapped.attrs['of']} (–); {window} window of {turns:.4g} turns")
     of = mapped.attrs["of"].partition(" against ")[0]
@@ -163,7 +162,7 @@ def order_map_chart(mapped: xr.DataArray, lines: Lines = (), title: str = "") ->
 
 
 def _pooled(mapped: xr.DataArray) -> xr.DataArray:
-    """A map (block, order) with at most as many cells as a page takes, the largest of each."""
+    """A map (block, order) with at most ``CELLS`` cells each way, the largest value in each."""
     width = {d: -(-mapped.sizes[d] // CELLS) for d in ("block", "order")}
     pooled = mapped.reset_coords(drop=True).coarsen(width, boundary="trim", coord_func="mean").max()
     rows = {
@@ -175,7 +174,7 @@ def _pooled(mapped: xr.DataArray) -> xr.DataArray:
 
 @styled
 def average_chart(mean: xr.DataArray) -> Figure:
-    """Means over a turn, a panel for each planet or all in one."""
+    """Means over a turn, with a panel for each planet, or one panel."""
     parts = list(mean.transpose("planet", ...)) if "planet" in mean.dims else [mean]
     largest = float(np.abs(mean).max())
     unit, by = scale([largest], str(mean.attrs.get("units", "")))
@@ -201,18 +200,18 @@ SHOWN = {  # unit and factor of a quantity in pictures
     "strain": ("µm/m", 1e6), "speed": ("rad/s", 1.0), "torque": ("N m", 1.0),
 }  # fmt: skip
 STATIC = {"m": "displacement", "1": "strain", "N m": "torque"}
-ROUNDING = 1e-7  # of the largest value of a quantity: what varies by less is constant
+ROUNDING = 1e-7  # of the largest value of a quantity: a smaller variation is rounding
 SENSOR_DECADES = 7  # of a spectrum, below its highest line
-MOST_SHOWN = 4000  # samples of a history
-MOST = 2**17  # of a spectrum, the last ones
+MAX_SHOWN = 4000  # samples of a history, the last ones
+MAX_SAMPLES = 2**17  # of a spectrum, the last ones
 KINDS = (GEAR_MESH, SIDEBAND, SHAFT, PLANET_PASS)  # of expected lines
 
 
 @styled
 def sensors_chart(data: xr.Dataset) -> Figure:
-    """Every sensor of a transient: its last samples, and amplitudes of the dataset by orders of the
-    first input, with the lines that are expected there."""
-    signal = data["sensor_signal"].isel({SENSOR_TIME: slice(-MOST_SHOWN, None)})
+    """Signals of all sensors of a transient: the last samples, and amplitudes by order of the first
+    input with expected lines."""
+    signal = data["sensor_signal"].isel({SENSOR_TIME: slice(-MAX_SHOWN, None)})
     time, names = signal[SENSOR_TIME].to_numpy(), signal["sensor"].to_numpy()
     figure, axes = panels(len(names), 2, height_mm=28 + 42 * len(names), sharex="col")
     (spectrum, lines), handles = _orders(data), list[Line2D]()
@@ -247,8 +246,8 @@ def sensors_chart(data: xr.Dataset) -> Figure:
 def _draw(
     ax: Axes, x: Array, values: Array, name: str, quantity: str, largest: float
 ) -> tuple[str, float, bool]:
-    """Draw values in SI over x; their unit and its factor, and whether they vary by more than the
-    rounding of the largest value of their quantity."""
+    """Draw values in SI over x; returns their unit, its factor, and whether they vary by more than
+    the rounding of ``largest``, the largest value of their quantity."""
     unit, factor = scale(values, "N m") if quantity == "torque" else SHOWN[quantity]
     scaled = factor * values
     low, high = float(np.min(scaled)), float(np.max(scaled))
@@ -265,9 +264,9 @@ def _draw(
 
 
 def _orders(data: xr.Dataset) -> tuple[xr.DataArray | None, list[tuple[ExpectedLine, float]]]:
-    """Order spectrum of the end of a dataset's signals, and the lines of teeth, shafts and planets
-    in its range; none of a train that does not turn one way."""
-    last = data.isel({SENSOR_TIME: slice(-MOST, None)})
+    """Order spectrum of the last samples of all sensors, with expected lines of teeth, shafts and
+    planets; None and no lines for a train that reverses or stops."""
+    last = data.isel({SENSOR_TIME: slice(-MAX_SAMPLES, None)})
     member = first_input(data)
     try:
         spectrum = order_spectrum(history_over_turns(last, "sensor_signal", member))
@@ -280,7 +279,7 @@ def _orders(data: xr.Dataset) -> tuple[xr.DataArray | None, list[tuple[ExpectedL
 
 @styled
 def static_sensors_chart(data: xr.Dataset) -> Figure:
-    """Every sensor that has a value in equilibrium, over the rotation of the reference member."""
+    """Values of sensors in equilibria over the rotation of the reference member."""
     static = data["sensor_static"]
     degrees = np.degrees(data["input_angle"].to_numpy()[:, 0])
     names = static["static_sensor"].to_numpy()

@@ -1,10 +1,10 @@
-"""Offscreen 3D pictures of deformed bodies (pyvista), finished in the house style (matplotlib).
+"""Offscreen 3D pictures of deformed bodies, rendered by pyvista and framed by matplotlib.
 
     drawn point = x + f u(x) ,  colour = |u| in µm ,
 
-with the exaggeration f and a length scale bar in the picture. Projection is parallel, so the bar
-holds everywhere. VTK without GL libraries segfaults, so a subprocess tries first whether this
-machine can render; pyvista is imported only after ``require_rendering``.
+with the exaggeration f stated in the picture. The projection is parallel, so that the scale bar is
+valid everywhere. VTK without GL libraries ends in a segmentation fault, so a subprocess tests first
+whether this machine can render; pyvista is imported only after ``require_rendering``.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ raise SystemExit(0 if numpy.ptp(picture) > 50 else 3)
 
 
 def apt_line(packages: str = GL_PACKAGES) -> str:
-    """The command that installs what rendering needs on Debian and Ubuntu."""
+    """Command that installs the libraries for rendering on Debian and Ubuntu."""
     sudo = "" if hasattr(os, "geteuid") and os.geteuid() == 0 else "sudo "
     return f"{sudo}apt-get install -y --no-install-recommends {packages}"
 
@@ -77,7 +77,7 @@ def candidates() -> tuple[str | None, ...]:
 
 
 def probe(window: str | None, timeout: float) -> str:
-    """Render one small picture with ``window`` in a subprocess: "" if it worked, else why not."""
+    """Render one small picture with ``window`` in a subprocess: "" or the reason of failure."""
     environment = dict(os.environ)
     environment.pop(WINDOW_VARIABLE, None)
     if window is not None:
@@ -108,8 +108,8 @@ def probe(window: str | None, timeout: float) -> str:
 
 @lru_cache(maxsize=1)
 def working_window() -> tuple[bool, str | None, str]:
-    """Try offscreen rendering, once a process: whether it works, the render window to use, and why
-    the default window failed."""
+    """Whether offscreen rendering works, the render window to use, and the reason why the default
+    window failed; tested once in a process."""
     first = ""
     for window in candidates():
         reason = probe(window, TIMEOUT)
@@ -120,12 +120,12 @@ def working_window() -> tuple[bool, str | None, str]:
 
 
 def rendering_available() -> bool:
-    """True where an offscreen picture can be drawn, be it with EGL, GLX or OSMesa."""
+    """Whether offscreen pictures can be rendered, by EGL, GLX or OSMesa."""
     return working_window()[0]
 
 
 def require_rendering() -> None:
-    """Make VTK use the render window that works; `FlexgearError` with the apt line if none does."""
+    """Set the render window that works for VTK; FlexgearError with a remedy if there is none."""
     works, window, reason = working_window()
     if not works:
         raise FlexgearError(
@@ -136,7 +136,7 @@ def require_rendering() -> None:
         os.environ[WINDOW_VARIABLE] = window
 
 
-PER_CENT = 1e-4  # m, drawn as 100 µm: 100 % of a displacement without size
+PER_CENT = 1e-4  # m: a mode is scaled to 100 µm, so that µm are per cent
 VTK_CELLS = {4: 10, 8: 12}  # tetrahedron, hexahedron
 VIEWS: Mapping[str, tuple[Array, Array]] = {  # direction towards the eye, up
     "iso": (np.array([0.45, -0.85, 0.95]), np.array([0.0, 0.0, 1.0])),
@@ -157,7 +157,7 @@ class Snapshot:
 
 
 def load_renderer() -> None:
-    """Import what renders, which takes seconds, where this machine can render."""
+    """Import pyvista, which takes seconds, if this machine can render."""
     if rendering_available():
         require_rendering()
         import pyvista  # noqa: F401
@@ -179,10 +179,9 @@ def deformation_exaggeration(points: Array, displacement: Array) -> float:
 
 
 def field_grid(field: xr.Dataset) -> Any:
-    """A field (``deformed``) as a pyvista.UnstructuredGrid in the place where nothing has moved, m,
-    with the point data "displacement" (p, 3), m, "stress_Pa" (p, 6: xx, yy, zz, xy, yz, xz) and
-    "von_mises_stress_Pa": ``warp_by_vector`` and ``save`` work on it. InputError for another
-    dataset."""
+    """A field (``deformed``) as an undeformed pyvista.UnstructuredGrid, m, with the point data
+    "displacement" (p, 3), m, "stress_Pa" (p, 6: xx, yy, zz, xy, yz, xz) and "von_mises_stress_Pa",
+    ready for ``warp_by_vector`` and ``save``. InputError for another dataset."""
     if "point" not in field or "cell" not in field:
         remedy = "give one of deformed() or mode_field()"
         raise InputError("--field", "dataset", "is no field of a body", remedy)
@@ -224,7 +223,7 @@ def snapshot(
     view: str,
     window_size: tuple[int, int],
 ) -> Snapshot:
-    """Render the deformed body with its undeformed outline; no text."""
+    """Pixels of the deformed body with its undeformed outline, without text."""
     require_rendering()
     import pyvista
 
@@ -286,11 +285,11 @@ def render_deformed(
     window_size: tuple[int, int] = (1500, 1100),
     relative: bool = False,
 ) -> Figure:
-    """Deformed body: ``points`` (n, 3) m, ``cells`` (m, 8) or (m, 4), ``displacement`` (n, 3) m.
+    """Picture of a deformed body with its undeformed outline as dark lines.
 
-    Cells are numbered as in `FeMesh` (scikit-fem's order, not VTK's). ``view``: iso, axial, side or
-    back. The dark lines are the undeformed outline. relative: the displacement has no size of its
-    own, as that of a mode; colours are then per cent of the largest.
+    points: (n, 3) m; cells: (m, 8) or (m, 4), in the vertex order of `FeMesh` (scikit-fem, not
+    VTK); displacement: (n, 3) m; view: iso, axial, side or back; relative: whether the displacement
+    has an arbitrary amplitude, as that of a mode, so that colours are per cent of the largest.
     """
     points = np.asarray(points, dtype=float)
     displacement = np.asarray(displacement, dtype=float)
@@ -303,7 +302,7 @@ def render_deformed(
     size = f"displacement {factor_text(factor)}, largest {largest:.1f} µm"
     bar_title, label = size, "displacement magnitude (µm)"
     if relative:
-        bar_title, label = "drawn as large as can be seen", "displacement (% of the largest)"
+        bar_title, label = "amplitude arbitrary", "displacement (% of the largest)"
     head = "; ".join([bar_title, "dark lines: undeformed"])
     return framed(shot, f"{title}\n{head}" if title else head, label, limits)
 
@@ -314,7 +313,7 @@ def framed(
     label: str,
     limits: tuple[float, float],
 ) -> Figure:
-    """Put title, colour bar, scale bar and axes round the pixels."""
+    """Figure of the pixels with title, colour bar, scale bar and axes."""
     rows, columns = shot.pixels.shape[:2]
     figure = new_figure(FULL_WIDTH_MM * 0.86 * rows / columns + 10)
     ax = figure.subplots()
@@ -329,6 +328,7 @@ def framed(
 
 
 def draw_scale_bar(axes: Any, shot: Snapshot) -> None:
+    """Draw a bar of a round length in the lower right corner."""
     rows, columns = shot.pixels.shape[:2]
     metre = rows / shot.height
     bar = nice_number(0.28 * columns / metre)
@@ -339,7 +339,7 @@ def draw_scale_bar(axes: Any, shot: Snapshot) -> None:
 
 
 def draw_triad(axes: Any, shot: Snapshot) -> None:
-    """Directions of X, Y, Z in the lower left corner."""
+    """Draw the directions of X, Y, Z in the lower left corner."""
     rows, columns = shot.pixels.shape[:2]
     origin = np.array([0.085 * columns, 0.90 * rows])
     length = 0.075 * rows

@@ -1,8 +1,8 @@
 """One self-contained HTML page of a run, or of two side by side: verdicts, tables, pictures.
 
-Nothing is loaded from outside: pictures are data URIs, and plotly with the data of the plots stands
-in the page once, deflated. Where a browser cannot inflate it, in print and without scripts, the
-static pictures are shown.
+The page loads nothing: pictures are data URIs, and it contains plotly and the data of the plots,
+deflated. Static pictures are shown in print, without scripts, and in browsers that cannot inflate
+data.
 """
 
 from __future__ import annotations
@@ -37,21 +37,21 @@ from flexgear.views.style import save_figure
 
 MEDIA = {".png": "image/webp", ".svg": "image/svg+xml", ".gif": "image/gif"}
 
-QUALITY = 85  # of a picture in the page, in per cent as WebP counts: fine lines stay sharp
-MOST_PLOTS = 3_000_000  # characters of all plots' data in a page that stays below 10 MB
-SMALLEST = 0.3  # of a picture's size to which it may shrink
-MOST_PICTURES = 3_500_000  # characters of all pictures, likewise
+QUALITY = 85  # of WebP pictures, in per cent: fine lines stay sharp
+MAX_PLOTS = 3_000_000  # characters of the data of all plots, for a page below 10 MB
+SMALLEST = 0.3  # of the size of a picture, to which it may shrink
+MAX_PICTURES = 3_500_000  # characters of all pictures, for a page below 10 MB
 LEAST_POINTS = 200  # of a line
-TOO_LARGE = "Its plot would make this page too large, so it stands still here."
-THINNED = "Lines of plots have fewer points here than were computed, to keep this page small."
-SMALLER = "Pictures are smaller here than among those of the run, to keep this page small."
-NO_ROOM = "It would make this page too large: see it among the run's pictures."
+TOO_LARGE = "Its plot would make this page too large, so this picture is static."
+THINNED = "Lines of plots have fewer points than were computed, to keep this page small."
+SMALLER = "Pictures are smaller than in the folder of the run, to keep this page small."
+NO_ROOM = "It would make this page too large: see the folder of the run's pictures."
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture of the report. name: when two runs are compared, pictures of the same name stand
-    side by side; sentence: what it shows; plots: plotly panels that replace it on a screen."""
+    """A picture of the report. name: pictures of two runs with the same name are side by side;
+    sentence: its content; plots: plotly panels that replace it on a screen."""
 
     name: str
     section: str
@@ -63,7 +63,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Side:
-    """All that the page says of one run."""
+    """Content of the page about one run."""
 
     name: str
     lead: str
@@ -81,7 +81,8 @@ def write_report(
 ) -> Path:  # fmt: skip
     """Write the page atomically and return its path.
 
-    case: name by which the page is known as flexgear's. sides: one run, or two side by side.
+    case: name of the case in the page's metadata, by which flexgear recognises the page as a
+    result of the case. sides: one run, or two side by side.
     """
     target = Path(path)
     folder = files("flexgear.views") / "templates"
@@ -92,12 +93,12 @@ def write_report(
     pictures = [p for side in sides for p in side.pictures]
     every = [plot for p in pictures for plot in p.plots] if script is not None else []
     names = {id(plot): f"plot{k}" for k, plot in enumerate(every)}
-    with ThreadPoolExecutor() as pool:  # what compresses lets go of the interpreter lock
+    with ThreadPoolExecutor() as pool:  # compression releases the interpreter lock
         packed = {p.file: pool.submit(_packed, p.file) for p in pictures if p.file}
         small_script = pool.submit(deflated, script or "")
-        data, left_out, thinned = within(dict(zip(names.values(), every, strict=True)), MOST_PLOTS)
+        data, left_out, thinned = within(dict(zip(names.values(), every, strict=True)), MAX_PLOTS)
         whole = {file: picture.result() for file, picture in packed.items()}
-    media, smaller = embedded(whole, MOST_PICTURES)
+    media, smaller = embedded(whole, MAX_PICTURES)
 
     def embed(picture: Picture | None) -> dict[str, Any] | None:
         return None if picture is None else _place(picture, names, left_out, media)
@@ -127,7 +128,7 @@ def write_report(
 def saved_picture(
     figure: Figure, folder: Path, name: str, section: str, caption: str, sentence: str
 ) -> Picture:
-    """A figure as a file of the folder, and as it stands in the report."""
+    """Write a figure into a folder; returns it as a picture of the report."""
     path = save_figure(figure, folder / f"{name}.png", dpi=150)
     return Picture(name, section, caption, sentence, path, panels_of(figure))
 
@@ -136,20 +137,20 @@ def write_study(
     folder: Path, case: Case, study: str, lead: str, pictures: Sequence[Picture],
     verdicts: Sequence[Verdict] = (), tables: Sequence[Table] = (),
 ) -> Path:  # fmt: skip
-    """Write the page of a study of one case into a folder; tables: those of the case stand
-    behind them, if there are any."""
+    """Write the page of a study of one case into a folder; tables: followed by those of the case,
+    if there are any."""
     name, whole = case.title or case.name, [*tables, *case_tables(case)] if tables else ()
     side = Side(name, lead, verdicts, whole, pictures, version(), case.content_hash())
     return write_report(folder / "report.html", f"{case.name}: {study}", case.name, [side])
 
 
 def symbols(text: str) -> Markup:
-    """Escaped text with load factors as they are printed: "K_Hβ" -> K<sub>Hβ</sub>."""
+    """Escaped text with subscripts of load factors: "K_Hβ" -> K<sub>Hβ</sub>."""
     return Markup(re.sub(r"\bK_(\w+)", r"K<sub>\1</sub>", str(escape(text))))
 
 
 def plotly_script() -> str | None:
-    """The text of plotly.js; None where the package is not installed, and pictures are static."""
+    """The text of plotly.js; None if plotly is not installed, so that pictures are static."""
     try:
         import plotly
     except ModuleNotFoundError:
@@ -158,21 +159,21 @@ def plotly_script() -> str | None:
 
 
 def deflated(text: str) -> str:
-    """Text as base64 of its zlib stream, which a browser inflates."""
+    """Base64 text of the zlib stream of a text."""
     return base64.b64encode(zlib.compress(text.encode())).decode("ascii")
 
 
-def embedded(whole: Mapping[Path, bytes], most: int) -> tuple[dict[Path, str], bool]:
+def embedded(whole: Mapping[Path, bytes], limit: int) -> tuple[dict[Path, str], bool]:
     """Pictures as data URIs, and whether they were shrunk.
 
-    They are shrunk where all together would take more than ``most`` characters; the largest are
-    left out where that is not enough.
+    They are shrunk until they take at most ``limit`` characters; the largest are omitted if that is
+    not enough.
     """
     data, shrink = dict(whole), 1.0
-    while sum(map(len, data.values())) * 4 / 3 > most and shrink > SMALLEST:
+    while sum(map(len, data.values())) * 4 / 3 > limit and shrink > SMALLEST:
         shrink *= 0.75
         data = {file: _packed(file, shrink) for file in whole}
-    while sum(map(len, data.values())) * 4 / 3 > most:
+    while sum(map(len, data.values())) * 4 / 3 > limit:
         del data[max(data, key=lambda file: len(data[file]))]
     texts = {
         file: f"data:{MEDIA[file.suffix.lower()]};base64,{base64.b64encode(raw).decode('ascii')}"
@@ -182,7 +183,7 @@ def embedded(whole: Mapping[Path, bytes], most: int) -> tuple[dict[Path, str], b
 
 
 def _packed(path: Path, shrink: float = 1.0) -> bytes:
-    """A picture's bytes for the page; a PNG as WebP, which takes a third of it for charts."""
+    """Bytes of a picture for the page; PNG as WebP, which takes a third of the size for charts."""
     if path.suffix.lower() not in MEDIA:
         raise FlexgearError(f"cannot put {path} into the report: only {', '.join(MEDIA)}")
     try:
@@ -201,14 +202,14 @@ def _packed(path: Path, shrink: float = 1.0) -> bytes:
     return out.getvalue()
 
 
-def within(plots: Mapping[str, Any], most: int) -> tuple[str, set[str], bool]:
-    """Plots deflated, names of those left out, and whether lines were thinned.
+def within(plots: Mapping[str, Any], limit: int) -> tuple[str, set[str], bool]:
+    """Deflated data of plots, names of omitted plots, and whether lines were thinned.
 
-    Lines lose every second point until all plots take ``most`` characters or less; where that is
-    not enough the largest plots are left out.
+    Every second point of lines is removed until all plots take at most ``limit`` characters; if
+    that is not enough, the largest plots are omitted.
     """
     left, text, thin = dict(plots), deflated(json.dumps(plots)), False
-    while len(text) > most:
+    while len(text) > limit:
         thinned = _halved(left)
         if thinned == left:
             del thinned[max(left, key=lambda name: len(deflated(json.dumps(left[name]))))]
@@ -219,6 +220,7 @@ def within(plots: Mapping[str, Any], most: int) -> tuple[str, set[str], bool]:
 
 
 def _halved(value: Any) -> Any:
+    """Plots with every second point of their long lines."""
     if isinstance(value, Mapping):
         halve = value.get("type") == "scatter" and len(value.get("x", ())) > LEAST_POINTS
         return {
@@ -231,8 +233,8 @@ def _halved(value: Any) -> Any:
 
 
 def side_by_side(sides: Sequence[Side], section: str) -> list[dict[str, Any]]:
-    """Tables of a section: title, whether it is folded, and rows (label, a figure of each side,
-    difference)."""
+    """Tables of a section: title, whether it is folded, and rows with label, figures of all sides
+    and difference."""
     table_rows: dict[str, dict[str, list[Row | None]]] = {}
     folded = {table.title for side in sides for table in side.tables if table.folded}
     for k, side in enumerate(sides):
@@ -252,7 +254,7 @@ def side_by_side(sides: Sequence[Side], section: str) -> list[dict[str, Any]]:
 
 
 def _cells(rows: Sequence[Row | None]) -> tuple[list[str], str]:
-    """Figures of a row in one unit, and by how much the second differs from the first."""
+    """Figures of a row in one unit, and the relative difference of the second from the first."""
     values = [row.value if row else None for row in rows]
     unit = next((row.unit for row in rows if row), "")
     numbers = [float(v) for v in values if isinstance(v, int | float) and not isinstance(v, bool)]
@@ -270,8 +272,8 @@ def _cells(rows: Sequence[Row | None]) -> tuple[list[str], str]:
 def _section(
     key: str, sides: Sequence[Side], embed: Callable[[Picture | None], dict[str, Any] | None]
 ) -> dict[str, Any] | None:
-    """A section of the page with its tables and pictures; None where it has neither. embed: a
-    picture as the page needs it, of one side."""
+    """A section of the page with tables and pictures; None without any. embed: function that
+    returns a picture of one side as the template needs it."""
     tables = side_by_side(sides, key)
     pictures = []
     for of_sides in _by_name(sides, key):
@@ -285,7 +287,7 @@ def _section(
 
 
 def _by_name(sides: Sequence[Side], section: str) -> Iterator[list[Picture | None]]:
-    """Pictures of a section, those of one name on all sides together."""
+    """Pictures of a section by name, one of each side or None."""
     by_side = [{p.name: p for p in side.pictures if p.section == section} for side in sides]
     for name in dict.fromkeys(name for pictures in by_side for name in pictures):
         yield [pictures.get(name) for pictures in by_side]
@@ -294,8 +296,7 @@ def _by_name(sides: Sequence[Side], section: str) -> Iterator[list[Picture | Non
 def _place(
     picture: Picture, names: Mapping[int, str], left_out: set[str], media: Mapping[Path, str]
 ) -> dict[str, Any]:
-    """A picture as the page needs it, static where plots of it are left out. names: of plots by
-    their id."""
+    """A picture for the template, static if its plots are omitted. names: of plots by their id."""
     plots = [names[id(plot)] for plot in picture.plots if id(plot) in names]
     image, note = media.get(picture.file) if picture.file else None, ""
     if left_out.intersection(plots):
@@ -307,6 +308,6 @@ def _place(
 
 
 def _counts(side: Side) -> list[tuple[str, int, str]]:
-    """Numbers of verdicts by level: level, count, words."""
+    """Level, number and word of the verdicts of each level."""
     levels = [v.level for v in side.verdicts]
     return [(m, levels.count(m), text) for m, text in MARKS.items() if m in levels]  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Every picture of a run: name, place in the report, caption, sentence, and what draws it.
+"""All pictures of a run: name, place in the report, caption, sentence, drawing function.
 
 ``RUN_CHARTS`` is in the order of the report. A new picture is one entry.
 """
@@ -36,23 +36,22 @@ from flexgear.views.stage_drawing import flank_drawing, front_drawing, section_d
 from flexgear.views.vibration_charts import linear_response_chart, response_chart, stability_chart
 
 DPI = 150  # of pictures, which are as wide as a page
-MOST_SHOWN = 4000  # samples of a transient in a picture
-MOST_READ = 1_000_000  # samples of a transient that a picture reads, the last ones
-MOST_OF_DROP = 50_000  # samples of a torque drop in a picture
+MAX_READ = 1_000_000  # samples of a transient that a picture reads, the last ones
+MAX_OF_DROP = 50_000  # samples of a torque drop in a picture
 CYCLES_SHOWN = 12  # gear-mesh cycles of a stage in its close-up
 TEETH_SHOWN = 5  # tooth pitches in a picture of pair loads
 
 SHARES = "Each planet's share times the number of planets: 1 is an even share."
 ENLARGED = "Displacements are drawn larger as stated"
-MOVE = "How far bodies move from where they would be without load."
-NODE = "How a tooth of the ring moves while the planets pass it."
+MOVE = "Displacement of bodies from their position without load."
+NODE = "Displacement of ring teeth while the planets pass them."
 PAIRS = (
-    "Each line is one tooth pair from its entry to its exit; the dashed line is what a split by "
-    "stiffness alone would give it."
+    "Each line is one tooth pair from its entry to its exit; the dashed line is a split of the "
+    "load by stiffness alone."
 )
 ROWS = (
-    "One flank a tooth, face across and diameter upwards: the largest line load that each place "
-    "sees in all positions; white is what no loaded line came across."
+    "The flank of each tooth, face across and diameter upwards: largest line load at each place "
+    "over all positions; white: no contact under load."
 )
 
 
@@ -79,19 +78,19 @@ def _spectrum(data: xr.Dataset, stage: StageOfRun) -> Any:
     ]
     try:
         return order_chart(gear_mesh_orders(settled(data), stage.name), lines)
-    except InputError as refusal:  # a run that stops or turns back
-        return style.text_only(str(refusal))
+    except InputError as error:  # the run stops or reverses
+        return style.text_only(str(error))
 
 
 def _sharing(data: xr.Dataset, stage: StageOfRun) -> Any:
     """Load sharing of a stage in the settled window."""
-    settled_part = _gear_meshes(settled(data, MOST_READ), stage.name)
+    settled_part = _gear_meshes(settled(data, MAX_READ), stage.name)
     return sharing_charts.sharing_chart(settled_part[["planet_load_factor"]].load())
 
 
 def _displacements(data: xr.Dataset) -> Any:
     """Motion of central members in the settled window."""
-    rest = settled(data, MOST_READ)[["body_displacement"]].sel(dof=["ux", "uy"])
+    rest = settled(data, MAX_READ)[["body_displacement"]].sel(dof=["ux", "uy"])
     return sharing_charts.displacements_chart(rest.load())
 
 
@@ -101,7 +100,7 @@ def _sensors(data: xr.Dataset) -> Any:
 
 
 def _outline(ring: RingFolder) -> star.StageOutline:
-    """Circles that stand for the gears."""
+    """Circles of the gears of a stage with an FE ring."""
     g = stage_geometry(ring.run.case.view(ring.name))
     return star.StageOutline(
         ring_radius=g.ring.reference_radius,
@@ -113,8 +112,9 @@ def _outline(ring: RingFolder) -> star.StageOutline:
 
 
 def _two_positions(ring: RingFolder) -> tuple[xr.DataArray, Any, star.StageOutline]:
-    """Teeth of a ring in equilibrium with a planet above the first one, and between two planets;
-    once where the same position is nearest to both."""
+    """Displacement of ring teeth and carrier angles in two equilibria, with the first tooth at a
+    planet and between two planets, and the outline of the stage; one equilibrium if it is the
+    nearest to both."""
     turned = ring.equilibria["stage_angle"].to_numpy() * ring.stage.stage.planets / (2.0 * np.pi)
     away = [np.abs((turned - target + 0.5) % 1.0 - 0.5).round(6) for target in (0.0, 0.5)]
     positions = ring.equilibria.isel(position=list(dict.fromkeys(map(np.argmin, away))))
@@ -128,7 +128,7 @@ def _harmonics(ring: RingFolder) -> Any:
 
 
 def _first(ring: RingFolder) -> xr.Dataset:
-    """The settled part of the run of the case as it is."""
+    """The settled part of the transient of the first variant, which is the case itself."""
     return next(iter(ring.steady.values()))
 
 
@@ -142,17 +142,17 @@ def _pair_loads(ring: RingFolder, gear: str) -> Any:
 
 
 def _drop(ring: RingFolder, depth: str) -> dict[str, xr.Dataset]:
-    """Runs of a torque drop by variant, of as many samples as a picture can show."""
+    """Transients of a torque drop by variant, thinned for a picture."""
     parts = ring.runs(f"torque_step_{depth}")
-    return {n: thinned(part, MOST_OF_DROP) for n, part in parts.items()}
+    return {n: thinned(part, MAX_OF_DROP) for n, part in parts.items()}
 
 
 def _energy(data: xr.Dataset, *_: Any) -> Any:
-    return charts.energy_balance(thinned(data, MOST_OF_DROP))
+    return charts.energy_balance(thinned(data, MAX_OF_DROP))
 
 
 def _animation(ring: RingFolder) -> Drawing:
-    """The star turning with the carrier until planets stand alike, which closes the loop."""
+    """Animation of the deformed ring over one planet spacing of the carrier."""
     from flexgear.views.scenes import star_scene
 
     angles = ring.equilibria["stage_angle"].to_numpy()
@@ -176,7 +176,7 @@ def _deformed(body: str, field: xr.Dataset, bodies: int) -> Drawing:
 
 
 def _mode_shapes(body: str, field: xr.Dataset, bodies: int) -> Drawing:
-    """Lowest natural modes of a body: the first in the picture, all of them on the screen."""
+    """Lowest natural modes of a body: the first mode in the file, all modes on a screen."""
     from flexgear.views.scenes import mode_scene, triangles_of_each
 
     points, cells, shapes = (field[n].to_numpy() for n in ("point", "cell", "mode_displacement"))
@@ -190,7 +190,7 @@ def _mode_shapes(body: str, field: xr.Dataset, bodies: int) -> Drawing:
 
 
 def _rendered(scene: Sequence[Mapping[str, Any]], *shape: Any, **options: Any) -> Drawing:
-    """A 3D picture for the file and the scene that replaces it on a screen; NotDrawn where this
+    """A 3D picture for the file and the scene that replaces it on a screen; NotDrawn if this
     machine cannot render."""
     from flexgear.views.render import render_deformed, require_rendering
 
@@ -286,8 +286,8 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             "modes i and j and the order l that meet, f_i + f_j = l f_z.",
             stability_chart, "stability"),
         Chart("linear_response", "dynamics", "Response to the static transmission error",
-            "Gear-mesh force by order at mean stiffness, with the mode that has most of each peak.",
-            linear_response_chart, "linear_response"),
+            "Gear-mesh force by order at mean stiffness, with the mode of the largest share of "
+            "each peak.", linear_response_chart, "linear_response"),
         Chart("response", "dynamics", "Steady states over speed or torque, with all branches",
             "Largest and smallest gear-mesh force, peak-to-peak transmission error. Solid: stable, "
             "dashed: unstable; arrows: jumps of a sweep to the force at their head.",
@@ -295,9 +295,9 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
         Chart("modes", "modes", "Natural modes by type and energy",
             "Each mode by its frequency, and the distribution of its energy.",
             modes_chart, "modes"),
-        Chart("campbell", "modes", "Frequencies over speed, and what excites them",
-            "Natural frequencies and excitations over speed. Equal planets excite only modes of "
-            "the colour of the order; other modes need errors.", campbell_chart, "campbell"),
+        Chart("campbell", "modes", "Natural frequencies and excitations over speed",
+            "Equal planets excite only modes of the colour of the order; other modes need errors.",
+            campbell_chart, "campbell"),
         Chart("face_line_load", "face",
             "Load along the face of every gear mesh, in the mean of the positions",
             "Load per width of all pairs of a gear mesh along the face; K_Hβ is the largest over "
@@ -305,8 +305,8 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             face_load_charts.along_face_chart, "equilibrium", "face_line_load"),
         Chart("face_contact_pattern", "face",
             "Contact pattern: largest line load over path and face",
-            "Largest load wherever flanks touch: more load at one end of the face indicates tilt "
-            "or twist.",
+            "Largest load at each place of the flanks: more load at one end of the face indicates "
+            "tilt or twist.",
             face_load_charts.contact_pattern, "equilibrium", "face_line_load"),
         Chart("face_misalignment", "face", "Misalignment of every gear mesh by what causes it",
             "Approach of the flanks at the +z end of the face less that at the −z end, by the body "
@@ -334,9 +334,9 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
         Chart("root_stress_{stage}", "face",
             "Root stress of {plain} over the positions and along the face (thin: fillets on the "
             "other side of the teeth)",
-            "Stress in the fillets at the roots of the teeth. Left: over a turn, in the roots that "
-            "carry with planet 1; right: along the face where it is largest. Positive is "
-            "tension, where cracks grow; thin lines: the compressive fillets.",
+            "Stress in the fillets at the roots of the teeth. Left: over a turn, in the loaded "
+            "roots of planet 1's gear meshes; right: along the face where it is largest. Positive "
+            "is tension, where cracks grow; thin lines: the compressive fillets.",
             lambda data, stage: root_stress_chart(data, stage.name), "equilibrium"),
     )),
     (each.stages, (
@@ -375,10 +375,10 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             "Turn it with the mouse or a finger; colour is the displacement, the shape is "
             "exaggerated as stated.", _deformed, slow=True),
     )),
-    # earlier runs kept no modes
+    # runs of earlier versions have no modes
     (having(each.fields, lambda _, field, count: field.sizes.get("mode", 0)), (
         Chart("{prefix}{body}_mode_shapes", "modes",
-            "{Body} in the lowest natural modes that move it",
+            "{Body} in the lowest natural modes in which it moves",
             "Choose a mode, animate it, turn it; colour is the displacement in per cent of the "
             "largest. The amplitude of a mode is arbitrary.",
             _mode_shapes, slow=True),

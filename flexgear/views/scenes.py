@@ -1,4 +1,4 @@
-"""Deformed bodies that turn under the mouse and the star that turns by itself, as plotly panels."""
+"""Plotly panels of deformed bodies, of their natural modes, and of the animated ring."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from flexgear.views.style import (
 
 TRIANGLES = 40_000  # of a body on the page
 PAGE_TRIANGLES = 80_000  # of all bodies of a page
-MODE_SIZE = 0.06  # of a body that its largest displacement in a mode is drawn as
+MODE_SIZE = 0.06  # drawn largest displacement in a mode over the size of the body
 EYE = {"eye": {"x": 0.8, "y": -1.4, "z": 1.3}}
 CORNER = {"direction": "left", "x": 0.02, "y": 0.98, "xanchor": "left", "yanchor": "top"}
 FRAMES = 24  # of the star
@@ -41,8 +41,8 @@ def body_scene(
     von_mises: Array,
     triangles: int = TRIANGLES,
 ) -> list[Panel]:
-    """Surface of a body x + f u, coloured by |u| in µm, or at a button by the equivalent stress
-    von_mises (p,), Pa, in MPa, with at most so many triangles; other arguments as of
+    """Surface x + f u of a body, coloured by |u| in µm, or after a click by the equivalent stress
+    von_mises (p,), Pa, in MPa; triangles: their largest number; other arguments as of
     ``render_deformed``."""
     u = np.asarray(displacement, dtype=float)
     factor = deformation_exaggeration(np.asarray(points, dtype=float), u)
@@ -69,9 +69,9 @@ def mode_scene(
     labels: Sequence[str],
     triangles: int = TRIANGLES,
 ) -> list[Panel]:
-    """A body in natural modes, shapes (m, p, 3) of largest 1, coloured by its displacement in
-    per cent of the largest. ``swing`` holds the surface at rest and what each mode, by its label,
-    adds to it as it is drawn: the page swings between them."""
+    """A body in natural modes, coloured by its displacement in per cent of the largest. shapes:
+    (m, p, 3) with largest displacement 1. ``swing`` of the panel has the undeformed surface and the
+    displacements of each mode, by label, between which the page animates."""
     at, corners, vertex = coarse_surface(points, cells, triangles)
     by = MODE_SIZE * np.ptp(points, axis=0).max()
     drawn = by * shapes[:, vertex]
@@ -94,7 +94,7 @@ def mode_scene(
 
 
 def _layout(axes: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Layout of a panel with a body in equal scales; axes: further settings of x, y and z."""
+    """Layout of a 3D panel with equal scales; axes: further settings of x, y and z."""
     bare = {"showbackground": False, "title": {"text": ""}, "showspikes": False}
     named = {f"{name}axis": bare | axis for name, axis in zip("xyz", axes, strict=True)}
     scene = {"aspectmode": "data", "camera": EYE, **named}
@@ -102,7 +102,7 @@ def _layout(axes: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _coloured(corners: NDArray[np.integer], size: Array, unit: str) -> dict[str, Any]:
-    """Triangles of a surface and their colours by a size in a unit."""
+    """Triangles of a surface, coloured by the displacement of their corners in a unit."""
     colours = colormaps[SEQUENTIAL_MAP](np.linspace(0, 1, 11))
     return {
         **{name: corners[:, k].tolist() for k, name in enumerate("ijk")},
@@ -115,8 +115,8 @@ def _coloured(corners: NDArray[np.integer], size: Array, unit: str) -> dict[str,
 
 
 def triangles_of_each(bodies: int) -> tuple[int, int]:
-    """Most triangles of each of so many bodies, deformed and in its modes, which together stay
-    within the page's: a surface in modes has a fifth, as it carries several fields."""
+    """Largest number of triangles of a deformed body and of a body in modes, so that all bodies
+    together have at most ``PAGE_TRIANGLES``; modes have a fifth, as each adds a field."""
     share = PAGE_TRIANGLES // max(1, bodies)
     return min(TRIANGLES, share - share // 5), share // 5
 
@@ -124,8 +124,9 @@ def triangles_of_each(bodies: int) -> tuple[int, int]:
 def coarse_surface(
     points: Array, cells: NDArray[np.integer], triangles: int
 ) -> tuple[Array, NDArray[np.integer], NDArray[np.integer]]:
-    """Surface of an FE mesh at rest of at most so many triangles: its points (q, 3), their numbers
-    at the corners of triangles (t, 3), and the vertex of the mesh at or next to each, (q,)."""
+    """Undeformed surface of an FE mesh with at most ``triangles`` triangles: points (q, 3), indices
+    of points at the corners of triangles (t, 3), and index of the nearest vertex of the FE mesh to
+    each point (q,)."""
     full = body_surface(points, cells, np.zeros(len(points))).triangulate()
     vertex = np.asarray(full.point_data["vtkOriginalPointIds"])
     surface = full
@@ -137,9 +138,9 @@ def coarse_surface(
 
 
 def _decimated(surface: Any, triangles: int) -> Any:
-    """At most so many triangles of a surface: holes stay open where they can.
+    """The surface with at most ``triangles`` triangles (vtkDecimatePro).
 
-    Keeping holes and pieces bounds what can go; then they may close and vanish (vtkDecimatePro).
+    The topology is preserved if possible; otherwise holes may close and small pieces vanish.
     """
     share = 1 - triangles / surface.n_cells
     decimated = surface.decimate_pro(share, preserve_topology=True)
@@ -149,7 +150,7 @@ def _decimated(surface: Any, triangles: int) -> Any:
 
 
 def _colours_of(trace: dict[str, Any], shape: str, caption: str, stress: Array) -> dict[str, Any]:
-    """Buttons that colour a body by displacement, as it is drawn first, or by stress in MPa."""
+    """Buttons that colour a body by displacement, the first state, or by stress in MPa."""
     of_stress = f"equivalent stress, largest {stress.max():.1f} MPa; {shape}"
     buttons = []
     for label, values, unit, title in (
@@ -166,7 +167,8 @@ def _colours_of(trace: dict[str, Any], shape: str, caption: str, stress: Array) 
 
 
 def star_scene(displacement: Array, carrier_angles: Array, outline: StageOutline) -> list[Panel]:
-    """The star turning with the carrier: displacement (p, z, 3) m at angles (p,) rad."""
+    """The deformed ring turning with the carrier: displacement (p, z, 3) m of tooth nodes at angles
+    (p,) rad."""
     factor = star_exaggeration(displacement, outline.ring_radius)
     at = np.unique(np.linspace(0, len(carrier_angles) - 1, FRAMES).astype(int))
     frames: list[dict[str, Any]] = [
@@ -203,7 +205,7 @@ def star_scene(displacement: Array, carrier_angles: Array, outline: StageOutline
 def _star(
     displacement: Array, angle: float, outline: StageOutline, factor: float
 ) -> list[dict[str, Any]]:
-    """Lines of one position: ring, sun, planets."""
+    """Traces of ring, sun and planets in one position."""
     ring = ring_points(displacement, outline.ring_radius, factor)
     ring = np.vstack([ring, ring[:1]])
     planets = range(len(outline.planet_angles))

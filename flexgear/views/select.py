@@ -1,7 +1,7 @@
-"""Taking what a picture needs out of labelled datasets; envelopes and close-ups of long histories.
+"""Selection of variables and samples for pictures; envelopes and close-ups of long histories.
 
-An oscillation is a crest that stands out. Lines with many of them would be one solid band; their
-envelope is the least and largest value of pieces that hold some each.
+Oscillations are counted by prominent crests. A line with many oscillations would be a solid band,
+so its envelope is drawn: the least and largest values in pieces of a few oscillations each.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Window = tuple[float, float]
 
 
 def variable(dataset: xr.Dataset, name: str) -> xr.DataArray:
-    """Variable ``name`` of ``dataset``, or one clear line about what it has instead."""
+    """Variable ``name`` of a dataset; FlexgearError that lists its variables if it is missing."""
     if name not in dataset:
         names = ", ".join(sorted(str(key) for key in dataset.variables))
         raise FlexgearError(f"cannot draw: the dataset has no variable '{name}' (it has {names})")
@@ -36,7 +36,7 @@ def leading_dim(dataset: xr.Dataset) -> str:
 
 
 def planet_count(dataset: xr.Dataset) -> int:
-    """Number of planets N of the part of a stage."""
+    """Number of planets N in the dataset of one stage."""
     return len(np.unique(variable(dataset, "planet")))
 
 
@@ -48,7 +48,8 @@ def abscissa(dataset: xr.Dataset, x: str) -> Array:
 
 
 def windowed(dataset: xr.Dataset, x: str, window: Window) -> xr.Dataset:
-    """Samples with window[0] <= x <= window[1], x as ``abscissa`` has it."""
+    """Samples with window[0] <= x <= window[1], x as of ``abscissa``; FlexgearError for fewer than
+    two."""
     values = abscissa(dataset, x)
     keep = np.flatnonzero((values >= window[0]) & (values <= window[1]))
     if keep.size < 2:
@@ -65,41 +66,44 @@ def within_window(runs: Runs, x: str, window: Window) -> Runs:
 
 
 def thinned(dataset: xr.Dataset, samples: int) -> xr.Dataset:
-    """At most ``samples`` samples, evenly spread from the first on (for maps and animations): a
-    slice, which is read at once where the dataset lies in a file."""
+    """At most ``samples`` evenly spaced samples from the first on; a slice, which is read fast from
+    a file."""
     dim = leading_dim(dataset)
     return dataset.isel({dim: slice(None, None, max(1, -(-dataset.sizes[dim] // samples)))})
 
 
-MOST = 30  # oscillations that are drawn one by one
+MAX_OSCILLATIONS = 30  # of a line; more are drawn as envelope
 PIECES = 240  # of an envelope
-LEAST = 3.0  # oscillations of a piece
-CREST, TINY = 0.3, 1e-300  # of the range of a history, by which a crest stands out at least
-SHOWN = 4.0  # oscillations of a close-up
-SMOOTH = 60  # points of an oscillation that looks round
+PER_PIECE = 3.0  # oscillations
+PROMINENCE, TINY = 0.3, 1e-300  # of a crest, over the range of the history; least absolute value
+CLOSE_UP = 4.0  # oscillations
+SMOOTH = 60  # points of a smooth oscillation
 
 
 def oscillations(values: Array) -> int:
-    """Number of crests of a history (t,) that exceed a share of its range."""
+    """Number of crests of a history (t,) with a prominence of a share of its range."""
     finite = values[np.isfinite(values)]
     if finite.size < 3:
         return 0
-    least = max(CREST * float(np.ptp(finite)), TINY)
+    least = max(PROMINENCE * float(np.ptp(finite)), TINY)
     return len(scipy.signal.find_peaks(finite, prominence=least)[0])
 
 
 def is_dense(values: Array) -> bool:
     """Whether histories (t,) or (t, n) have more oscillations than a picture shows."""
-    return any(oscillations(series) > MOST for series in values.reshape(len(values), -1).T)
+    return any(
+        oscillations(series) > MAX_OSCILLATIONS for series in values.reshape(len(values), -1).T
+    )
 
 
 def draw(axes: Axes, x: Array, y: Array, color: str, fill: bool = True, **style: Any) -> bool:
-    """Draw a history as a line, or as its envelope, filled or not; returns whether it is that."""
+    """Draw a history as a line or, with too many oscillations, as envelope; returns whether as
+    envelope. fill: whether the envelope is filled."""
     count = oscillations(y)
-    if count <= MOST:
+    if count <= MAX_OSCILLATIONS:
         axes.plot(x, y, color=color, **style)
         return False
-    pieces = int(min(PIECES, count / LEAST))
+    pieces = int(min(PIECES, count / PER_PIECE))
     starts = np.linspace(0, len(y), pieces, endpoint=False).astype(int)
     low, high = (_of_neighbours(pick, pick.reduceat(y, starts)) for pick in (np.fmin, np.fmax))
     middle = x[np.minimum(starts + len(y) // (2 * pieces), len(y) - 1)]
@@ -113,33 +117,33 @@ def draw(axes: Axes, x: Array, y: Array, color: str, fill: bool = True, **style:
 
 
 def _of_neighbours(pick: np.ufunc, edge: Array) -> Array:
-    """Least or largest of each piece (p,) and those beside it, so that a piece that misses the turn
-    of a slow cycle makes no tooth in the edge; NaN stays."""
+    """Least or largest value of each piece (p,) and its neighbours; NaN stays. Pieces that contain
+    no crest of a slow oscillation then do not notch the envelope."""
     neighbours = np.pad(edge, 1, mode="edge")
     return np.where(np.isnan(edge), edge, pick(pick(neighbours[:-2], edge), neighbours[2:]))
 
 
-def say_envelope(axes: Axes) -> None:
-    """Note on a panel that bands, or pairs of lines, are envelopes."""
+def note_envelope(axes: Axes) -> None:
+    """Write a note on a panel that bands, or pairs of lines, are envelopes."""
     axes.set_title("bands: least to largest", loc="right", fontsize=7.5, weight="normal")
 
 
 def close_up(values: Array) -> slice:
-    """Some oscillations of histories (t, n) about their largest value."""
+    """Samples of a few oscillations of histories (t, n) around their largest value."""
     count = max(oscillations(series) for series in values.T)
-    length = int(np.ceil(SHOWN * len(values) / max(count, SHOWN)))
+    length = int(np.ceil(CLOSE_UP * len(values) / max(count, CLOSE_UP)))
     middle = int(np.nanargmax(np.nanmax(values, axis=1, initial=-np.inf)))
     first = min(max(middle - length // 2, 0), len(values) - length)
     return slice(first, first + length + 1)
 
 
 def orbit(places: Array) -> Array:
-    """The path (n, 2) through places (t, 2), the last oscillations if there are many, with enough
-    points between the samples that it looks as smooth as the motion is."""
+    """Smooth path (n, 2) through positions (t, 2), interpolated by cubic splines; only the last
+    oscillations if there are many."""
     count = float(max(oscillations(series) for series in places.T))
-    if count > MOST:
-        places = places[-int(np.ceil(SHOWN * len(places) / count)) - 1 :]
-        count = SHOWN
+    if count > MAX_OSCILLATIONS:
+        places = places[-int(np.ceil(CLOSE_UP * len(places) / count)) - 1 :]
+        count = CLOSE_UP
     more = int(np.ceil(SMOOTH * count / len(places)))
     if more <= 1 or len(places) < 4:
         return places

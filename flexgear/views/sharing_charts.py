@@ -1,8 +1,7 @@
-"""Trains: load sharing and gear-mesh forces of each planet, floating members, power flow.
+"""Charts of trains: load sharing and gear-mesh forces of planets, floating members, power flow.
 
-Datasets are those of trains: ``gear_mesh_force`` and ``planet_load_factor`` by gear mesh (with its
-stage, kind, side and planet), ``body_displacement`` by body and degree of freedom, over positions
-or time. Modes have charts of their own in ``mode_charts``.
+Datasets have ``gear_mesh_force`` and ``planet_load_factor`` by gear mesh (with stage, kind, side
+and planet) and ``body_displacement`` by body and degree of freedom, over positions or time.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from flexgear.results.labelled_dataset import groups_in
 from flexgear.results.report import wording
 from flexgear.results.report.wording import scale
 from flexgear.views.histories import layer
-from flexgear.views.select import close_up, draw, is_dense, orbit, say_envelope, variable
+from flexgear.views.select import close_up, draw, is_dense, note_envelope, orbit, variable
 from flexgear.views.style import (
     KILO,
     MICRO,
@@ -54,9 +53,9 @@ MEMBER_COLOURS = {
     "gear": "#0072B2",
 }
 HALVES = {"left": "-", "right": "--"}
-ALIKE = 1e-4  # of the largest: planets that differ less are one line
-STILL = 1e-9  # of the largest displacement of any body: what moves less stands still
-GAP = 1.5  # of the usual step: a longer one is a gap, not a line
+EQUAL = 1e-4  # of the largest value: planets that differ less have one line
+STATIONARY = 1e-9  # of the largest displacement: a smaller one is rounding
+GAP = 1.5  # of the usual step: a longer step is a gap of the line
 
 
 @styled
@@ -74,9 +73,8 @@ def gear_mesh_forces(data: xr.Dataset) -> Figure:
 def _planets_chart(
     data: xr.Dataset, name: str, symbol: str, factor: float, unit: str = ""
 ) -> Figure:
-    """A line a planet in a panel for each stage and kind of gear mesh, and at the mean of them;
-    where there are more oscillations than a picture shows their envelopes, and beside them a
-    close-up where the value is largest."""
+    """A panel for each stage and kind of gear mesh with a line for each planet and their mean;
+    histories with too many oscillations as envelopes, with a close-up around the largest value."""
     rows = gear_mesh_groups(data, name)
     every = np.column_stack([part.to_numpy() for part in rows.values()])
     dense = is_dense(every)
@@ -98,9 +96,9 @@ def _planets_chart(
         row[0].set_ylabel(f"{symbol} ({unit or '–'})")
         if dense:
             _planet_lines(row[1], data.isel(near), part.isel(near), factor, False)
-            closer = "closer, where it is largest"
-            row[1].set_title(closer, weight="normal", fontsize=8, loc="right")
-            say_envelope(row[0])
+            text = "close-up at the largest"
+            row[1].set_title(text, weight="normal", fontsize=8, loc="right")
+            note_envelope(row[0])
         for ax in row:
             ax.axhline(factor * float(part.mean()), color=NEUTRAL, lw=0.7, zorder=1)
             least_span(ax, 0.01)
@@ -118,9 +116,9 @@ def _planets_chart(
 
 @styled
 def displacements_chart(data: xr.Dataset) -> Figure:
-    """Orbit of each sun, and how far central members leave their axis (µm), a row a stage.
+    """Orbit of the sun and distance of central members from their axis (µm), a row for each stage.
 
-    In the axes of the stage's carrier (fixed axes in a parallel stage), rolling taken off.
+    In the axes of the carrier (fixed axes in a parallel stage), without the rolling motion.
     """
     stages = _moving(data)
     if not stages:
@@ -132,11 +130,11 @@ def displacements_chart(data: xr.Dataset) -> Figure:
         row[0].set_title(", ".join(filter(None, (_label(stage), "orbit"))))
         dense = False
         for (part, half), place in motion.items():
-            times, line = _broken(data, np.hypot(place[:, 0], place[:, 1]))
+            times, line = _with_gaps(data, np.hypot(place[:, 0], place[:, 1]))
             colour, style = MEMBER_COLOURS[part], HALVES.get(half, "-")
             dense |= draw(row[1], times, line, colour, ls=style, lw=1.0)
         if dense:
-            say_envelope(row[1])
+            note_envelope(row[1])
         row[1].set_ylabel("distance from the axis (µm)")
         row[1].set_xlabel(label)
         row[1].set(ylim=(0.0, None), xlim=(at.min(), at.max()) if len(at) > 1 else None)
@@ -198,13 +196,14 @@ def gear_mesh_groups(data: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
 def _planet_lines(
     ax: Axes, data: xr.Dataset, part: xr.DataArray, factor: float, envelope: bool
 ) -> bool:
-    """A line a planet, or its envelope; one for all where they are alike, which is returned."""
+    """Draw a line for each planet, or its envelope, or one line for equal planets; returns whether
+    they are equal."""
     values = part.to_numpy() * factor
     spread = float(np.nanmax(np.ptp(values, axis=1), initial=0.0))
-    alike = values.shape[1] > 1 and spread < ALIKE * np.nanmax(np.abs(values), initial=0.0)
+    alike = values.shape[1] > 1 and spread < EQUAL * np.nanmax(np.abs(values), initial=0.0)
     lines = [(planet_colour(int(p)), v, 1.0) for p, v in zip(part["planet"], values.T, strict=True)]
     for colour, line, width in [("black", values.mean(axis=1), 1.2)] if alike else lines:
-        at, y = _broken(data, line)
+        at, y = _with_gaps(data, line)
         if envelope:
             draw(ax, at, y, colour, fill=False, lw=width)
         else:
@@ -213,7 +212,7 @@ def _planet_lines(
 
 
 def sample_axis(data: xr.Dataset) -> tuple[Array, str]:
-    """Time (s), or turns of the first independent member, and the axis label."""
+    """Time (s), or turns of the first input coordinate, and the label of the axis."""
     if "time" in data.dims:
         return np.asarray(variable(data, "time"), dtype=float), "time (s)"
     angle = variable(data, "input_angle").isel(input_coordinate=0)
@@ -222,8 +221,8 @@ def sample_axis(data: xr.Dataset) -> tuple[Array, str]:
     return np.asarray(angle, dtype=float) / (2 * np.pi), f"turns of {_label(name)} (–)"
 
 
-def _broken(data: xr.Dataset, values: Array) -> tuple[Array, Array]:
-    """Line with gaps where samples are further apart than usual."""
+def _with_gaps(data: xr.Dataset, values: Array) -> tuple[Array, Array]:
+    """Curve of values over samples, with NaN between samples that are further apart than usual."""
     at, _ = sample_axis(data)
     if len(at) < 3:
         return at, values
@@ -233,7 +232,7 @@ def _broken(data: xr.Dataset, values: Array) -> tuple[Array, Array]:
 
 
 def _moving(data: xr.Dataset) -> dict[str, dict[tuple[str, str], Array]]:
-    """Displacements (t, 2) in µm of central members that leave their axis in its plane, by stage,
+    """Radial displacements (t, 2), µm, of central members that leave their axis, by stage, then by
     part and half."""
     field = variable(data, "body_displacement")
     field = field.transpose(*[d for d in field.dims if d not in ("body", "dof")], "body", "dof")
@@ -241,13 +240,16 @@ def _moving(data: xr.Dataset) -> dict[str, dict[tuple[str, str], Array]]:
     largest = float(np.abs(field.to_numpy()[..., :2]).max(initial=0.0)) * MICRO
     for name in map(BodyName.parse, field["body"].to_numpy()):
         displacement = np.asarray(field.sel(body=name), dtype=float)[:, :2] * MICRO
-        if name.part in MEMBER_COLOURS and np.abs(displacement).max(initial=0.0) > STILL * largest:
+        if (
+            name.part in MEMBER_COLOURS
+            and np.abs(displacement).max(initial=0.0) > STATIONARY * largest
+        ):
             stages.setdefault(name.stage, {})[name.part, name.side] = displacement
     return stages
 
 
 def _orbit(ax: Axes, motion: Mapping[tuple[str, str], Array]) -> None:
-    """Path in the plane of the sun (else of the member that goes furthest), equal scales."""
+    """Draw the orbit of the sun, else of the member with the largest displacement."""
     at = max(motion, key=lambda n: (n[0] in ("sun", "pinion"), np.abs(motion[n]).max()))
     path, colour, member = orbit(motion[at]), MEMBER_COLOURS[at[0]], " ".join(at).strip()
     ax.plot(path[:, 0], path[:, 1], color=colour, lw=0.8)
@@ -263,14 +265,14 @@ def _orbit(ax: Axes, motion: Mapping[tuple[str, str], Array]) -> None:
 
 
 def _label(name: str) -> str:
-    """stage_1.sun -> stage 1, sun; the name of an only [stage] is left out."""
+    """Name of a member in words: stage_1.sun -> stage 1, sun; stage.sun -> sun."""
     at = MemberName.parse(name)
     parts = [at.stage.replace("_", " ") if at.stage != "stage" else "", at.part.replace("_", " ")]
     return ", ".join(filter(None, parts))
 
 
 def _marked(name: str, flow: PowerFlow) -> str:
-    """A member's name, and what happens to it from outside."""
+    """Name of a member; of a port with its sense of power, of a held member with "held"."""
     if name not in flow.torque:
         return _label(name)
     if flow.speed[name] == 0:
@@ -279,7 +281,7 @@ def _marked(name: str, flow: PowerFlow) -> str:
 
 
 def _in_unit(values: list[float], unit: str) -> tuple[str, list[float]]:
-    """Values in the multiple of a unit that suits the largest."""
+    """Values with a prefix of the unit that suits the largest."""
     printed, by = scale(values, unit)
     return printed, [by * v for v in values]
 
@@ -290,10 +292,9 @@ def _signed(value: float) -> str:
 
 @styled
 def comparison_chart(runs: Mapping[str, xr.Dataset]) -> Figure:
-    """Largest force of the planets (kN) and load sharing K_γ = N max F / Σ F, a row a gear mesh.
-
-    runs: transients, or equilibria, by label, of cases with the same stages.
-    """
+    """Largest force of the planets (kN) and load sharing K_γ = N max F / Σ F of several runs, a row
+    for each group of gear meshes. runs: transients, or equilibria, of cases with the same stages,
+    by label."""
     forces = {label: gear_mesh_groups(data, "gear_mesh_force") for label, data in runs.items()}
     first = next(iter(forces.values()))
     if any(set(groups) != set(first) for groups in forces.values()):
@@ -310,7 +311,7 @@ def comparison_chart(runs: Mapping[str, xr.Dataset]) -> Figure:
             row[0].set_title(title)
             for ax, values in zip(row, largest, strict=True):
                 if draw(ax, x, values.to_numpy(), colours[label], **layer(k)):
-                    say_envelope(ax)
+                    note_envelope(ax)
     for row in axes:
         row[0].set_ylabel("largest force (kN)")
         row[1].set_ylabel("load sharing $K_γ$ (–)")

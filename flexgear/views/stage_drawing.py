@@ -1,8 +1,8 @@
-"""A stage to scale, from its case: front with teeth, bolts and pins, and a section along the axis.
+"""Drawings of a stage to scale: front view with teeth, bolts and pins, and section along the axis.
 
-Front: the ring's first tooth stands on the X axis; planets stand so that their teeth fill the
-spaces of the ring at their pitch points, the sun fits planet 1. Where another planet then cuts the
-sun's teeth, the stage does not assemble. Frames are those of docs/conventions.md.
+In the front view the ring's first tooth is on the X axis. Planets are rotated so that their teeth
+mesh with the ring, the sun so that it meshes with planet 1. If another planet then overlaps teeth
+of the sun, the stage cannot be assembled. Frames are those of docs/conventions.md.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ Box = tuple[float, float, float, float, str]  # z from, z to, r from, r to, colo
 
 @styled
 def front_drawing(view: StageView) -> Figure:
-    """The stage along its axis, in mm."""
+    """Front view of the stage, in mm."""
     g, stage = stage_geometry(view), view.stage
     figure, axes = panels(1, 1, height_mm=170)
     ax = axes[0, 0]
@@ -106,7 +106,7 @@ def section_drawing(view: StageView) -> Figure:
 
 
 def _legend(figure: Figure, view: StageView, front: bool) -> None:
-    """Legend of the colours of what the stage has."""
+    """Add a legend of the components of the stage."""
     planetary, body = view.stage.kind == "planetary", _fe_carrier(view)
     sun, planet = ("sun and ring", "planet") if planetary else ("pinion", "gear")
     handles: list[Any] = [
@@ -136,7 +136,7 @@ def _legend(figure: Figure, view: StageView, front: bool) -> None:
 
 
 def gear_outline(gear: ToothGeometry, rotation: float) -> Array:
-    """Outline (n, 2) in m of a gear whose first tooth stands at an angle, closed."""
+    """Closed outline (n, 2), m, of a gear with its first tooth at the angle ``rotation``, rad."""
     side = gear.profile(POINTS, POINTS)
     radius, angle = np.hypot(*side.T), np.arctan2(*side.T[::-1])
     r = np.concatenate([radius[::-1], radius])
@@ -148,15 +148,15 @@ def gear_outline(gear: ToothGeometry, rotation: float) -> Array:
 
 
 def _planet_rotation(g: StageGeometry, angle: float) -> float:
-    """Where a planet's first tooth points: at its pitch point its space holds the ring's tooth."""
+    """Rotation of the planet at an angle, rad, at which it meshes with the ring."""
     if "ring" not in g.gears:
         return angle
-    past = (angle / g.ring.pitch_angle) % 1.0  # pitches past a tooth of the ring
+    past = (angle / g.ring.pitch_angle) % 1.0  # pitches from the last tooth of the ring
     return angle + (0.5 - past) * g.planet.pitch_angle
 
 
 def _sun_rotation(g: StageGeometry, angle: float, planet: float) -> float:
-    """Rotation of the sun that fits planet 1, rad."""
+    """Rotation of the sun, rad, at which it meshes with planet 1."""
     past = ((angle + math.pi - planet) / g.planet.pitch_angle) % 1.0
     return angle + (past + 0.5) * g.sun.pitch_angle
 
@@ -168,7 +168,7 @@ def _ring(ax: Axes, g: StageGeometry, outside: float) -> None:
 
 
 def _ring_radius(view: StageView, g: StageGeometry) -> float:
-    """Outer radius of the ring; without a rim in the case three modules outside the root."""
+    """Outer radius of the ring, m; without a rim in the case three modules outside the root."""
     if view.stage.kind != "planetary":
         return 0.0
     lumped = view.ring_gear.rim_thickness
@@ -195,7 +195,7 @@ def _carrier_circles(ax: Axes, view: StageView) -> None:
 
 
 def _gear_boxes(view: StageView) -> Iterator[Box]:
-    """Gears above the axis; of a planet the one that stands there."""
+    """Boxes of the gears above the axis, with one planet."""
     g, stage = stage_geometry(view), view.stage
     width, gap = stage.face_width, stage.half_gap
     halves = [(-width / 2, width / 2)]
@@ -212,7 +212,7 @@ def _gear_boxes(view: StageView) -> Iterator[Box]:
 
 
 def _carrier_boxes(view: StageView) -> Iterator[Box]:
-    """Plates, seats and the bearings on them, hub and a pin."""
+    """Boxes of an FE carrier above the axis: plates, seats, bearings, hub and a pin."""
     body = _fe_carrier(view)
     if body is None:
         return
@@ -239,7 +239,7 @@ def _carrier_boxes(view: StageView) -> Iterator[Box]:
 
 
 def _shaft_boxes(view: StageView) -> Iterator[Box]:
-    """Sections of the sun's shaft, from the middle of the sun."""
+    """Boxes of the sections of the sun's shaft, from the middle of the sun."""
     shaft: Shaft | None = view.stage.sun.shaft if view.stage.sun else None
     if shaft is None:
         return
@@ -278,9 +278,9 @@ _LINES = ("-", "--", "-")
 
 @styled
 def flank_drawing(flank: GearFlank, where: str) -> Figure:
-    """Material missing on a flank (µm, normal to it in the transverse section) as a map over the
-    face and the roll length, the tip above, with traces of the profile and of the helix. where: the
-    stage, in the title."""
+    """Modification of a flank: missing material (µm, normal to the flank in the transverse section)
+    as a map over face and roll length, tip above, with profile and helix traces. where: title of
+    the stage."""
     rho, z, gap = flank.surface(FLANK_POINTS)
     gap = MICRO * gap
     figure = new_figure(110)
@@ -316,7 +316,7 @@ def _title_of(flank: GearFlank) -> str:
 
 
 def _map(figure: Figure, ax: Axes, z: Array, rho: Array, gap: Array) -> None:
-    """Colours with contours in round micrometres."""
+    """Draw missing material as colours with contours in round micrometres."""
     low, high = float(gap.min()), max(float(gap.max()), float(gap.min()) + 1e-9)
     colours = ax.pcolormesh(
         z, rho, gap, shading="nearest", vmin=low, vmax=high, cmap=SEQUENTIAL_MAP, rasterized=True

@@ -1,4 +1,4 @@
-"""The ring as a five-pointed star, still and turning.
+"""Pictures of the deformed ring, whose largest deflections at the planets form a star.
 
 A tooth node at angle φ_j on the pitch circle R is drawn at
 
@@ -46,7 +46,7 @@ MILLIMETRES = FuncFormatter(lambda metres, _: f"{1e3 * metres:g}".replace("-", "
 
 @dataclass(frozen=True)
 class StageOutline:
-    """Circles that stand for the gears: pitch radii and centre distance in m, angles in rad."""
+    """Pitch circles of the gears of a stage: radii and centre distance in m, angles in rad."""
 
     ring_radius: float
     sun_radius: float
@@ -92,7 +92,7 @@ def star_reach(displacement: Array, outline: StageOutline, factor: float) -> flo
 
 
 def angle_text(angle: float, planets: int) -> str:
-    """Carrier angle in rad within a turn, as a fraction of π too where it is one."""
+    """Carrier angle within a turn in rad, also as a fraction of π if it is one."""
     unit, angle = pi / (2 * planets), math.fmod(angle, 2 * pi)
     text = f"{angle:.3f} rad".replace("-", "−")
     if abs(angle / unit - round(angle / unit)) < 1e-6 and round(angle / unit) != 0:
@@ -101,7 +101,7 @@ def angle_text(angle: float, planets: int) -> str:
 
 
 def draw_gears(axes: Axes, outline: StageOutline, carrier_angle: float) -> None:
-    """Sun and planets as circles, planets in their colours with their numbers."""
+    """Draw sun and planets as circles, planets with colours and numbers."""
     axes.add_patch(Circle((0, 0), outline.sun_radius, fc="#F3F4F6", ec=NEUTRAL, lw=0.8, zorder=1.5))
     axes.text(0, 0, "sun", ha="center", va="center", color=NEUTRAL, fontsize=8)
     for i in range(len(outline.planet_angles)):
@@ -115,7 +115,8 @@ def draw_gears(axes: Axes, outline: StageOutline, carrier_angle: float) -> None:
 
 
 def draw_rotation_arrow(axes: Axes, outline: StageOutline, sense: float) -> None:
-    """Arrow of the carrier's rotation against the ring: counter-clockwise where sense > 0."""
+    """Draw an arrow of the carrier's rotation relative to the ring, counter-clockwise if
+    sense > 0."""
     r = 0.72 * outline.sun_radius
     start, end = sense * np.radians(-35), sense * np.radians(35)
     axes.add_patch(
@@ -133,6 +134,7 @@ def draw_rotation_arrow(axes: Axes, outline: StageOutline, sense: float) -> None
 
 
 def square(axes: Axes, reach: float) -> None:
+    """Set equal scales from −reach to reach, m, with ticks in mm."""
     axes.set_xlim(-reach, reach)
     axes.set_ylim(-reach, reach)
     axes.set_aspect("equal")
@@ -153,8 +155,8 @@ def ring_star(
 ) -> Figure:
     """The deformed ring at one or more carrier angles, side by side.
 
-    ``displacement`` (p, z, 3): tooth nodes, global, m, at ``angles`` (p,) rad. The exaggeration is
-    the same in all panels, round, and stated.
+    displacement: (p, z, 3) of tooth nodes, global, m, at carrier angles ``angles`` (p,), rad. All
+    panels have the same exaggeration, stated in the picture.
     """
     field = np.asarray(displacement, dtype=float)
     factor = star_exaggeration(field, outline.ring_radius)
@@ -181,6 +183,7 @@ def ring_star(
 
 
 def star_handles() -> list[Line2D]:
+    """Entries of the legend."""
     return [
         Line2D([], [], color=ORIGINAL_COLOUR, ls="--", lw=1.0, label="undeformed pitch circle"),
         Line2D([], [], color=DEFORMED_COLOUR, marker="o", ms=2.4, lw=1.2, label="deformed ring"),
@@ -196,7 +199,8 @@ def draw_star(
     factor: float,
     sense: float,
 ) -> None:
-    """One star into ``axes``. sense: ±1, of the carrier's rotation against the ring; 0: none."""
+    """Draw the deformed ring. sense: ±1 of the carrier's rotation relative to the ring, 0 for no
+    arrow."""
     draw_gears(axes, outline, angle)
     if sense:
         draw_rotation_arrow(axes, outline, sense)
@@ -260,11 +264,11 @@ def animate_star(
     frames_per_second: float = 20.0,
     dpi: float = 120.0,
 ) -> Path:
-    """Write the turning star atomically as .gif, with one palette for all frames (no flicker), and
-    return the path.
+    """Write the animated ring atomically as .gif, with one palette for all frames (no flicker);
+    returns the path.
 
-    ``displacement`` (p, z, 3) m at ``angles`` (p,) rad, one frame each; the clip loops,
-    so leave out the last position where it equals the first.
+    displacement: (p, z, 3), m, at carrier angles ``angles`` (p,), rad, one frame each. The
+    animation loops, so the last position must not repeat the first.
     """
     field = np.asarray(displacement, dtype=float)
     factor = star_exaggeration(field, outline.ring_radius)

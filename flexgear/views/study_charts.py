@@ -1,5 +1,5 @@
-"""Ratings and tolerance studies in pictures: load duration, damage and reserves; histogram and
-distribution of samples."""
+"""Charts of ratings, with load duration, damage and reserves, and of tolerance studies, with
+histogram and distribution of samples."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ from flexgear.views.style import (
 def load_duration_chart(
     bins: Sequence[LoadBin], member: str, samples: SeriesBins | None = None
 ) -> Figure:
-    """Torque (kN m) at a port over the turns of its member in which it is at least as large.
+    """Torque (kN m) at a port over the turns of its member with at least this torque.
 
-    Bins are steps, extreme ones triangles at the left edge, the samples of series a line.
+    Bins are steps, extreme loads triangles at the left edge, the samples of series a line.
     """
     lasting = [b for b in bins if not b.extreme]
     turns = np.array([b.turns(b.speed[member]) for b in lasting])
@@ -82,30 +82,32 @@ def load_duration_chart(
 
 
 def _exceedance(samples: SeriesBins, sense: float) -> tuple[Array, Array]:
-    """Turns in which the torque is at least a level, and the levels, N m, by falling torque."""
+    """Turns with at least a torque, and these torques, N m, by falling torque."""
     intervals = np.array(sorted(samples.duration, key=lambda k: -sense * k))
     turns = np.array([samples.duration[int(k)] for k in intervals])
     return np.cumsum(turns), (intervals + 0.5) * samples.fine_step
 
 
-MOST_PARTS = 6  # in the picture of damage
-MOST_SHOWN = 24  # parts beside their limits, the weakest
-NAMED_BINS = 24  # more have no room for their names
-LEAST = 1e-6  # of the largest damage: less is not shown
+MAX_DAMAGED = 6  # parts in the chart of damage, the most damaged
+MAX_PARTS = 24  # in the chart of reserves, the weakest
+MAX_NAMES = 24  # of bins; more are numbered
+LEAST_DAMAGE = 1e-6  # of the largest damage, that is shown
 
 
 @styled
 def damage_chart(data: xr.Dataset) -> Figure:
-    """Damage (share of the life) that every bin takes, of the flank, root and bearing of each stage
-    that are damaged most; up to the top where a bin is above static strength."""
+    """Damage (share of the life) by bin of the most damaged flank, root and bearing of each stage;
+    up to the top where the load exceeds the static strength."""
     damage = np.nan_to_num(data["damage"].transpose("part", "bin").to_numpy(), posinf=np.inf)
     largest = float(damage[np.isfinite(damage)].max(initial=0.0)) or 1.0
     above = np.isinf(damage).any(axis=1)
     damage = np.minimum(damage, 10 * largest)
     total = damage.sum(axis=1)
     of_stage = list(zip(data["part_stage"].to_numpy(), data["part_kind"].to_numpy(), strict=True))
-    worst = {of_stage[k]: int(k) for k in np.argsort(total) if total[k] > LEAST * total.max()}
-    order = sorted(worst.values(), key=lambda k: -total[k])[:MOST_PARTS]
+    worst = {
+        of_stage[k]: int(k) for k in np.argsort(total) if total[k] > LEAST_DAMAGE * total.max()
+    }
+    order = sorted(worst.values(), key=lambda k: -total[k])[:MAX_DAMAGED]
     if not total.any():
         return text_only("No bin damages any part that is assessed")
     names, count = data["bin"].to_numpy(), data.sizes["bin"]
@@ -116,17 +118,17 @@ def damage_chart(data: xr.Dataset) -> Figure:
         size = "above static strength" if above[k] else rounded(float(total[k]))
         label = f"{words(str(data['part'].to_numpy()[k]))}: {size}"
         colour = PLANET_COLOURS[place]
-        if count <= NAMED_BINS:
+        if count <= MAX_NAMES:
             ax.bar(at + (place - (len(order) - 1) / 2) * width, damage[k], width, color=colour,
                    label=label)  # fmt: skip
         else:
             ax.step(at + 1, damage[k], where="mid", color=colour, lw=1.0, label=label)
     ax.set_yscale("log")
-    ax.set_ylim(LEAST * damage[order].max(), 2 * damage[order].max())
+    ax.set_ylim(LEAST_DAMAGE * damage[order].max(), 2 * damage[order].max())
     ax.yaxis.set_major_locator(LogLocator(numticks=8))
     ax.set_ylabel("damage in the bin (–)")
     ax.set_title("Damage by load bin; extreme loads have no duration")
-    if count <= NAMED_BINS:
+    if count <= MAX_NAMES:
         ax.set_xticks(at, [str(name) for name in names], rotation=60, ha="right")
     else:
         ax.set_xlabel("number of the bin (–)")
@@ -137,14 +139,12 @@ def damage_chart(data: xr.Dataset) -> Figure:
 
 @styled
 def safety_chart(data: xr.Dataset) -> Figure:
-    """Bars of the load reserve by part, the factor on all loads at which it reaches its limit.
-    Equal parts have one bar, of the weakest."""
+    """Bars of the load reserve by part: the factor on all loads at which the part reaches its
+    limit. Equal parts have one bar, that of the weakest."""
     reserve, alike = data["load_reserve"].to_numpy(), data["part_alike"].to_numpy()
     finite = [k for k in np.argsort(reserve) if np.isfinite(reserve[k]) and reserve[k] > 0.0]
-    of_equal: dict[str, int] = {}
-    for k in finite:
-        of_equal.setdefault(alike[k], k)
-    weakest = list(of_equal.values())[:MOST_SHOWN]
+    by_name = {alike[k]: int(k) for k in reversed(finite)}  # the weakest of equal parts
+    weakest = sorted(by_name.values(), key=lambda k: reserve[k])[:MAX_PARTS]
     if not weakest:
         return text_only("No part is assessed")
     figure, axes = panels(1, 1, height_mm=24 + 6.5 * len(weakest))
@@ -165,8 +165,8 @@ def safety_chart(data: xr.Dataset) -> Figure:
 
 @styled
 def ring_safety_chart(data: xr.Dataset) -> Figure:
-    """Safety of the teeth of rings that stand by computed stresses, over their azimuth, beside that
-    by ISO 6336 (dashed); a panel of each ring."""
+    """Safety of the teeth of stationary rings over their azimuth: by computed stresses, and by
+    ISO 6336 (dashed); a panel for each ring."""
     part = data["ring_tooth_part"].to_numpy()
     stages = list(dict.fromkeys(data["part_stage"].sel(part=part).to_numpy()))
     figure, axes = panels(len(stages), 1, height_mm=25 + 65 * len(stages))
@@ -185,23 +185,23 @@ def ring_safety_chart(data: xr.Dataset) -> Figure:
         ax.set_xticks(np.arange(0, 361, 45))
         ax.set_ylim(bottom=0.0)
         ax.set_ylabel("safety (–)")
-        ax.set_title(f"{words(str(stage))}: teeth of the standing ring, by computed stresses")
+        ax.set_title(f"{words(str(stage))}: teeth of the stationary ring, by computed stresses")
     axes[-1, 0].set_xlabel("azimuth of the tooth (deg)")
     figure.legend(loc="outside lower center", ncols=2)
     return figure
 
 
 def rating_charts(rating: Rating) -> dict[str, tuple[str, str, Figure, str]]:
-    """Section, caption, figure and sentence of the charts that a rating has, by name."""
+    """Section, caption, figure and sentence of the charts of a rating, by name."""
     data, first = rating.dataset(), rating.case.inputs[0].member
     charts = {
         "reserves": (
             RATING, "Load that parts bear", safety_chart(data),
-            "Factor on all loads within the limits; below one the part fails them.",
+            "Factor on all loads at which a part reaches its limit; below one it fails.",
         ),
         "damage": (
             RATING, "Damage by bin", damage_chart(data),
-            "Share of the life that each bin takes, of the most damaged of each stage.",
+            "Share of the life of the most damaged parts of each stage by load bin.",
         ),
     }  # fmt: skip
     if any(b.hours and b.speed[first] for b in rating.bins):
@@ -212,8 +212,8 @@ def rating_charts(rating: Rating) -> dict[str, tuple[str, str, Figure, str]]:
     if data.sizes["ring_tooth"]:
         charts["ring"] = (
             RATING, "Safety of the ring's teeth", ring_safety_chart(data),
-            "Computed stresses against the norm's life curves, beyond ISO 6336, tooth by tooth; "
-            "what a load that stands does to a sector of a standing ring, it does for ever.",
+            "Computed stresses with the life curves of the standard, beyond ISO 6336, tooth by "
+            "tooth: a load of constant direction always acts on the same teeth of the ring.",
         )  # fmt: skip
     return charts
 
@@ -221,10 +221,10 @@ def rating_charts(rating: Rating) -> dict[str, tuple[str, str, Figure, str]]:
 BARS = "#9DBAD5"
 MEAN, STATED, STANDARD = PLANET_COLOURS[2], PLANET_COLOURS[1], PLANET_COLOURS[4]
 LINE = PLANET_COLOURS[0]
-MOST_BINS = 40
-EQUAL = 1e-9  # relative: below, all samples are one number
+MAX_BINS = 40  # of a histogram
+EQUAL = 1e-9  # relative spread of equal samples
 STYLES = ("-", "--", "-.", ":")  # of the quantiles
-DRAWN = {  # by the name of the statistics: the variable, what it says, digits, factor
+DRAWN = {  # variable, label, digits and factor by name of the statistics
     "load_sharing": ("load_sharing_max", "largest $K_\\gamma$ over one turn", 4, 1.0),
     "k_h_beta": ("k_h_beta", "face load factor $K_{H\\beta}$ over one turn", 3, 1.0),
     "largest_line_load": ("largest_line_load", "largest line load (N/mm)", 0, 1e-3),
@@ -235,13 +235,11 @@ STATISTICS.append("as_stated")
 
 @styled
 def tolerance_chart(data: xr.Dataset, name: str = "load_sharing") -> Figure:
-    """One row a group: histogram of the samples, and their distribution with its interval.
+    """A row for each group: histogram of the samples, and their distribution with its band.
 
-    name: of ``DRAWN``.
-
-    Mean, quantiles and their intervals, the value of the case's own errors and what IEC 61400-4
-    has designers assume are marked. Groups with the same values are drawn once, those with one
-    value in all samples are named where there are others.
+    name: of ``DRAWN``. Marks: mean, quantiles and their intervals, the value of the errors that the
+    case states, the value that IEC 61400-4 assumes. Groups with equal values are drawn once; groups
+    with one value in all samples are only named if there are others.
     """
     of, label, digits, factor = DRAWN[name]
     variable(data, of)
@@ -270,7 +268,7 @@ def tolerance_chart(data: xr.Dataset, name: str = "load_sharing") -> Figure:
 
 
 def _groups(data: xr.Dataset) -> dict[str, tuple[Array, xr.Dataset]]:
-    """Rising samples and figures of groups by title; those with the same samples as one."""
+    """Sorted samples and statistics of groups by title; groups with equal samples as one."""
     groups: list[tuple[list[str], Array, xr.Dataset]] = []
     for group in data["group"].to_numpy():
         of_group = data.sel(group=group)
@@ -290,7 +288,7 @@ def _groups(data: xr.Dataset) -> dict[str, tuple[Array, xr.Dataset]]:
 
 
 def _title(names: list[str]) -> str:
-    """ "stage 1 ring, sun": the common beginning once."""
+    """Title of groups with a common beginning: "stage 1 ring and sun"."""
     stages: dict[str, list[str]] = {}
     for group in map(GroupName.parse, names):
         start = f"{group.stage} {group.kind}" if group.side else group.stage
@@ -299,14 +297,15 @@ def _title(names: list[str]) -> str:
 
 
 def _histogram(ax: Axes, values: Array, of_group: xr.Dataset) -> None:
+    """Draw the histogram of samples with their mean; bins by Freedman and Diaconis (1981)."""
     if _constant(values):
         text = f"{values[0]:.6f} in all {len(values)} samples"
         ax.text(0.5, 0.5, text, ha="center", va="center", transform=ax.transAxes, color=NEUTRAL)
         ax.set_yticks([])
         return
     width = 2 * np.subtract(*np.quantile(values, [0.75, 0.25])) / len(values) ** (1 / 3)
-    bins = np.ptp(values) / width if width > 0 else MOST_BINS
-    ax.hist(values, bins=int(np.clip(np.ceil(bins), 5, MOST_BINS)), color=BARS)
+    bins = np.ptp(values) / width if width > 0 else MAX_BINS
+    ax.hist(values, bins=int(np.clip(np.ceil(bins), 5, MAX_BINS)), color=BARS)
     ax.set_ylabel("samples")
     mean, low, high = (float(of_group[f"its_average{e}"]) for e in ("", "_low", "_high"))
     ax.axvspan(low, high, color=MEAN, alpha=0.25, lw=0)
@@ -315,6 +314,7 @@ def _histogram(ax: Axes, values: Array, of_group: xr.Dataset) -> None:
 
 
 def _distribution(ax: Axes, values: Array, of_group: xr.Dataset) -> None:
+    """Draw the cumulative distribution of samples with its band, and quantiles with intervals."""
     low, high = distribution_band(len(values), float(of_group.attrs["confidence"]))
     ax.fill_between(values, low, high, step="post", color=LINE, alpha=0.2, lw=0,
                     label=f"distribution, {_percent(of_group)} band")  # fmt: skip
@@ -339,7 +339,7 @@ def _distribution(ax: Axes, values: Array, of_group: xr.Dataset) -> None:
 
 
 def _marks(ax: Axes, of_group: xr.Dataset) -> None:
-    """The case as it is stated, and the standard's assumption where it is in reach."""
+    """Mark the value of the stated errors, and that of the standard if it is near the samples."""
     stated = float(of_group["its_as_stated"])
     if math.isfinite(stated):
         ax.axvline(stated, color=STATED, lw=1.2, ls="--", label="errors of the case as stated")
@@ -355,7 +355,7 @@ def _percent(of_group: xr.Dataset) -> str:
 
 
 def _span(ax: Axes, values: Array) -> None:
-    """Readable ticks, also where all samples are equal."""
+    """Set readable ticks, even for equal samples."""
     if _constant(values):
         middle = float(values[0])
         ax.set_xlim(middle - 0.01, middle + 0.01)

@@ -1,4 +1,4 @@
-"""One look for every picture: palette, units, figure sizes, saving.
+"""Common style of all pictures: palettes, units, sizes of figures, files.
 
 Figures are built on `matplotlib.figure.Figure` with an Agg canvas; pyplot is never imported and
 rcParams change only inside `styled` functions, so a user's own matplotlib session is untouched.
@@ -57,8 +57,8 @@ N_PER_M_TO_N_PER_UM = 1e-6  # N/m -> N/µm
 
 FULL_WIDTH_MM = 183.0
 PICTURES = ("png", "svg", "pdf")  # that figures are written as
-DEFLATE = 3  # of a PNG: a tenth larger than at 6, in two thirds of the time
-RC: Any = {  # matplotlib's own key types change with its version
+DEFLATE = 3  # level for PNG: files a tenth larger than at 6, in two thirds of the time
+RC: Any = {  # its type changes with the version of matplotlib
     "font.family": ["DejaVu Sans"],
     "font.size": 8.5,
     "axes.titlesize": 9.0,
@@ -101,7 +101,7 @@ def styled(function: Callable[P, R]) -> Callable[P, R]:
 
 
 class NotebookFigure(Figure):
-    """A matplotlib figure made without pyplot, which a notebook shows as a PNG picture."""
+    """A matplotlib figure without pyplot that notebooks show as PNG."""
 
     def _repr_png_(self) -> bytes:
         picture = BytesIO()
@@ -136,7 +136,7 @@ def panels(
 
 
 def text_only(text: str) -> Figure:
-    """A picture that says why there is nothing in it."""
+    """A figure with a text instead of a chart."""
     figure, axes = panels(1, 1, height_mm=30)
     axes[0, 0].set_axis_off()
     axes[0, 0].text(0.5, 0.5, text, ha="center", va="center", transform=axes[0, 0].transAxes)
@@ -149,7 +149,7 @@ def legend_lines(colours: Mapping[str, str]) -> list[Line2D]:
 
 
 def legend_below(figure: Figure, handles: Iterable[Artist], columns: int = 6) -> Legend:
-    """One legend below all axes, in so many columns at most."""
+    """One legend below all axes, with at most ``columns`` columns."""
     entries = list(handles)
     return figure.legend(
         handles=entries, loc="outside lower center", ncols=max(1, min(len(entries), columns))
@@ -157,7 +157,7 @@ def legend_below(figure: Figure, handles: Iterable[Artist], columns: int = 6) ->
 
 
 def legend_of(figure: Figure, axes: NDArray[Any], columns: int = 6) -> Legend:
-    """Legend of all labelled lines of axes, each label once."""
+    """Legend below all axes of all their labelled artists, each label once."""
     by_label: dict[str, Artist] = {}
     for ax in axes.flat:
         handles, labels = ax.get_legend_handles_labels()
@@ -172,7 +172,8 @@ def labelled_bars(
     texts: Sequence[str],
     colours: Sequence[str],
 ) -> None:
-    """Bars to the right, the first one uppermost, each with its name before and a text behind."""
+    """Draw horizontal bars from the top down, each with its name on the left and a text at its
+    end."""
     bars = axes.barh(range(len(sizes)), sizes, 0.7, color=colours)
     axes.bar_label(bars, texts, padding=2, fontsize=7.5)
     axes.set_yticks(range(len(sizes)), names)
@@ -182,7 +183,7 @@ def labelled_bars(
 
 
 def least_span(axes: Axes, share: float) -> None:
-    """Widen the vertical scale to at least this share of its middle value, so that noise of a
+    """Widen the vertical range to at least ``share`` of its middle value, so that rounding of a
     nearly constant quantity does not fill the panel."""
     low, high = axes.get_ylim()
     middle = 0.5 * (low + high)
@@ -192,7 +193,7 @@ def least_span(axes: Axes, share: float) -> None:
 
 
 def cell_edges(middles: Array) -> Array:
-    """Edges (n + 1,) of cells with these middles (n,), half way between them."""
+    """Edges (n + 1,) of cells half way between their middles (n,)."""
     if len(middles) == 1:
         return np.array([middles[0] - 0.5, middles[0] + 0.5])
     between = 0.5 * (middles[1:] + middles[:-1])
@@ -200,7 +201,7 @@ def cell_edges(middles: Array) -> Array:
 
 
 def planet_colour(planet: int) -> str:
-    """Colour of planet number ``planet`` (1-based)."""
+    """Colour of a planet by its number (1-based)."""
     return PLANET_COLOURS[(planet - 1) % len(PLANET_COLOURS)]
 
 
@@ -221,7 +222,7 @@ def pi_label(value: float, denominator: int) -> str:
 
 
 def angle_axis(axes: Axes, planets: int) -> None:
-    """Ticks at multiples of the planet spacing 2π/N where at least two spacings are shown."""
+    """Set ticks at multiples of the planet spacing 2π/N if the axis shows two to twelve of them."""
     low, high = axes.get_xlim()
     spacing = 2 * pi / max(planets, 1)
     if high - low >= 1.6 * spacing and high - low <= 12.5 * spacing:
@@ -246,7 +247,7 @@ def nice_number(value: float) -> float:
 
 
 def factor_text(factor: float) -> str:
-    """2000.0 -> "× 2 000"."""
+    """An exaggeration in words: 2000.0 -> "× 2 000"."""
     return "× " + f"{factor:,.0f}".replace(",", "\u2009") if factor >= 10 else f"× {factor:g}"
 
 
@@ -259,7 +260,7 @@ def save_figure(figure: Figure, path: str | os.PathLike[str], dpi: float = 200.0
         raise FlexgearError(f"cannot write picture {target}: use the suffix .png, .svg or .pdf")
     stamp: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind, {})
     with atomic_file(target) as temporary:
-        if kind == "png":  # savefig draws twice where there is a layout: for it, then with it
+        if kind == "png":  # savefig would draw twice, first for the layout
             figure.dpi = dpi
             FigureCanvasAgg(figure).print_png(temporary, pil_kwargs={"compress_level": DEFLATE})
         else:

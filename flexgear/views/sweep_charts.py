@@ -1,7 +1,7 @@
-"""Parameter studies: one key as lines, two keys as lines by the second key or as filled maps.
+"""Charts of parameter studies: lines over one key; lines by the second key, or maps, over two keys.
 
-Keys are the dimensions whose coordinate says whether it is spaced logarithmically; what remains of
-a variable's dimensions labels lines (the last) and panels (those before).
+Keys are the dimensions whose coordinate has the attribute "logarithmic". Of the other dimensions of
+a variable the last labels lines, all before it label panels.
 """
 
 from __future__ import annotations
@@ -40,16 +40,16 @@ from flexgear.views.style import (
     styled,
 )
 
-LINES_BY_KEY = 6  # values of a second key up to which it labels lines
-MOST_PANELS = 8
-MOST_MARKED = 40  # points of a line that are marked
-WIDE = 50.0  # ratio of the ends below which a logarithmic axis lists its points
-SPREAD = 12.0  # ratio of the ends from which positive values are drawn logarithmically
-LEAST_SPAN = 0.01  # of the values: less is shown as constant
+LINES_BY_KEY = 6  # values of a second key that label lines; more make a map
+MAX_PANELS = 8
+MAX_MARKERS = 40  # points of a line with markers
+WIDE = 50.0  # ratio of the ends of a logarithmic axis; a shorter axis has ticks at its points
+SPREAD = 12.0  # ratio of the ends of positive values on a logarithmic axis, at least
+LEAST_SPAN = 0.01  # of the middle value: range of a nearly constant quantity
 WIDE_LABEL, NARROW_LABEL = 80, 30  # characters of a key in one line
 STYLES = ("-", "--", "-.", ":")
-SCALES = {"m": (MICRO, "µm"), "1": (1.0, "–"), "Hz": (1.0, "Hz")}  # whatever the values
-NEGLIGIBLE = 1e-9  # of the largest value: lines below are not drawn
+SCALES = {"m": (MICRO, "µm"), "1": (1.0, "–"), "Hz": (1.0, "Hz")}  # for values of any size
+NEGLIGIBLE = 1e-9  # of the largest value: smaller lines are omitted
 
 
 @dataclass(frozen=True)
@@ -63,12 +63,12 @@ class Curve:
 
 
 def drawn_variables(data: xr.Dataset) -> list[str]:
-    """Variables that have a picture: numbers over at least one key."""
+    """Names of the variables with a picture: numbers over at least one key."""
     return [str(n) for n, v in data.data_vars.items() if v.dtype.kind == "f" and keys_of(v)]
 
 
 def keys_of(field: xr.DataArray) -> list[str]:
-    """Dimensions that were swept."""
+    """Dimensions that are swept keys."""
     return [str(d) for d in field.dims if "logarithmic" in field[d].attrs]
 
 
@@ -83,7 +83,7 @@ def sweep_chart(data: xr.Dataset, name: str) -> Figure:
         if field[key].dtype.kind in "if":
             field = field.sortby(key)
     factor, unit = scale_of(field)
-    field = field.copy(data=field.to_numpy() * factor)  # keeps what it says of itself
+    field = field.copy(data=field.to_numpy() * factor)  # with its attributes
     label = f"{_title_of_key(name)} ({unit})" if unit else _title_of_key(name)
     if len(keys) == 1 or field.sizes[keys[1]] <= LINES_BY_KEY:
         figure = _lines(data, field, keys, label)
@@ -98,13 +98,13 @@ def sweep_chart(data: xr.Dataset, name: str) -> Figure:
 
 
 def _lines(data: xr.Dataset, field: xr.DataArray, keys: list[str], label: str) -> Figure:
-    """A panel for each label but the last dimension's, whose labels are the lines; with a second
-    key its values are the lines. Modes always share a panel."""
+    """Lines over the first key, by the labels of the last dimension or the values of a second key;
+    a panel for each label of the other dimensions. Modes always share a panel."""
     by_key = len(keys) == 2
     bundled = any(d in field.dims for d in ("mode", "number"))
     keep = bundled + (not by_key and "mode" not in field.dims)
     chosen = _first_definition(field) if by_key else field
-    parts = list(_panels(chosen, keys, keep))[:MOST_PANELS]
+    parts = list(_panels(chosen, keys, keep))[:MAX_PANELS]
     height = 30 + (62 if len(parts) == 1 else 42 * len(parts))
     figure, axes = panels(len(parts), 1, height_mm=height, sharex=True)
     handles: dict[str, Line2D] = {}
@@ -124,9 +124,9 @@ def _lines(data: xr.Dataset, field: xr.DataArray, keys: list[str], label: str) -
 
 
 def _maps(field: xr.DataArray, keys: list[str], label: str) -> Figure:
-    """A filled map for each label, second key upwards; white where a point failed. In two columns,
-    the last place left empty where their number is odd."""
-    parts = list(_panels(_first_definition(field), keys, keep=0))[:MOST_PANELS]
+    """Maps over both keys, the second upwards, a panel for each label in two columns; white where a
+    point failed."""
+    parts = list(_panels(_first_definition(field), keys, keep=0))[:MAX_PANELS]
     columns = min(len(parts), 2)
     rows = -(-len(parts) // columns)
     figure, axes = panels(rows, columns, height_mm=30 + 62 * rows)
@@ -156,7 +156,8 @@ def _maps(field: xr.DataArray, keys: list[str], label: str) -> Figure:
 
 
 def _panels(field: xr.DataArray, keys: list[str], keep: int) -> Iterator[tuple[str, xr.DataArray]]:
-    """Parts of a variable by the labels of all but the keys and the last ``keep`` dimensions."""
+    """Titles and parts of a variable by labels of its dimensions without the keys and the last
+    ``keep`` ones."""
     inner = [str(d) for d in field.dims if d not in keys]
     inner = inner[: len(inner) - keep] if keep else inner
     if not inner:
@@ -171,8 +172,8 @@ def _panels(field: xr.DataArray, keys: list[str], keep: int) -> Iterator[tuple[s
 
 
 def _curves(part: xr.DataArray, key: str, other: str = "") -> list[Curve]:
-    """Lines of a measure over the swept key ``key``, one colour for each value of the key
-    ``other``; modes of one type have one colour."""
+    """Lines of a variable over ``key``, with a colour for each label or value of the key ``other``;
+    modes of one type have one colour."""
     inner = [str(d) for d in part.dims if d != key]
     if not inner:
         return [Curve("", np.asarray(part, dtype=float), PLANET_COLOURS[0])]
@@ -201,9 +202,10 @@ def _curves(part: xr.DataArray, key: str, other: str = "") -> list[Curve]:
 
 
 def _draw(ax: Axes, ticks: xr.DataArray, curves: list[Curve], spread: bool) -> None:
-    """Lines, in turns of colour where they cover each other; spread: may be logarithmic."""
+    """Draw lines, equal lines with alternating dashes; spread: whether a logarithmic scale is
+    suitable."""
     x = _positions(ticks)
-    marker = "o" if len(x) <= MOST_MARKED else ""
+    marker = "o" if len(x) <= MAX_MARKERS else ""
     for k, curve in enumerate(curves):
         under = sum(
             np.allclose(curve.values, other.values, rtol=1e-3, atol=0, equal_nan=True)
@@ -226,7 +228,7 @@ def _draw(ax: Axes, ticks: xr.DataArray, curves: list[Curve], spread: bool) -> N
 
 
 def _marked_types(ax: Axes, data: xr.Dataset, field: xr.DataArray, key: str) -> dict[str, Line2D]:
-    """Markers of modes in the colour of their type."""
+    """Draw markers of modes in the colour of their type; returns the entries of the legend."""
     kinds = data["mode_type"].sel({key: field[key]}).transpose(*field.dims).to_numpy()
     values = field.to_numpy()
     x = np.broadcast_to(_positions(field[key])[:, None], values.shape)
@@ -242,7 +244,7 @@ def _marked_types(ax: Axes, data: xr.Dataset, field: xr.DataArray, key: str) -> 
 
 
 def _axis(ax: Axes, ticks: xr.DataArray, which: str) -> None:
-    """Scale and ticks along a key: logarithmic, whole numbers, or words."""
+    """Set scale and ticks of the axis of a key: logarithmic, integers, or words."""
     axis = ax.xaxis if which == "x" else ax.yaxis
     if ticks.dtype.kind not in "if":
         words = [str(t) for t in ticks.to_numpy()]
@@ -252,7 +254,7 @@ def _axis(ax: Axes, ticks: xr.DataArray, which: str) -> None:
     values = ticks.to_numpy()
     if _logarithmic(ticks):
         (ax.set_xscale if which == "x" else ax.set_yscale)("log")
-        if values.max() < WIDE * values.min():  # too few decades for ticks of their own
+        if values.max() < WIDE * values.min():  # too few decades for usual ticks
             some = values[:: max(1, len(values) // 6)]
             axis.set_ticks(some, [f"{v:.3g}" for v in some])
             axis.set_minor_formatter(NullFormatter())
@@ -267,7 +269,7 @@ def _logarithmic(ticks: xr.DataArray) -> bool:
 
 
 def _spreads(field: xr.DataArray) -> bool:
-    """Whether ratios of its values say more than differences: frequencies, lives."""
+    """Whether ratios of values are more important than differences: frequencies, lives."""
     return field.attrs.get("units") == "Hz" or "life" in str(field.name)
 
 
@@ -278,7 +280,7 @@ def _positions(ticks: xr.DataArray) -> Array:
 
 
 def _first_definition(field: xr.DataArray) -> xr.DataArray:
-    """One definition of load sharing and one statistic, so that the panels stay few."""
+    """The variable for one definition of load sharing and one statistic, for few panels."""
     for dim, chosen in (("definition", "instantaneous"), ("statistic", "largest")):
         if dim in field.dims:
             field = field.sel({dim: chosen if chosen in field[dim] else field[dim][0]})
@@ -299,7 +301,7 @@ def _handle(curve: Curve) -> Line2D:
 
 
 def _key_label(ticks: xr.DataArray, room: int = WIDE_LABEL) -> str:
-    """The key without its unit's suffix, in two lines above ``room`` characters, and the unit."""
+    """Label of a key with its unit, in two lines if it has more than ``room`` characters."""
     unit, name = str(ticks.attrs.get("units", "")), str(ticks.attrs.get("long_name", ticks.name))
     if len(name) > room and "." in name:
         start, _, end = name.rpartition(".")
@@ -308,7 +310,7 @@ def _key_label(ticks: xr.DataArray, room: int = WIDE_LABEL) -> str:
 
 
 def _label(dim: str, tick: Any) -> str:
-    """A label that says enough by itself: "mode 3", "stage 1, sun"."""
+    """Label of a line: "mode 3", "stage 1, sun"."""
     return f"{dim} {tick}" if isinstance(tick, int) else _title_of_key(str(tick))
 
 

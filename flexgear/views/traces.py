@@ -1,6 +1,6 @@
-"""What is drawn in matplotlib axes as traces in plotly's terms: lines, marks, bars, maps, outlines.
+"""Conversion of matplotlib artists to plotly traces: lines, markers, bars, maps, outlines.
 
-Lines keep their envelope where they have more points than a screen.
+Lines with more points than a screen are reduced to their envelope.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ MARKERS = {"o": "circle", "s": "square", "^": "triangle-up", "v": "triangle-down
 
 
 def traces_of(axes: Axes) -> Iterator[dict[str, Any]]:
-    """Traces of what is visible, lines in the order in which they cover each other."""
+    """Traces of the visible artists of axes, lines from the lowest to the uppermost."""
     lines = [x for x in axes.lines if x.get_visible() and x.get_transform() == axes.transData]
     lines.sort(key=Line2D.get_zorder)
     most = max(LEAST_POINTS, POINTS // max(1, len(lines)))
@@ -43,6 +43,7 @@ def traces_of(axes: Axes) -> Iterator[dict[str, Any]]:
 
 
 def _of_line(line: Line2D, most: int) -> dict[str, Any]:
+    """Trace of a line with at most about ``most`` points."""
     x, y = envelope(numbers(line.get_xdata(orig=False)), numbers(line.get_ydata(orig=False)), most)
     if not x.size:
         return {}
@@ -68,7 +69,7 @@ def _of_line(line: Line2D, most: int) -> dict[str, Any]:
 
 
 def envelope(x: Array, y: Array, most: int) -> tuple[Array, Array]:
-    """At most about ``most`` points of a line: the least and largest of equal pieces."""
+    """At most about ``most`` points of a line: the least and largest in equal pieces."""
     if x.size <= most:
         return x, y
     pieces = max(1, most // 2)
@@ -77,7 +78,7 @@ def envelope(x: Array, y: Array, most: int) -> tuple[Array, Array]:
     padded = np.full(rows * step, np.nan)
     padded[: x.size] = np.where(np.isfinite(y), y, np.nan)
     piece = padded.reshape(rows, step)
-    least = np.where(np.isnan(piece), np.inf, piece).argmin(axis=1)  # 0 where there is no number
+    least = np.where(np.isnan(piece), np.inf, piece).argmin(axis=1)  # 0 if all are NaN
     largest = np.where(np.isnan(piece), -np.inf, piece).argmax(axis=1)
     at = np.unique(np.arange(rows) * step + [least, largest])
     return x[at], y[at]
@@ -107,7 +108,7 @@ def _of_collection(collection: Any) -> Iterator[dict[str, Any]]:
 
 
 def _polylines(pieces: Sequence[Any]) -> dict[str, Any]:
-    """Lines one after the other, with gaps."""
+    """Trace of several polylines (n, 2), with gaps between them."""
     gap = np.full((1, 2), np.nan)
     points = np.vstack([part for piece in pieces for part in (np.asarray(piece, float), gap)])
     x, y = listed(points[:-1, 0]), listed(points[:-1, 1])
@@ -115,17 +116,15 @@ def _polylines(pieces: Sequence[Any]) -> dict[str, Any]:
 
 
 def _of_quads(quads: QuadMesh) -> dict[str, Any]:
+    """Heat map of rectangular cells, thinned to at most ``CELLS`` each way."""
     corners: Any = quads.get_coordinates()
     x, y = corners[0, :, 0], corners[:, 0, 1]
     z = _filled(quads.get_array()).reshape(len(y) - 1, len(x) - 1)
-    return _map(0.5 * (x[1:] + x[:-1]), 0.5 * (y[1:] + y[:-1]), z, quads)
-
-
-def _map(x: Array, y: Array, z: Array, source: Any) -> dict[str, Any]:
+    x, y = (0.5 * (edges[1:] + edges[:-1]) for edges in (x, y))
     across, down = (max(1, -(-n // CELLS)) for n in (len(x), len(y)))
-    colours = source.get_cmap()(np.linspace(0, 1, 11))
-    low, high = source.get_clim()
-    bar = source.colorbar
+    colours = quads.get_cmap()(np.linspace(0, 1, 11))
+    low, high = quads.get_clim()
+    bar: Any = quads.colorbar
     bar_label = plain_math(bar.ax.get_ylabel()) if bar is not None else ""
     z = z[::down, ::across]
     return {
@@ -137,7 +136,7 @@ def _map(x: Array, y: Array, z: Array, source: Any) -> dict[str, Any]:
 
 
 def _of_patches(axes: Axes) -> Iterator[dict[str, Any]]:
-    """Bars, one trace a colour, and outlines of what else is drawn in data coordinates."""
+    """Traces of bars, one for each colour, and outlines of other patches in data coordinates."""
     bars: dict[str, list[tuple[float, float, float, float]]] = {}
     names: dict[str, Any] = {}
     for container in axes.containers:
@@ -168,7 +167,7 @@ def _bars(axes: Axes, box: Array, colour: str) -> dict[str, Any]:
 
 
 def _outline(axes: Axes, patch: Patch) -> Iterator[dict[str, Any]]:
-    pixels = patch.get_transform().transform_path(patch.get_path())  # where curves become chords
+    pixels = patch.get_transform().transform_path(patch.get_path())  # for polygons of curves
     inverse = axes.transData.inverted()
     pieces = [inverse.transform(piece) for piece in pixels.to_polygons(closed_only=False)]
     if not pieces:
@@ -181,13 +180,14 @@ def _outline(axes: Axes, patch: Patch) -> Iterator[dict[str, Any]]:
 
 
 def named(artist: Any) -> dict[str, Any]:
+    """Name of a trace, and whether the legend shows it."""
     label = str(artist.get_label() or "")
     in_legend = bool(label) and not label.startswith("_")
     return {"name": plain_math(label), "showlegend": True} if in_legend else {"showlegend": False}
 
 
 def _filled(values: Any) -> Array:
-    """Numbers, NaN where they are masked."""
+    """Floats of an array, NaN for masked elements."""
     return np.asarray(np.ma.filled(np.ma.asarray(values, dtype=float), np.nan), dtype=float)
 
 
@@ -196,11 +196,11 @@ def numbers(values: Any) -> Array:
 
 
 def listed(values: Array) -> list[float | None]:
-    """Numbers to five digits; None where there is none, which plotly leaves out."""
+    """Numbers with five digits, None for NaN and infinity, which plotly omits."""
     v = np.asarray(values, float)
     finite = np.isfinite(v)
     size = np.where(finite & (v != 0.0), np.abs(v), 1.0)
-    places = DIGITS - 1 - np.floor(np.log10(size)).astype(int)  # behind the point
+    places = DIGITS - 1 - np.floor(np.log10(size)).astype(int)  # decimals
     up, down = (10.0 ** np.clip(sign * places, 0, 300) for sign in (1, -1))
     rounded: list[float | None] = (np.round(v * up / down) * down / up).tolist()
     if not finite.all():
@@ -235,7 +235,7 @@ def _math(text: str) -> str:
 
 
 def _greek(command: re.Match[str]) -> str:
-    """Letter of a command like \\gamma; any other command as it stands."""
+    """Greek letter of a command like \\gamma; any other command unchanged."""
     size = "CAPITAL" if command[1][0].isupper() else "SMALL"
     try:
         return unicodedata.lookup(f"GREEK {size} LETTER {command[1].upper()}")

@@ -1,4 +1,4 @@
-"""Vibration over speed: steady states with all branches, the linear response, and parametric
+"""Charts of vibration over speed: steady states with all branches, linear response, and parametric
 instability."""
 
 from __future__ import annotations
@@ -31,27 +31,28 @@ from flexgear.views.style import (
 
 UP, DOWN, CHANGE = "#C5221F", "#2166AC", "#444444"
 LOST, BACK = "#F7CFA3", "#E59C8C"
-BROAD = 6.0  # points
-BEADS: Any = {"marker": "o", "ms": 2.2, "markevery": 0.025}  # of curves of longer periods
+BROAD = 6.0  # width of a line, points
+MARKERS: Any = {"marker": "o", "ms": 2.2, "markevery": 0.025}  # of curves of longer periods
 COUNTS = {2: "two", 4: "four", 8: "eight"}
 FORCE, ERROR = "response_gear_mesh_force", "response_transmission_error"
-MOST_GEAR_MESHES = len(PLANET_COLOURS)
-MOST_SENSORS = 4  # that have a panel
-HIGHEST = 20.0  # times the median of stable states: what grows beyond is cut off, and said
+MAX_GEAR_MESHES = len(PLANET_COLOURS)
+MAX_SENSORS = 4  # with a panel
+HIGHEST = 20.0  # times the median of stable states, at which a panel ends, with a note
 
 
 @styled
 def response_chart(data: xr.Dataset) -> Figure:
-    """Largest and smallest gear-mesh force, swing of the transmission error, and rms of what
-    sensors measure. Solid: stable, dashed: unstable; arrows: where a sweep jumps, and to what
-    force; beads: periods of several gear meshes; broad below: where teeth lose contact, and where
-    their backs touch."""
+    """Largest and smallest gear-mesh force, peak-to-peak transmission error, and rms of sensors.
+
+    Solid: stable, dashed: unstable; arrows: jumps of a sweep to the force at their head; markers:
+    periods of several gear meshes; broad lines below: teeth lose contact, or coast flanks touch.
+    """
     x = data[f"response_{data.attrs['over']}_share"].to_numpy().astype(float)
-    sensors = np.asarray(data.coords.get("sensor", ())).tolist()[:MOST_SENSORS]
+    sensors = np.asarray(data.coords.get("sensor", ())).tolist()[:MAX_SENSORS]
     height, ratios = 150 + 40 * len(sensors), [1.6, 1.0, *[0.7] * len(sensors)]
     figure, axes = panels(len(ratios), 1, height_mm=height, sharex=True, height_ratios=ratios)
     force, error, *of_sensors = axes[:, 0]
-    names = [str(n) for n in data["gear_mesh"].to_numpy()][:MOST_GEAR_MESHES]
+    names = [str(n) for n in data["gear_mesh"].to_numpy()][:MAX_GEAR_MESHES]
     most, least = (KILO * _measure(data, FORCE, m)[:, : len(names)] for m in ("maximum", "minimum"))
     swing = _measure(data, ERROR, "maximum") - _measure(data, ERROR, "minimum")
     swing = MICRO * swing[:, : len(names)]
@@ -71,7 +72,7 @@ def response_chart(data: xr.Dataset) -> Figure:
     _jumps(force, data)
     _changes(force, data)
     force.set_ylabel("gear-mesh force, largest and smallest (kN)")
-    error.set_ylabel("swing of transmission error (µm)")
+    error.set_ylabel("peak-to-peak transmission error (µm)")
     axes[-1, 0].set_xlabel(f"{data.attrs['over']} over rated {data.attrs['over']} (–)")
     legend_below(figure, _legend(data, names), 3)
     return figure
@@ -83,42 +84,42 @@ def _measure(data: xr.Dataset, name: str, measure: str) -> Array:
 
 
 def _curve(ax: Axes, data: xr.Dataset, x: Array, y: Array, colour: str, width: float) -> None:
-    """Values of all curves; neighbouring stretches of a curve join where stability changes."""
+    """Draw values of all curves; stable and unstable pieces of a curve are connected."""
     stable, branch = data["stable"].to_numpy() == 1, data["response_branch"].to_numpy()
     cuts = np.flatnonzero((np.diff(stable.astype(int)) != 0) | (np.diff(branch) != 0)) + 1
     for start, stop in itertools.pairwise([0, *cuts.tolist(), len(stable)]):
         joined = stop < len(x) and branch[stop] == branch[start]
         at = slice(start, stop + joined)
         style, faint = ("-", 1.0) if stable[start] else ((0, (3, 1.6)), 0.65)
-        beads = BEADS if _periods(data)[start] > 1 else {}
-        ax.plot(x[at], y[at], linestyle=style, color=colour, lw=width * faint, **beads)
+        markers = MARKERS if _periods(data)[start] > 1 else {}
+        ax.plot(x[at], y[at], linestyle=style, color=colour, lw=width * faint, **markers)
 
 
 def _periods(data: xr.Dataset) -> Array:
-    """Gear-mesh periods after which each state repeats; one in files that do not say it."""
+    """Number of gear-mesh periods after which each state repeats; one in files without it."""
     return np.asarray(data.get("response_period", np.ones(data.sizes["point"])))
 
 
 def period_words(period: int) -> str:
-    """Words of a legend for a motion that repeats after so many gear-mesh periods."""
+    """Words for a motion that repeats after several gear-mesh periods."""
     return f"period of {COUNTS[period]} gear meshes"
 
 
 def _limit(ax: Axes, values: Array, lowest: float, stable: NDArray[np.bool_]) -> None:
-    """From the lowest value, or zero if that is less, up to the highest of values (states, g), or
-    to ``HIGHEST`` on either side and a line that says so."""
+    """Set the vertical range from the lowest value or zero to the highest of values (states, g), or
+    to ``HIGHEST`` on both sides with a note."""
     highest = float(values.max())
     top = HIGHEST * float(np.median(values[stable])) if stable.any() else 0.0
     if highest <= top or top <= 0.0:
         ax.set_ylim(1.06 * min(0.0, lowest), 1.06 * highest)
         return
     ax.set_ylim(max(1.06 * min(0.0, lowest), -top), top)
-    ax.text(0.99, 0.97, f"states go on up to {highest:.3g}", transform=ax.transAxes, ha="right",
+    ax.text(0.99, 0.97, f"states continue up to {highest:.3g}", transform=ax.transAxes, ha="right",
             va="top", fontsize=7.5, color=NEUTRAL)  # fmt: skip
 
 
 def _contact(ax: Axes, data: xr.Dataset, x: Array, y: Array, gear_mesh: int) -> None:
-    """A broad line below a curve where teeth of a gear mesh part, and where their backs touch."""
+    """Draw broad lines below a curve where teeth lose contact, and where coast flanks touch."""
     branch = data["response_branch"].to_numpy()
     for name, colour in (("lost_contact_share", LOST), ("back_contact_share", BACK)):
         at = np.flatnonzero(data[name].to_numpy()[:, gear_mesh] > 0.0)
@@ -128,8 +129,8 @@ def _contact(ax: Axes, data: xr.Dataset, x: Array, y: Array, gear_mesh: int) -> 
 
 
 def _jumps(ax: Axes, data: xr.Dataset) -> None:
-    """An arrow from each turning point to every stable state to which a sweep may jump; a triangle
-    alone where none is stable."""
+    """Draw a triangle at each turning point and arrows to all stable states to which a sweep may
+    jump."""
     for k in range(data.sizes.get("turning_point", 0)):
         row = data.isel(turning_point=k)
         rising = int(row["turning_point_sense"]) > 0
@@ -143,7 +144,7 @@ def _jumps(ax: Axes, data: xr.Dataset) -> None:
 
 
 def _changes(ax: Axes, data: xr.Dataset) -> None:
-    """Marks at the foot of the panel where stability changes without a turning point."""
+    """Draw marks at the bottom of the panel where stability changes without a turning point."""
     if "stability_change" not in data.sizes:
         return
     changed = data["stability_change_kind"].to_numpy() != 0
@@ -153,7 +154,7 @@ def _changes(ax: Axes, data: xr.Dataset) -> None:
 
 
 def _legend(data: xr.Dataset, names: list[str]) -> list[Any]:
-    """Legend of lines, marks and shades."""
+    """Entries of the legend: lines, marks and shades."""
     handles: list[Any] = []
     if len(names) > 1:
         handles += [
@@ -168,7 +169,9 @@ def _legend(data: xr.Dataset, names: list[str]) -> list[Any]:
         dashes = (0, (3, 1.6))
         handles.append(Line2D([], [], color=colour, lw=0.9, ls=dashes, label="unstable"))
     handles += [
-        Line2D([], [], color=colour, lw=1.4, label=period_words(period), **BEADS | {"markevery": 1})
+        Line2D(
+            [], [], color=colour, lw=1.4, label=period_words(period), **MARKERS | {"markevery": 1}
+        )
         for period in np.unique(_periods(data)).astype(int).tolist()
         if period > 1
     ]
@@ -185,7 +188,7 @@ def _legend(data: xr.Dataset, names: list[str]) -> list[Any]:
         if np.any(where)
     ]
     without = data.attrs["without_contact"]
-    shades = (("lost", LOST, without), ("back", BACK, "backs touch, too"))
+    shades = (("lost", LOST, without), ("back", BACK, "coast flanks touch, too"))
     handles += [
         Patch(color=colour, label=label)
         for name, colour, label in shades
@@ -194,15 +197,15 @@ def _legend(data: xr.Dataset, names: list[str]) -> list[Any]:
     return handles
 
 
-DECADES = 3.0  # below the highest value that a panel shows
-MOST_LABELS = 8  # of peaks or bands in a panel
-ROOM = 0.07  # of the width that a label takes
+DECADES = 3.0  # of a panel, below its highest value
+MAX_LABELS = 8  # of peaks or bands in a panel
+LABEL_WIDTH = 0.07  # of the width of a panel
 
 
 def _stage_panels(
     data: xr.Dataset, stages: list[str], draw: Callable[[Axes, xr.Dataset, str], None]
 ) -> Figure:
-    """A panel a stage over speed."""
+    """Figure with a panel over speed for each stage."""
     figure, axes = panels(len(stages), 1, height_mm=22 + 63 * len(stages), sharex=True)
     for ax, stage in zip(axes[:, 0], stages, strict=True):
         draw(ax, data, stage)
@@ -213,12 +216,12 @@ def _stage_panels(
 
 
 def _name_points(ax: Axes, points: Iterable[tuple[float, float, str]]) -> None:
-    """Labels (x, y, text) above the first points that have room."""
+    """Write labels (x, y, text) above the first points that have room."""
     labelled: list[float] = []
     for x, y, text in points:
-        if len(labelled) == MOST_LABELS:
+        if len(labelled) == MAX_LABELS:
             break
-        if all(abs(x - other) >= ROOM * np.ptp(ax.get_xlim()) for other in labelled):
+        if all(abs(x - other) >= LABEL_WIDTH * np.ptp(ax.get_xlim()) for other in labelled):
             labelled.append(x)
             ax.annotate(text, (x, y), xytext=(0, 3), textcoords="offset points", fontsize=7,
                         ha="center", va="bottom")  # fmt: skip
@@ -227,7 +230,7 @@ def _name_points(ax: Axes, points: Iterable[tuple[float, float, str]]) -> None:
 @styled
 def linear_response_chart(data: xr.Dataset) -> Figure:
     """Amplitude of the largest gear-mesh force of each stage by order of its gear-mesh frequency,
-    with the mode that has most of each peak."""
+    with the mode of the largest share of each peak."""
     stages = list(dict.fromkeys(map(str, data["stage"].to_numpy())))
     figure = _stage_panels(data, stages, _forces)
     orders = data["gear_mesh_order"].to_numpy().tolist()
@@ -236,7 +239,7 @@ def linear_response_chart(data: xr.Dataset) -> Figure:
 
 
 def _forces(ax: Axes, data: xr.Dataset, stage: str) -> None:
-    """One stage."""
+    """Draw the forces of one stage."""
     of_stage = np.flatnonzero(data["stage"].to_numpy() == stage)
     force = KILO * data["linear_force_amplitude"].to_numpy()[:, of_stage].max(axis=1)
     factor = data["speed_factor"].to_numpy()
@@ -262,8 +265,8 @@ UNSTABLE, SHADE = PLANET_COLOURS[4], "#FBE9DF"
 
 @styled
 def stability_chart(data: xr.Dataset) -> Figure:
-    """Growth rate over speed, a panel a stage; shaded bands where vibration grows, with the modes i
-    and j and the order l of l f_z = f_i + f_j at the fastest; grey: where the case runs."""
+    """Growth rate over speed, a panel for each stage: shaded bands in which vibration grows, with
+    modes i and j and order l of l f_z = f_i + f_j at the fastest growth; operating speeds grey."""
     stages = [str(s) for s in data["turning_stage"].to_numpy()]
     figure = _stage_panels(data, stages, _growth)
     colours = {"growth of free vibration": UNSTABLE, "speeds at which the case runs": NEUTRAL}
@@ -272,7 +275,7 @@ def stability_chart(data: xr.Dataset) -> Figure:
 
 
 def _growth(ax: Axes, data: xr.Dataset, stage: str) -> None:
-    """One stage."""
+    """Draw the growth rate of one stage."""
     factor, growth = with_edges(data, stage)
     for speed in np.atleast_1d(data.attrs["operating_factors"]):
         if factor[0] <= speed <= factor[-1]:
@@ -300,14 +303,14 @@ def _growth(ax: Axes, data: xr.Dataset, stage: str) -> None:
 
 
 def combination(modes: tuple[int, int], order: int) -> str:
-    """ "2 f₃ = f_z", "f₂ + f₅ = 3 f_z" of modes i, j and order l."""
+    """Condition of modes i, j and order l: "2 f₃ = f_z", "f₂ + f₅ = 3 f_z"."""
     i, j = (f"f$_{{{k}}}$" for k in modes)
     left = f"2 {i}" if modes[0] == modes[1] else f"{i} + {j}"
     return f"{left} = {'' if order == 1 else f'{order} '}f$_z$"
 
 
 def bands_of(data: xr.Dataset, stage: str) -> list[dict[str, Any]]:
-    """Bands of a stage as plain rows, rising in speed."""
+    """Bands of a stage as dictionaries, by rising speed."""
     names = ("lower_factor", "upper_factor", "peak_factor", "growth_rate", "order")
     return [
         {name: data[f"band_{name}"].values[k].item() for name in names}

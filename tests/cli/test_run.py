@@ -70,7 +70,7 @@ def test_pictures_that_fail_cost_no_results(monkeypatch, tmp_path, capsys, broke
     out, short = tmp_path / "mine", ["--set", "solver.duration_s=0.02"]
     assert run(["run", "lin-parker", "--quiet", "--out", str(out), *short]) == 1
     (said,) = (line for line in capsys.readouterr().err.splitlines() if "pictures" in line)
-    assert "no room for a label" in said and f"whole in {out}" in said and "render" in said
+    assert "no room for a label" in said and f"complete in {out}" in said and "render" in said
     summary = json.loads((out / "summary.json").read_text())
     assert lacking(summary) == []
     assert load(out / "transient.nc").sizes["time"] > 10

@@ -21,7 +21,7 @@ from flexgear.views import report
 from flexgear.views.interactive import panels_of
 from flexgear.views.render import deformation_exaggeration
 from flexgear.views.report import (
-    MOST_PLOTS,
+    MAX_PLOTS,
     Picture,
     Side,
     plotly_script,
@@ -152,8 +152,8 @@ def test_a_page_says_what_it_shows_more_coarsely(tmp_path, monkeypatch):
     own = replace(own, pictures=[noise])
     whole = page(tmp_path, own)
     assert report.THINNED not in whole and report.SMALLER not in whole
-    monkeypatch.setattr(report, "MOST_PLOTS", 30_000)
-    monkeypatch.setattr(report, "MOST_PICTURES", 60_000)
+    monkeypatch.setattr(report, "MAX_PLOTS", 30_000)
+    monkeypatch.setattr(report, "MAX_PICTURES", 60_000)
     coarse = visible(page(tmp_path, own)).replace("&#39;", "'")
     assert report.THINNED in coarse and report.SMALLER in coarse
 
@@ -161,8 +161,8 @@ def test_a_page_says_what_it_shows_more_coarsely(tmp_path, monkeypatch):
 @needs_plotly
 def test_a_page_of_too_much_leaves_out_the_largest_and_says_so(tmp_path, monkeypatch):
     """Noise neither deflates nor thins: plots and pictures of three times what a page holds."""
-    monkeypatch.setattr(report, "MOST_PLOTS", MOST_PLOTS // 100)
-    monkeypatch.setattr(report, "MOST_PICTURES", report.MOST_PICTURES // 100)
+    monkeypatch.setattr(report, "MAX_PLOTS", MAX_PLOTS // 100)
+    monkeypatch.setattr(report, "MAX_PICTURES", report.MAX_PICTURES // 100)
     rng, pictures = np.random.default_rng(2), []
     for k in range(6):
         file = tmp_path / f"{k}.gif"
@@ -340,8 +340,8 @@ def test_scenes_of_any_number_of_bodies_fit_into_the_page(bodies):
         for k in range(bodies)
     }  # fmt: skip
     assert (each + swinging) * bodies <= PAGE_TRIANGLES
-    text, left_out, thinned = within(plots, MOST_PLOTS)
-    assert len(text) < MOST_PLOTS and not left_out and not thinned
+    text, left_out, thinned = within(plots, MAX_PLOTS)
+    assert len(text) < MAX_PLOTS and not left_out and not thinned
 
 
 def test_the_star_turns_with_the_carrier(outline, field):

@@ -246,7 +246,7 @@ class TestModes:
         np.testing.assert_allclose(sum(np.array(v) for v in bars.values()), 100.0)
 
     def test_too_many_modes_are_cut_and_it_is_said(self, monkeypatch):
-        monkeypatch.setattr(mode_charts, "MOST_MODES", 2)
+        monkeypatch.setattr(mode_charts, "MAX_MODES", 2)
         figure = mode_charts.modes_chart(modes())
         assert "lowest 2 of 4" in figure.get_suptitle()
 
