@@ -104,9 +104,9 @@ def sections(block):
 
 
 def tutorial_cases():
-    """The case as it stands after the chapter on errors, and with the ring that bends."""
+    """The case after the chapter on errors, and with the flexible ring."""
     text = text_of("docs/tutorial.md")
-    lumped, _, flexible = text.partition("## A ring that bends")
+    lumped, _, flexible = text.partition("## A flexible ring")
     case = {}
     for block in re.findall(r"```toml\n(.*?)```", lumped, re.DOTALL):
         case |= sections(block)
@@ -125,7 +125,7 @@ def named(text):
 @pytest.mark.slow
 def test_tutorial_with_lumped_members(tmp_path):
     (tmp_path / "mine.toml").write_text(tutorial_cases()[0])
-    lines = named(text_of("docs/tutorial.md").partition("## A ring that bends")[0])
+    lines = named(text_of("docs/tutorial.md").partition("## A flexible ring")[0])
     assert any(line.startswith("flexgear new draft.toml") for line in lines)
     for line in [*lines, "flexgear check draft.toml"]:
         assert shell(line, tmp_path)
@@ -134,7 +134,7 @@ def test_tutorial_with_lumped_members(tmp_path):
 
 @pytest.mark.slow
 def test_tutorial_with_a_ring_that_bends(tmp_path):
-    after = text_of("docs/tutorial.md").partition("## A ring that bends")[2]
+    after = text_of("docs/tutorial.md").partition("## A flexible ring")[2]
     (tmp_path / "mine.toml").write_text(tutorial_cases()[1])
     for line in [*commands(after), *named(after)]:
         assert shell(line, tmp_path)
