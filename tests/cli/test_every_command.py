@@ -70,8 +70,8 @@ COMMANDS = {
 }  # fmt: skip
 WRITES = ("sweep", "tolerance", "rate")
 OF_A_RUN = {"run", "render"}
-# wind-5mw and pitch-drive are drawn where the README is typed, herringbone by test_run_and_compare
-DRAWN_CASES = ("nrel-5mw", "double-rotor-5mw", "star-ring", "grc-750kw")
+# README: wind-5mw, pitch-drive; test_run_and_compare: herringbone; test_large_files: lin-parker
+DRAWN_CASES = ("double-rotor-5mw", "star-ring", "grc-750kw")
 # what these commands solve of the other cases test_every_case and run_of_case solve, too
 SOME_CASES = {
     **dict.fromkeys(("simulate", "compare", "sweep", "tolerance", "rate"),
