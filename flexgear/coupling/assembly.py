@@ -102,11 +102,12 @@ class Assembly(BodyCoordinates):
         p = self.member_of[body].port(port)
         rows = self.node_rows(body, p.node)
         rows = turn(p.axes) @ rows if p.axes else rows
-        return rigid_rows(np.array([p.arm, 0.0, 0.0])) @ rows if p.arm else rows
+        return rigid_rows(np.array([p.arm, 0.0, p.rise])) @ rows if p.arm or p.rise else rows
 
     def place(self, body: str, port: str) -> Array:
-        """Position (3,) of a port's node in its body's frame, m."""
-        return self.body(body).position(self.member_of[body].port(port).node)
+        """Position (3,) of a port in its body's frame, without its arm, m."""
+        p = self.member_of[body].port(port)
+        return self.body(body).position(p.node) + np.array([0.0, 0.0, p.rise])
 
     def ends_of(self, member: str) -> list[BodyName]:
         """Bodies with which a member meets the rest of the train, with equal shares: the hub of an

@@ -82,18 +82,19 @@ def spline_matrix(view: StageView) -> Array:
 
 def _of_supports(view: StageView, part: str) -> Iterator[Connection]:
     """Supports of each body of a member at its gear, of both halves of a double-helical lumped
-    ring, the tangential spring as torsion k r²."""
+    ring, or along its shaft; the tangential spring as torsion k r²."""
     for key, support in view.stage.member(part).supports.items():
         matrix = np.array(support.matrix, dtype=float)
         matrix[5, 5] += support.tangential * stage_radii(view).rotation_radius(part) ** 2
         matrix = linear_part(support, matrix)
         bodies = view.stage.body_names(part)
+        port = key if view.stage.form(part) == "beam" else "gear"
         for name, body in zip(view.support_names(part, key), bodies, strict=True):
-            yield from _held(name, (body, "gear"), matrix, view.key(f"{part}.{key}"), support)
+            yield from _held(name, (body, port), matrix, view.key(f"{part}.{key}"), support)
 
 
 def _of_shaft(view: StageView, part: str) -> Iterator[Connection]:
-    """The spline of a sun that is held, and its supports at the gear."""
+    """The spline of a sun that is held, and the supports of its shaft."""
     shaft = BodyName.of(view.name, "shaft")
     if view.is_held(part):
         place = SupportName.of(f"{view.name}.spline")

@@ -28,13 +28,15 @@ RIM_MODULES = 4.0  # rim of a ring outside its root circle where none is given, 
 @dataclass(frozen=True)
 class Port:
     """Where others touch a body: a node; its motion in axes turned by ``axes`` (rad) about z, at a
-    point that is ``arm`` (m) along their x away and moves with it rigidly. floats: the node has the
+    point that is ``arm`` (m) along their x and ``rise`` (m) along z away and moves with it rigidly.
+    floats: the node has the
     elastic displacement alone, in a frame that turns, beside the rigid motion of the body's first
     node."""
 
     node: str
     axes: float = 0.0
     arm: float = 0.0
+    rise: float = 0.0
     floats: bool = False
 
 
@@ -169,6 +171,10 @@ def _flexible(view: StageView, part: str, body: Body) -> Member:
     teeth = [node for node in nodes if node.kind == "tooth"]
     if view.stage.form(part) == "beam":
         ports = {"gear": Port("sun"), "spline": Port("end")}
+        heights = body.positions[:, 2]
+        for key, support in view.stage.member(part).supports.items():  # nearest node, seen at z = 0
+            node = int(np.argmin(np.abs(heights - support.z)))
+            ports[key] = Port(body.node_names[node], rise=-float(heights[node]))
         if view.case.port_at(MemberName.of(view.name, part)) is None:
             ports["end"] = Port("end")
         return Member(body, part, ports, ["sun"])

@@ -241,7 +241,8 @@ class MatedGear(GearMember):
 
 class SunGear(MatedGear):
     """A sun: a lumped gear, or one on a shaft, a beam that begins at its middle. support: springs
-    to the housing at the gear. shaft: the beam from the gear to a spline."""
+    to the housing, on a shaft at the node of the beam that is nearest to their z. shaft: the beam
+    from the gear to a spline."""
 
     shaft: Shaft | None = None
 

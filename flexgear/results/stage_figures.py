@@ -16,6 +16,7 @@ from flexgear.gears.bearings.nominal import bearing_speed, nominal_bearings
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.nominal_stress import largest_root_stress
 from flexgear.gears.power_flow import PowerFlow, StageFlow
+from flexgear.model.names import SupportName
 from flexgear.model.stage_view import BearingPlace, StageView
 from flexgear.model.units import RPM
 from flexgear.results.quantities import ABSENT, ALWAYS, Bars, Figure, values
@@ -96,6 +97,19 @@ def _over_all(stress: xr.DataArray, extreme: np.ufunc) -> Array:
     return np.asarray(extreme.reduce(values.reshape(-1, values.shape[-1]), axis=0, initial=0.0))
 
 
+def bearing_forces(
+    view: StageView, data: xr.Dataset
+) -> Iterator[tuple[BearingPlace, str, SupportName, Array]]:
+    """Places of the bearings of a stage, with label, spring and the force (…, 3) that it carries,
+    N; without those that have no stiffness."""
+    springs = set(map(str, data["support"].to_numpy() if "support" in data else ()))
+    for place in view.rated_bearings:
+        for label, spring in zip(place.labels, place.springs, strict=True):
+            if spring in springs:
+                force = data["bearing_force"].sel(support=spring).to_numpy()[..., :3]
+                yield place, label, spring, force
+
+
 @dataclass(frozen=True)
 class StageRun:
     """A stage in a run. equilibria: positions for the loads of bearings; cycles: gear-mesh cycles
@@ -138,16 +152,8 @@ class StageRun:
     def bearing_loads(self) -> dict[str, tuple[BearingPlace, Array]]:
         """Places of bearings and their radial and axial loads (2, p), N, over the positions, by
         label; without those that have no stiffness."""
-        if "support" not in self.equilibria:
-            return {}
-        force = self.equilibria["bearing_force"].sel(dof=["ux", "uy", "uz"])
-        springs = set(map(str, force["support"].to_numpy()))
-        return {
-            label: (place, self._sizes(force.sel(support=spring).to_numpy()))
-            for place in self.view.rated_bearings
-            for label, spring in zip(place.labels, place.springs, strict=True)
-            if spring in springs
-        }
+        forces = bearing_forces(self.view, self.equilibria)
+        return {label: (place, self._sizes(force)) for place, label, _, force in forces}
 
     def largest_radial(self, seats: bool) -> dict[str, float]:
         """Largest radial load over the positions, N, of a carrier's seats by side, or of other

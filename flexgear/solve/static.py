@@ -29,7 +29,7 @@ from flexgear.results.load_sharing import (
     sharing_histories,
     without_rounding,
 )
-from flexgear.results.stage_figures import root_extremes
+from flexgear.results.stage_figures import bearing_forces, root_extremes
 from flexgear.results.time_figures import displacement_summary
 from flexgear.solve.angles import (
     cycles_of_train,
@@ -115,25 +115,21 @@ def bearing_loads(model: Model, data: xr.Dataset) -> dict[str, tuple[dict[str, f
     load; whether it is a planet's. Directions are from x of the axes of ``bearing_force``, in the
     sense of rotation; of the force on a pin from radial outward."""
     out, least = {}, UNLOADED * float(np.abs(model.rated).max())
-    carried = set(map(str, data["support"].to_numpy() if "support" in data else ()))
     for stage in model.flow.stages:
-        for place in model.case.view(stage.name).rated_bearings:
+        for place, _, name, force in bearing_forces(model.case.view(stage.name), data):
             planet, speed = place.part == "planet", bearing_speed(place, stage)
-            for name in (spring for spring in place.springs if spring in carried):
-                of_spring = data["bearing_force"].sel(support=name).to_numpy()[:3]
-                x, y, z = (float(v) for v in (-of_spring if planet else of_spring))
-                size = math.hypot(x, y)
-                size = size if size > least else 0.0
-                direction = round(math.degrees(math.atan2(y, x)), 6) + 0.0 if size else 0.0
-                row = {
-                    "force_n": size,
-                    "direction_deg": direction,
-                    "axial_n": z if abs(z) > max(UNLOADED * size, least * (not planet)) else 0.0,
-                }
-                life = bearing_life_hours(place.bearing, size, speed, row["axial_n"])
-                if life is not None and math.isfinite(life):
-                    row["life_h"] = life
-                out[str(name)] = row, planet
+            x, y, z = (float(v) for v in (-force if planet else force))
+            size = math.hypot(x, y)
+            size = size if size > least else 0.0
+            row = {
+                "force_n": size,
+                "direction_deg": round(math.degrees(math.atan2(y, x)), 6) + 0.0 if size else 0.0,
+                "axial_n": z if abs(z) > max(UNLOADED * size, least * (not planet)) else 0.0,
+            }
+            life = bearing_life_hours(place.bearing, size, speed, row["axial_n"])
+            if life is not None and math.isfinite(life):
+                row["life_h"] = life
+            out[str(name)] = row, planet
     return out
 
 

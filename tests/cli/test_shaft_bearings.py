@@ -290,3 +290,44 @@ def test_a_carrier_on_two_bearings_carries_what_hangs_on_it(flexgear, tmp_path):
     assert abs(second["axial_n"]) == pytest.approx(4000, rel=1e-6)
     assert "life_h" not in first
     assert second["life_h"] == pytest.approx(life(far, 100, rating=200e3), rel=0.03)
+
+
+def test_a_shaft_bends_between_its_bearings(flexgear, tmp_path):
+    """A sun of 100 N hangs over by a = 0.1 m, bearings are L = 0.2 m apart on its shaft: they carry
+    F (L + a)/L and F a/L, and the sun moves by δ = F a² (L + a)/(3 E I); its teeth are soft."""
+    shaft = """[stage.sun.shaft]
+direction = "+z"
+elements_per_section = 3
+sections = [{ length_mm = 300, outer_diameter_mm = 20 }]
+spline = { torsion_nm_per_rad = 1e6 }
+[stage.planet]"""
+    near, far = ({"z_mm": z, "radial_n_per_m": 1e11} for z in (100, 300))
+    text = STAGE.format(planets=3, helix=0, sun="1e6").replace(
+        "support = { radial_n_per_m = 1e6 }", f"support = [{table(near)}, {table(far)}]"
+    )
+    text = text.replace("[stage.planet]", shaft)
+    text += """mass_kg = 1
+tilt_inertia_kg_m2 = 1
+bearing = { radial_n_per_m = 1e9, axial_n_per_m = 1e9, tilt_nm_per_rad = 1e6 }
+"""
+    weight = {"gravity_m_per_s2": "[1, 0, 0]", "stage.sun.mass_kg": "100"}  # beside 0.05 kg of it
+    keys = weight | {"material.density_kg_per_m3": "500"}
+    keys |= {"stage.sun.support.0.axial_n_per_m": "1e8", "inputs.0.torque_nm": "1e-6"}
+    keys |= {f"stage.gear_mesh.{gear}_stiffness_n_per_m": "1e4" for gear in ("sun", "ring")}
+    keys |= {
+        "stage.planet_bearing.axial_n_per_m": "1e8",
+        "stage.planet_bearing.tilt_nm_per_rad": "1e6",
+    }
+    keys |= {
+        f"stage.{part}.support.{key}": value
+        for part in ("ring", "carrier")
+        for key, value in (("axial_n_per_m", "1e9"), ("tilt_nm_per_rad", "1e8"))
+    }
+    options = [word for key, value in keys.items() for word in ("--set", f"{key}={value}")]
+    found = flexgear.json("static", write(tmp_path, text), *options)["0 deg"]
+    bearings = found["bearing"]
+    assert bearings["stage.sun_support_1"]["force_n"] == pytest.approx(150, rel=1e-2)
+    assert bearings["stage.sun_support_2"]["force_n"] == pytest.approx(50, rel=1e-2)
+    bending = 210e9 * math.pi * 0.02**4 / 64
+    deflection = 1e6 * 100 * 0.1**2 * 0.3 / (3 * bending)
+    assert found["distance_from_axis_um"]["stage.sun"] == pytest.approx(deflection, rel=0.03)
