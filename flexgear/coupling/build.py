@@ -73,8 +73,8 @@ def build_system(
     a = Assembly(case, power_flow(case), members, _housing(case))
     for number in range(len(case.stages)):
         a.frames.append(_frame(a, number))
-    rims = {  # what teeth of FE rings that bend yield along the face, by stage
-        name.stage: body.rim
+    rims = {
+        (name.stage, name.part): body.rim
         for name, body in bodies.items()
         if isinstance(body, ReducedBody) and body.rim is not None and name not in rigid
     }
@@ -82,7 +82,8 @@ def build_system(
         with inside(case, stage):
             for connection in connections(case.view(stage.name)):
                 a.connect(number, connection)
-        _gear_mesh(a, number, bending, rims.get(stage.name))
+        rims_of_stage = {part: rim for (name, part), rim in rims.items() if name == stage.name}
+        _gear_mesh(a, number, bending, rims_of_stage)
     for joint in case.joints:
         _join(a, joint)
     for port in case.ports:
@@ -149,15 +150,15 @@ def _pin_rotation(a: Assembly, number: int) -> Array:
     return np.asarray(np.mean(tangential, axis=0) / stage_radii(view).center_distance)
 
 
-def _gear_mesh(a: Assembly, number: int, bending: bool, rim: RimFlexibility | None) -> None:
-    """Gear meshes of a stage; rim: of its FE ring that bends. Teeth of FE members that do not bend
-    have all their compliance in the gear mesh, as those of lumped ones."""
+def _gear_mesh(a: Assembly, number: int, bending: bool, rims: Mapping[str, RimFlexibility]) -> None:
+    """Gear meshes of a stage; rims: of its flexible FE ring and planet. Teeth of FE members that
+    are not flexible have all their compliance in the gear mesh, as those of lumped ones."""
     view, blocks = a.case.view(a.case.stages[number].name), _gear_blocks(a, number)
     flexible = {m.part for m in a.members[number] if m.contacts and not m.body.rigid}
     gears = {m.part for m in a.members[number] if m.part in ("ring", "planet")}
     view = view.with_rigid([part for part in gears - flexible if view.fe_tie(part)])
     flow, frame = a.flow.stage(view.name), a.frames[number]
-    a.sets += stage_sets(view, number, flow, frame, blocks, bending, rim)
+    a.sets += stage_sets(view, number, flow, frame, blocks, bending, rims)
 
 
 def _gear_blocks(a: Assembly, number: int) -> GearBlocks:

@@ -224,12 +224,12 @@ def stage_sets(
     flow: StageFlow,
     frame: StageFrame,
     blocks: GearBlocks,
-    bending: bool = True,
-    rim: RimFlexibility | None = None,
+    bending: bool,
+    rims: Mapping[str, RimFlexibility],
 ) -> list[GearMeshSet]:
     """Gear meshes of stage ``number`` of a train; bending: slices have FE influence where the case
-    says so, from the cache or computed (half a minute each); rim: additional flexibility of its
-    ring's teeth."""
+    says so, from the cache or computed (half a minute each); rims: additional flexibility of
+    the teeth of "ring" and "planet"."""
     stage, out = view.stage, list[GearMeshSet]()
     paths = stage_paths(view, flow.gear_mesh_forces)
     errors, planet = stage_errors(view, paths), view.part("planet")
@@ -237,7 +237,7 @@ def stage_sets(
         kind, side, faults = path.kind, path.side, fault_groups(view, path)
         force, bend = flow.gear_mesh_forces[kind.gear], None
         if bending and bend_each_other(view):
-            bend = _bending(view, path, force, rim if kind.internal else None)
+            bend = _bending(view, path, force, rims)
 
         def block(part: str, number: int, side: str = side) -> GearBlock:
             return blocks.get((part, number, side)) or blocks[part, number, ""]
@@ -260,7 +260,9 @@ def stage_sets(
     return out
 
 
-def _bending(view: StageView, path: GearMeshPath, force: float, rim: RimFlexibility | None) -> Bent:
+def _bending(
+    view: StageView, path: GearMeshPath, force: float, rims: Mapping[str, RimFlexibility]
+) -> Bent:
     """Makes slices of this path bend each other, those of sound teeth and of faulty ones."""
     # half of the package, for cases that ask for it alone
     from flexgear.structures.tooth_influence.of_case import pair_bending
@@ -269,8 +271,9 @@ def _bending(view: StageView, path: GearMeshPath, force: float, rim: RimFlexibil
     assert path.slices is not None
     load = line_load(view, stage_geometry(view), path.kind.gear, force)
     compliance = pair_bending(view, path, path.slices, force)
-    if rim is not None:
-        compliance = compliance.with_rim(*rim_bending(rim, path, path.slices))
+    for member, part in enumerate(("planet", path.kind.gear)):
+        if part in rims:
+            compliance = compliance.with_rim(*rim_bending(rims[part], path, path.slices, member))
     nominal = Nominal(load / path.cos_base_helix, path.base_pitch)
     contact = (compliance.scale, compliance.limit)
 

@@ -102,11 +102,12 @@ class Planet(FeMeshSource):
     """Planets as FE bodies: one is meshed and reduced, and used for all.
 
     tie: whether tooth nodes act on the root or the flank of their teeth. tie_kind: averaging (RBE3)
-    or rigid (RBE2) tie of a node to its surface.
+    or rigid (RBE2) tie of a node to its surface. tooth_shapes: as of the ring.
     """
 
     tie: Literal["root", "flank"] = "root"
     tie_kind: Literal["averaging", "rigid"] = "averaging"
+    tooth_shapes: Literal["auto", "always", "none"] = "auto"
 
 
 class Seat(Section):

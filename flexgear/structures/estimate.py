@@ -10,7 +10,7 @@ that of the reduced model, whose load is the statically equivalent wrench w at t
 tooth (pin), by (K_bb + S) q_r = E w. With t the translation of the loaded node, the error of a load
 case is |t - t_r| / |t|.
 
-Shapes. Deformation of a ring's rim along the face within a tooth, beyond the rigid motion of its
+Shapes. Deformation of a gear's rim along the face within a tooth, beyond the rigid motion of its
 node (``tooth_influence.rim``), adds dC to the influence C of the tooth between slices. The error of
 a line load f without it is max |dC f| / max |C f| over the loaded slices, relative to the tooth's
 deflection there. The flexibility of the supports does not depend on the distribution of load along
@@ -216,8 +216,8 @@ def static_errors(body: ReducedBody, supports: Array) -> dict[str, float]:
     return worst
 
 
-def largest_ring_error(cases: Mapping[str, float], shapes: float | None = None) -> dict[str, Any]:
-    """Entries of a ring's report as ``largest_error``, of the load cases over the whole face alone
+def largest_tooth_error(cases: Mapping[str, float], shapes: float | None = None) -> dict[str, Any]:
+    """Entries of a gear's report as ``largest_error``, of the load cases over the whole face alone
     and, if given, of ``shapes``, the error at the ends of teeth without shapes along the face."""
     even = {case: error for case, error in cases.items() if AT_END not in case}
     if shapes is not None:

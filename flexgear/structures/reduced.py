@@ -21,7 +21,7 @@ right half has M' = S M S, K' = S K S, Ψ' = diag(1, 1, −1) Ψ S. The nodes "t
 the left half are "tooth_left_001", "bolt_left_01" of the whole ring; their images are
 "tooth_right_001", "bolt_right_01".
 
-The node of a tooth of an FE ring has the rigid motion q of the tooth's base section. Amplitudes p
+The node of a tooth of an FE gear has the rigid motion q of the tooth's base section. Amplitudes p
 of shapes S describe how the base section deforms along the face: sections z = const of the tooth
 translate and turn about z by Legendre polynomials over the face width b,
 
@@ -87,7 +87,7 @@ class ToothLine:
 
 @dataclass(frozen=True, eq=False)
 class RimFlexibility:
-    """Flexibility ΔT (``tooth_influence.rim``) of a ring's tooth and of the next teeth, components
+    """Flexibility ΔT (``tooth_influence.rim``) of a gear's tooth and of the next teeth, components
     along the axes of each tooth at its middle.
 
     tooth (MOTIONS, MOTIONS), beside (NEXT_TEETH, MOTIONS, MOTIONS): zero in the block of the nodes;
@@ -127,7 +127,7 @@ class ReducedBody:
     error estimates; points (p, 3) m and cells: vertices and cells of the FE mesh; recovery (3p, d)
     float32: [Psi, Phi] at the vertices; probe_cases: (node, load case) of every load of the static
     check, probe_loads (2, b, n) N, N m: its exact interface forces Ψᵀf, and the wrench at the node
-    that replaces it (`estimate`); rim: additional flexibility of a ring's teeth along the face
+    that replaces it (`estimate`); rim: additional flexibility of a gear's teeth along the face
     (`tooth_influence.rim`), None where it is negligible.
     """
 

@@ -44,6 +44,8 @@ def source(mesh: PlanetFeMeshParameters, young: float = YOUNG, modes: int = 20) 
         cyclic=True,
         limit_hz=2000.0,
         reference_radius=mesh.tooth.reference_radius,
+        segment=None,
+        along_face=True,
         bearing=PlanetBearing(radial=4e9, axial=1e9, tilt=1.6e8),
     )
 

@@ -85,7 +85,7 @@ def ring_of(case: str) -> Ring:
         slices=path.slices,
         bending=pair_bending(view, path, path.slices, force),
         rim=body.rim,
-        more=rim_bending(body.rim, path, path.slices),
+        more=rim_bending(body.rim, path, path.slices, 1),
         nodes=_of_teeth(view, held),
         force=abs(force),
     )

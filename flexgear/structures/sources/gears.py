@@ -12,13 +12,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexgear.gears.tool import plain_tool
+from flexgear.gears.tooth import reference_radius
 from flexgear.model.bodies import Planet
 from flexgear.model.member import Gear
 from flexgear.model.names import NodeName
 from flexgear.model.ring import Ring
 from flexgear.model.stage_view import StageView
+from flexgear.structures.cache import content_key
 from flexgear.structures.fe_mesh.gears import PlanetFeMeshParameters, RingFeMeshParameters
+from flexgear.structures.fe_mesh.tooth_segment import SegmentParameters
+from flexgear.structures.reduced import Progress, ReducedBody, silent
 from flexgear.structures.sources.fe_body import FeBody, TiedNode
+from flexgear.structures.sources.of_case import common_parameters
 
 if TYPE_CHECKING:
     from flexgear.structures.estimate import ProbeLoad
@@ -30,11 +35,15 @@ _PROBED_TEETH = 12  # teeth whose flanks the static error estimate loads
 
 @dataclass(frozen=True, eq=False)
 class ToothedSource(FeBody):
-    """A ring or planet as an FE body; reference_radius: of the circle of its tooth nodes, m."""
+    """A ring or planet as an FE body. reference_radius: of the circle of its tooth nodes, m;
+    segment: of its teeth, None without shapes along the face; along_face: whether gear meshes
+    distribute load along the face."""
 
     section: Ring | Planet
     parameters: RingFeMeshParameters | PlanetFeMeshParameters
     reference_radius: float
+    segment: SegmentParameters | None
+    along_face: bool
 
     @property
     def repeats(self) -> int:
@@ -65,6 +74,22 @@ class ToothedSource(FeBody):
             "teeth": [self.parameters.teeth, self.reference_radius],
         }
 
+    def reduced(self, progress: Progress = silent, limit_hz: float | None = None) -> ReducedBody:
+        """The reduced gear (``FeBody.reduced``), with the flexibility of its rim along the face
+        where that is not negligible."""
+        body = super().reduced(progress, limit_hz)
+        if self.segment is None:
+            return body if self.along_face else _evenly_loaded(body)
+        # lazy: it imports half of the package
+        from flexgear.structures.tooth_influence.rim import cached_shapes, with_rim
+
+        b, segment = slice(0, body.interface_dofs), self.segment
+        supports = self.supports(body.node_names, body.stiffness[b, b])
+        key = content_key(**self.content())
+        shapes = cached_shapes(segment, self.parameters.teeth, key, self.condensed)
+        always = self.section.tooth_shapes == "always"
+        return with_rim(body, shapes, segment, self.material, supports, always=always)
+
     def probe_loads(self, model: FeModel) -> Sequence[ProbeLoad]:
         """Line loads on the flanks of some teeth; none where the FE mesh lacks flanks as groups."""
         from flexgear.structures.estimate import tooth_lines
@@ -74,6 +99,34 @@ class ToothedSource(FeBody):
             return []
         probed = sorted({k * teeth // _PROBED_TEETH for k in range(_PROBED_TEETH)})
         return tooth_lines(model, probed, self.parameters.face_width, self.parameters.tooth.outward)
+
+
+def _evenly_loaded(body: ReducedBody) -> ReducedBody:
+    """The body with the static error of teeth that are loaded over the whole face."""
+    from flexgear.structures.estimate import largest_tooth_error
+
+    cases = body.report.get("static_error_cases")
+    return body.with_(report={**body.report, **largest_tooth_error(cases)}) if cases else body
+
+
+def toothed_source_parameters(view: StageView, part: str, gear: Gear) -> dict[str, Any]:
+    """Parameters of the source of a gear, "ring" or "planet", but FE mesh and supports."""
+    common, gear_mesh = common_parameters(view, part), view.gear_mesh
+    section, segment = common["section"], None
+    fe_influence = gear_mesh.model == "face_load" and gear_mesh.tooth_compliance == "fe"
+    root_ties = view.fe_tie(part) == "root" and section.tie_kind == "averaging"
+    shaped = section.tooth_shapes != "none" and section.fe_mesh != "reduced"
+    if fe_influence and root_ties and shaped:
+        # lazy: it imports half of the package
+        from flexgear.structures.tooth_influence.of_case import influence_parameters
+
+        segment = influence_parameters(view, part)
+    return {
+        "reference_radius": reference_radius(gear.teeth, view.stage),
+        "segment": segment,
+        "along_face": gear_mesh.model == "face_load",
+        **common,
+    }
 
 
 def tooth_parameters(view: StageView, gear: Gear) -> dict[str, Any]:

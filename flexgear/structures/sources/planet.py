@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexgear.gears.tooth import reference_radius
 from flexgear.model.bodies import Planet
 from flexgear.model.member import PlanetBearing
 from flexgear.model.names import NodeName
@@ -20,8 +19,11 @@ from flexgear.structures.fe_mesh.gears import PlanetFeMeshParameters, planet_fe_
 from flexgear.structures.fe_mesh.groups import Groups, planet_groups
 from flexgear.structures.fe_mesh.solids import planet_solid
 from flexgear.structures.sources.fe_body import TiedNode
-from flexgear.structures.sources.gears import ToothedSource, tooth_parameters
-from flexgear.structures.sources.of_case import common_parameters
+from flexgear.structures.sources.gears import (
+    ToothedSource,
+    tooth_parameters,
+    toothed_source_parameters,
+)
 
 BORE = "bore"
 
@@ -61,7 +63,6 @@ def source(view: StageView) -> PlanetSource:
         parameters=PlanetFeMeshParameters(
             bore_diameter=gear.bore_diameter, **tooth_parameters(view, gear)
         ),
-        reference_radius=reference_radius(gear.teeth, view.stage),
         bearing=view.stage.planet_bearing,
-        **common_parameters(view, "planet"),
+        **toothed_source_parameters(view, "planet", gear),
     )

@@ -13,28 +13,27 @@ from typing import Any
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.gears.tooth import reference_radius
 from flexgear.model.names import NodeName
 from flexgear.model.ring import End, Ring, RingSupport, ring_supports
 from flexgear.model.stage_view import StageView
 from flexgear.structures.bodies import Spring
-from flexgear.structures.cache import content_key
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.gears import BLOCK, RingFeMeshParameters, ring_fe_mesh
 from flexgear.structures.fe_mesh.groups import Groups, ring_groups
 from flexgear.structures.fe_mesh.solids import Solid, ring_solid
-from flexgear.structures.fe_mesh.tooth_segment import SegmentParameters
-from flexgear.structures.reduced import PLACE, Progress, ReducedBody, both_halves, mirrored, silent
+from flexgear.structures.reduced import PLACE, ReducedBody, both_halves, mirrored
 from flexgear.structures.sources.fe_body import TiedNode
-from flexgear.structures.sources.gears import ToothedSource, tooth_parameters
-from flexgear.structures.sources.of_case import common_parameters
+from flexgear.structures.sources.gears import (
+    ToothedSource,
+    tooth_parameters,
+    toothed_source_parameters,
+)
 
 
 @dataclass(frozen=True, eq=False)
 class RingSource(ToothedSource):
     """A ring as an FE body. half_offset: distance of the mid-planes of a double-helical ring's
-    halves from z = 0, m, None for a single ring; segment: of its teeth, None without shapes along
-    the face; along_face: whether gear meshes distribute load along the face."""
+    halves from z = 0, m, None for a single ring."""
 
     meshed = staticmethod(ring_fe_mesh)
     as_solid = staticmethod(ring_solid)
@@ -42,8 +41,6 @@ class RingSource(ToothedSource):
     section: Ring
     parameters: RingFeMeshParameters
     half_offset: float | None
-    segment: SegmentParameters | None
-    along_face: bool
 
     @property
     def held_by(self) -> list[RingSupport]:
@@ -76,22 +73,6 @@ class RingSource(ToothedSource):
             nodes.append(TiedNode(s.node, place, support_tie, s.group, s.diameter, s.angle))
         return nodes
 
-    def reduced(self, progress: Progress = silent, limit_hz: float | None = None) -> ReducedBody:
-        """The reduced ring (``FeBody.reduced``), with the flexibility of its rim along the face
-        where that is not negligible."""
-        body = super().reduced(progress, limit_hz)
-        if self.segment is None:
-            return body if self.along_face else _evenly_loaded(body)
-        # lazy: it imports half of the package
-        from flexgear.structures.tooth_influence.rim import cached_shapes, with_rim
-
-        b, segment = slice(0, body.interface_dofs), self.segment
-        supports = self.supports(body.node_names, body.stiffness[b, b])
-        key = content_key(**self.content())
-        shapes = cached_shapes(segment, self.parameters.teeth, key, self.condensed)
-        always = self.section.tooth_shapes == "always"
-        return with_rim(body, shapes, segment, self.material, supports, always=always)
-
     def whole(self, body: ReducedBody) -> ReducedBody:
         """The body itself, or both halves of a double-helical ring."""
         return body if self.half_offset is None else both_halves(body, self.half_offset)
@@ -119,38 +100,13 @@ def _bolted_face(fe_mesh: FeMesh, end: End) -> float:
     return float(z.max() if end == "+z" else z.min())
 
 
-def _evenly_loaded(body: ReducedBody) -> ReducedBody:
-    """The body with the static error of teeth that are loaded over the whole face."""
-    from flexgear.structures.estimate import largest_ring_error
-
-    cases = body.report.get("static_error_cases")
-    return body.with_(report={**body.report, **largest_ring_error(cases)}) if cases else body
-
-
 def source(view: StageView) -> RingSource:
     """Source of the FE ring of a stage."""
     return RingSource(
         parameters=_ring_fe_mesh(view),
-        reference_radius=reference_radius(view.ring_gear.teeth, view.stage),
         half_offset=view.stage.half_offset if view.stage.double_helical else None,
-        segment=_shaped_segment(view),
-        along_face=view.gear_mesh.model == "face_load",
-        **common_parameters(view, "ring"),
+        **toothed_source_parameters(view, "ring", view.ring_gear),
     )
-
-
-def _shaped_segment(view: StageView) -> SegmentParameters | None:
-    """Segment of a ring's teeth with shapes along the face; None unless slices have FE influence
-    and the ring is an FE mesh with averaging ties at its roots."""
-    ring, gear_mesh = view.ring, view.gear_mesh
-    fe_influence = gear_mesh.model == "face_load" and gear_mesh.tooth_compliance == "fe"
-    root_ties = view.fe_tie("ring") == "root" and ring.tie_kind == "averaging"
-    if not (fe_influence and root_ties) or ring.tooth_shapes == "none" or ring.fe_mesh == "reduced":
-        return None
-    # lazy: it imports half of the package
-    from flexgear.structures.tooth_influence.of_case import influence_parameters
-
-    return influence_parameters(view, "ring")
 
 
 def _ring_fe_mesh(view: StageView) -> RingFeMeshParameters:

@@ -182,7 +182,7 @@ class PairBending:
     limit: Array
 
     def with_rim(self, flexibility: Array, beside: Array) -> PairBending:
-        """The pair with the additional flexibility of the rim of an FE ring (``rim_bending``)."""
+        """The pair with the additional flexibility of the rim of an FE gear (``rim_bending``)."""
         more = self.flexibility + flexibility, self.beside + beside
         return replace(self, flexibility=more[0], beside=more[1])
 

@@ -1,18 +1,18 @@
-"""Flexibility of the rim of an FE ring along the face within a tooth, where it is not negligible.
+"""Flexibility of the rim of an FE ring or planet along the face within a tooth.
 
-The influence of a tooth is that of a segment whose rim is held; the node of a tooth in the ring has
+The influence of a tooth is that of a segment whose rim is held; the node of a tooth in the gear has
 rigid motion only. With the amplitudes p of shapes (``reduced``) added to the node's motion q the FE
-ring on its supports has the flexibility
+gear on its supports has the flexibility
 
     T = [B; B_s] K⁻¹ [B; B_s]ᵀ,    the segment likewise T_c,
 
-and the flank of the whole ring is more flexible than that of the segment by G ΔT Gᵀ, where
+and the flank of the whole gear is more flexible than that of the segment by G ΔT Gᵀ, where
 ΔT = T − T_c without the block of q, which the node has. Between a tooth and the next two, which the
-segment does not couple, ΔT is T without that block. T_c is computed from the ring's FE mesh, cut
+segment does not couple, ΔT is T without that block. T_c is computed from the gear's FE mesh, cut
 and held where the segment is: a coarse mesh is too stiff within a tooth by more than ΔT, and this
 error cancels in the difference.
 
-K⁻¹ comes from the condensation of the ring on its nodes (``condensation``): of loads L = B_sᵀ
+K⁻¹ comes from the condensation of the gear on its nodes (``condensation``): of loads L = B_sᵀ
 
     u = Ψ q + x,   (K_bb + S) q = Ψᵀ L,   K x = L + Bᵀ(reactions), B x = 0,
 
@@ -40,7 +40,7 @@ from flexgear.structures.estimate import (
     END_SHARE,
     PROMISED,
     is_held,
-    largest_ring_error,
+    largest_tooth_error,
     shape_errors,
 )
 from flexgear.structures.fe_mesh.section import base_section_angle
@@ -84,13 +84,13 @@ class Cut:
 
 @dataclass(frozen=True, eq=False)
 class RingShapes:
-    """Displacements of an FE ring by loads on the shapes of some teeth (t,), numbered from 0.
+    """Displacements of an FE gear by loads on the shapes of some teeth (t,), numbered from 0.
 
     count: number of all teeth; loads (t, 1 + NEXT_TEETH, b, SHAPES): Ψᵀ L of loads on the tooth and
     the next ones; fixed (t, 1 + NEXT_TEETH, SHAPES, SHAPES): with the interface held, amplitudes of
     the tooth's shapes by loads on the shapes of the tooth and the next ones; piece (t, MOTIONS,
     MOTIONS): T_c; less (t, 6, SHAPES): N. Components along the axes of the tooth at its middle, in
-    the dimension b along those of the ring.
+    the dimension b along those of the gear.
     """
 
     teeth: Array
@@ -101,10 +101,10 @@ class RingShapes:
     less: Array
 
 
-def ring_shapes(
+def shape_displacements(
     model: FeModel, condensation: AnyCondensation, line: ToothLine, teeth: int, cut: Cut
 ) -> RingShapes:
-    """Displacements by loads on the shapes of a ring's teeth with averaging ties at their roots;
+    """Displacements by loads on the shapes of a gear's teeth with averaging ties at their roots;
     line: of tooth 0; teeth: number of all teeth."""
     sampled = sorted({k * teeth // SAMPLED_TEETH for k in range(SAMPLED_TEETH)})
     shapes = [_of_tooth(model, condensation, line, (j, teeth), cut) for j in sampled]
@@ -115,7 +115,7 @@ def ring_shapes(
 def rim_flexibility(
     shapes: RingShapes, stiffness: Array, supports: Array, line: ToothLine
 ) -> RimFlexibility:
-    """ΔT of a ring on supports (b, b) at its nodes, teeth first, that leave no motion free;
+    """ΔT of a gear on supports (b, b) at its nodes, teeth first, that leave no motion free;
     stiffness: K_bb (b, b); line: of tooth 0."""
     flexibility, teeth = scaled_inverse(stiffness + supports), int(shapes.count)
     same, beside = np.zeros((MOTIONS, MOTIONS)), np.zeros((NEXT_TEETH, MOTIONS, MOTIONS))
@@ -181,13 +181,14 @@ def _by_tooth(columns: Array) -> Array:
 def cut_flexibility(
     model: FeModel, line: ToothLine, rows: sp.csr_matrix, teeth: int, cut: Cut
 ) -> Array:
-    """Flexibility (k, k) between rows (k, 3n) of the part of a ring's FE mesh that is cut out about
+    """Flexibility (k, k) between rows (k, 3n) of the part of a gear's FE mesh that is cut out about
     a tooth and held at the cut; line: of the tooth; teeth: number of all teeth."""
     x, y, z = model.nodes.T
     away = np.arctan2(y, x) - line.angle - line.helix_rate * z
     away = np.abs((away + np.pi) % (2 * np.pi) - np.pi)
     inside = away < (cut.pitches - _SLACK) * 2 * np.pi / teeth
-    inside &= np.hypot(x, y) < (1 - _SLACK) * cut.radius
+    outward = np.sign(line.radius - cut.radius)  # from the cut to the teeth
+    inside &= outward * (np.hypot(x, y) - cut.radius) > _SLACK * cut.radius
     part, nodes = model.part(np.flatnonzero(inside[model.basis.element_dofs].any(axis=0)))
     dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
     free_dofs = np.flatnonzero(np.repeat(inside[nodes], 3))
@@ -210,7 +211,7 @@ def _turned(line: ToothLine, tooth: int, teeth: int) -> ToothLine:
 
 
 def _axes(tooth: int, teeth: int) -> Array:
-    """Rotation (6, 6) of components along a tooth's axes to the ring's."""
+    """Rotation (6, 6) of components along a tooth's axes to the gear's."""
     return turn(2 * np.pi * tooth / teeth)
 
 
@@ -227,11 +228,11 @@ Condensed = Callable[[], tuple[FeModel, AnyCondensation]]
 
 
 def cached_shapes(
-    segment: SegmentParameters, teeth: int, ring_key: str, condensed: Condensed
+    segment: SegmentParameters, teeth: int, gear_key: str, condensed: Condensed
 ) -> RingShapes:
-    """``ring_shapes`` from the cache, or computed by another factor of the ring's matrix.
+    """``shape_displacements`` from the cache, or computed by another factor of the gear's matrix.
 
-    ring_key: key of its reduced body; condensed: function that returns its FE model and
+    gear_key: key of its reduced body; condensed: function that returns its FE model and
     condensation.
     """
     line, cut = first_line(segment), cut_of(segment)
@@ -239,9 +240,9 @@ def cached_shapes(
     def make() -> RingShapes:
         model, condensation = condensed()
         with single_threaded_blas():
-            return ring_shapes(model, condensation, line, teeth, cut)
+            return shape_displacements(model, condensation, line, teeth, cut)
 
-    content = {"shapes_of": ring_key, "orders": ORDERS, "line": line, "cut": cut}
+    content = {"shapes_of": gear_key, "orders": ORDERS, "line": line, "cut": cut}
     return cached_arrays(RingShapes, 2, content, make)
 
 
@@ -254,10 +255,10 @@ def with_rim(
     *,
     always: bool,
 ) -> ReducedBody:
-    """The reduced ring with the flexibility of its rim along the face, where that is not negligible
+    """The reduced gear with the flexibility of its rim along the face, where that is not negligible
     (``PROMISED``); its report has the error without it (``rim_error``) and whether it is included.
 
-    segment: of its teeth; supports: (b, b) stiffness at its nodes; the ring is returned unchanged
+    segment: of its teeth; supports: (b, b) stiffness at its nodes; the gear is returned unchanged
     where they leave it free; always: include the flexibility even if it is negligible.
     """
     b, line = slice(0, body.interface_dofs), first_line(segment)
@@ -270,20 +271,22 @@ def with_rim(
     counts = always or error > PROMISED
     report = {
         **body.report,
-        **largest_ring_error(body.report.get("static_error_cases", {}), None if counts else error),
+        **largest_tooth_error(body.report.get("static_error_cases", {}), None if counts else error),
         "rim_error": error,
         "rim_counts": counts,
     }
     return body.with_(rim=rim if counts else None, report=report)
 
 
-def rim_bending(rim: RimFlexibility, path: GearMeshPath, slices: Slices) -> tuple[Array, Array]:
-    """Flexibility that a ring's rim adds to contact lines of K slices, m/N: ΔC (S, K, K) between
+def rim_bending(
+    rim: RimFlexibility, path: GearMeshPath, slices: Slices, member: int
+) -> tuple[Array, Array]:
+    """Flexibility that a gear's rim adds to contact lines of K slices, m/N: ΔC (S, K, K) between
     the slices of a line, and (S, NEXT_TEETH, K, K) to those of the next two, as in ``PairBending``.
 
-    The right half of a ring is the mirror image of the left, z -> −z.
+    member: 0 planet, 1 its mate. The right half of a ring is the mirror image of the left, z -> −z.
     """
-    flank = mating_flanks(path, slices)[1]
+    flank = mating_flanks(path, slices)[member]
     some, z = some_places(slices, _PLACES), -slices.z if flank.other_hand else slices.z
     motion = flank_motion(rim, flank.tooth, -flank.sense, (flank.roll[some], z[some]))
     beside = []
@@ -325,12 +328,12 @@ def rim_error(rim: RimFlexibility, influence: ToothInfluence, tooth: ToothGeomet
 
 
 def first_line(p: SegmentParameters) -> ToothLine:
-    """Helix through the middle of the first tooth of a ring, at the reference circle."""
+    """Helix through the middle of the first tooth of a gear, at the reference circle."""
     return ToothLine(0.0, p.tooth.reference_radius, p.helix_rate, p.face_width)
 
 
 def cut_of(p: SegmentParameters) -> Cut:
-    """Where the segment of the ring's tooth is held: beyond the lands beside its last teeth."""
+    """Where the segment of the gear's tooth is held: beyond the lands beside its last teeth."""
     assert p.held_radius is not None
     land = 1.0 - base_section_angle(p.tooth) / p.tooth.pitch_angle
     return Cut(0.5 * (p.teeth - 1) + land + p.margin, p.held_radius)
