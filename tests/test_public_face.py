@@ -5,6 +5,7 @@ import pickle
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 import xarray as xr
 
 import flexgear as fg
+from flexgear.model.load import bundled_text
 
 
 def test_public_names_are_there():
@@ -171,6 +173,15 @@ def test_a_case_of_objects_is_that_of_the_file(case):
     assert fg.Case(**fields) == case
     plain = case.model_dump(exclude_unset=True)
     assert fg.Case(**{**plain, "stages": list(plain["stages"])}) == case
+
+
+def test_a_case_takes_the_only_stage_as_a_file_does():
+    data = tomllib.loads(bundled_text("lin-parker"))
+    own = fg.Case(name="lin-parker", **data)
+    assert own.content_hash() == fg.load_case("lin-parker").content_hash()
+    assert own.stages[0].name == "stage"
+    with pytest.raises(fg.InputError, match="stage: is given beside"):
+        fg.Case(stages=[data["stage"]], **data)
 
 
 def test_a_case_takes_units_or_si(case):

@@ -28,15 +28,16 @@ if TYPE_CHECKING:
 class Case(case.Case):
     """A whole gearbox, frozen, in SI.
 
-    ``load_case`` reads a file; ``Case(material={...}, stages=[{...}], ...)`` takes the keys of a
-    file, with their units (``face_width_mm=40``) or without in SI (``face_width=0.04``), and parts
-    of other cases (``material=other.material``). InputError names what is wrong.
+    ``load_case`` reads a file; ``Case(material={...}, stage={...}, ...)`` takes the keys of a file,
+    several stages as ``stages=[{...}, {...}]``, with their units (``face_width_mm=40``) or without
+    in SI (``face_width=0.04``), and parts of other cases (``material=other.material``). InputError
+    names what is wrong.
     """
 
     def __init__(self, **fields: object) -> None:
         where, written = "flexgear.Case()", Written()
         stated = {key: _plain(value) for key, value in fields.items() if value is not None}
-        data = to_si(case.Case, stated, where, written, bare_si=True)
+        data = to_si(case.Case, load.with_list(stated, where), where, written, bare_si=True)
         resolve_files(data, Path())
         try:
             super().__init__(**{"source": where, **data})

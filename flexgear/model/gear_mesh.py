@@ -65,16 +65,16 @@ class GearMesh(Section):
     ring_stiffness_step, sun_stiffness_step: increase of a rectangular wave by one more pair in
     contact about the given mean, and likewise of a fourier wave; mean over contact ratio if left
     out. ring_harmonic_shares, sun_harmonic_shares: a_1, a_2 … of a fourier wave with prescribed
-    terms, k = mean [1 + Σ a_h cos(2π h s/p_b + φ_h)], s being the planet's place on the path, as in
-    ring_gear_mesh of errors; coast flanks have the stiffness of drive flanks at every instant.
-    ring_harmonic_phases, sun_harmonic_phases: φ_h; 0 if left out. contact_law: one-sided, with
-    backlash and coast flanks; linear, pairs on the path also pull. pair_stiffness: iso6336,
-    parabola with the peak c'; weber-banaschek, deflection of the real profiles; table. end_ratio:
-    value of the parabola at the ends of the path over its peak. damping_ratio: of each pair against
-    the gears' equivalent mass. damping_law: in-contact, pairs are damped only while they touch and
-    never pull, by c ~ √k; always, the flank that carries has a constant damper of the mean
-    stiffness, whether pairs touch or not. Defaults of a stage of lumped members are constant
-    stiffness and linear contact, one-sided with face_load.
+    terms, k = mean [1 + Σ a_h cos(2π h s/p_b + φ_h)], s being the planet's place on the path of the
+    flank that carries the rated torque, as in ring_gear_mesh of errors; the other flank has the
+    same stiffness at every instant. ring_harmonic_phases, sun_harmonic_phases: φ_h; 0 if left out.
+    contact_law: one-sided, with backlash and coast flanks; linear, pairs on the path also pull.
+    pair_stiffness: iso6336, parabola with the peak c'; weber-banaschek, deflection of the real
+    profiles; table. end_ratio: value of the parabola at the ends of the path over its peak.
+    damping_ratio: of each pair against the gears' equivalent mass. damping_law: in-contact, pairs
+    are damped only while they touch and never pull, by c ~ √k; always, the flank that carries has a
+    constant damper of the mean stiffness, whether pairs touch or not. Defaults of a stage of lumped
+    members are constant stiffness and linear contact, one-sided with face_load.
     """
 
     model: Literal["per_pair", "face_load", "lumped", "constant", "rectangular", "fourier"] = (

@@ -156,12 +156,10 @@ def case_of_toml(
     """The case of parsed TOML data. where: named in messages; folder: of the files it names."""
     folder = folder or Path()
     refuse_earlier_file(raw, where)
-    if "stage" not in raw:
-        return _case(raw, overrides or {}, where, folder, name)
     try:
-        return _case(_with_list(raw, where), overrides or {}, where, folder, name)
+        return _case(with_list(raw, where), overrides or {}, where, folder, name)
     except InputError as fault:
-        raise of_only_stage(fault) from None
+        raise (of_only_stage(fault) if "stage" in raw else fault) from None
 
 
 def _case(
@@ -212,8 +210,10 @@ def whole_key(key: str, data: Mapping[str, Any], where: str) -> str:
     return key
 
 
-def _with_list(raw: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """[stage] as the only element of [[stages]], named "stage"."""
+def with_list(raw: Mapping[str, Any], where: str) -> Mapping[str, Any]:
+    """The data with [stage] as the only element of [[stages]], named "stage"."""
+    if "stage" not in raw:
+        return raw
     only = raw["stage"]
     if "stages" in raw:
         raise InputError(where, "stage", "is given beside [[stages]]", "keep one of the two forms")
