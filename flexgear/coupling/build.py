@@ -1,8 +1,8 @@
-"""From a case to one ``System``: its stages member by member, and the joints between them.
+"""Assembly of a case into one ``System``: stages member by member, and joints between them.
 
-What cannot work is said before any work: every command asks ``require_workable`` first. Nothing is
-checked there that the work itself does not check: the coupled system is built from the same code on
-rigid rings and carriers, whose rigid motions are those of the finite-element bodies.
+Every command first calls ``require_workable``, which builds the same system with rigid rings and
+carriers: their rigid motions are those of the FE bodies, so that faults of supports and joints are
+reported before any FE body is reduced.
 """
 
 from __future__ import annotations
@@ -62,18 +62,18 @@ def build_system(
     rigid: Collection[BodyName] = (),
     bending: bool = True,
 ) -> System:
-    """Couple all bodies of a case.
+    """System of all bodies of a case.
 
-    bodies: reduced FE bodies; rigid: which of the bodies that may bend do not, those that are not
-    in ``bodies`` by the case's sizes; bending: see ``stage_sets``. Raises InputError where the case
-    has no single rated state or a body is loose.
+    bodies: reduced FE bodies; rigid: names of flexible bodies that are modelled as rigid, from
+    dimensions of the case if they are not in ``bodies``; bending: see ``stage_sets``. Raises
+    InputError if the case has no unique rated state or a body has no support.
     """
     bodies = bodies or {}
     members = [stage_members(case.view(s.name), bodies, rigid) for s in case.stages]
     a = Assembly(case, power_flow(case), members, _housing(case))
     for number in range(len(case.stages)):
         a.frames.append(_frame(a, number))
-    rims = {
+    rims = {  # flexibility of the teeth of flexible FE bodies along the face, by stage and part
         (name.stage, name.part): body.rim
         for name, body in bodies.items()
         if isinstance(body, ReducedBody) and body.rim is not None and name not in rigid
@@ -87,7 +87,8 @@ def build_system(
     for joint in case.joints:
         _join(a, joint)
     for port in case.ports:
-        if not any(body.part == "output" for body in a.ends_of(port.member)):  # has its own
+        # the body behind the spline of a sun's shaft already has the inertia of its port
+        if not any(body.part == "output" for body in a.ends_of(port.member)):
             a.add_inertia(a.rotation(port.member), case.port_inertia(port.member))
         drag = (f"{port.member}_drag", a.rotation(port.member), np.zeros(a.size))
         a.damper(*drag, port.damping)
@@ -97,7 +98,7 @@ def build_system(
 
 
 def _housing(case: Case) -> Body | None:
-    """Body of the housing; none where it is rigid ground."""
+    """Body of the housing; None for rigid ground."""
     housing = case.housing
     if housing.kind == "lumped":
         return lumped_body(BodyName.of("", "housing"), housing.mass, housing.inertia)
@@ -109,7 +110,7 @@ def _housing(case: Case) -> Body | None:
 
 
 def _mount_housing(a: Assembly, body: Body) -> None:
-    """Springs between the housing and the ground, at each node of an FE housing that has some."""
+    """Adds the springs between housing and ground, at every mount node of an FE housing."""
     matrix = a.case.housing.mount.matrix
     nodes = [name for name in body.node_names if NodeName.parse(name).kind == MOUNT]
     for node in nodes or ["housing"]:
@@ -117,33 +118,32 @@ def _mount_housing(a: Assembly, body: Body) -> None:
 
 
 def _frame(a: Assembly, number: int) -> StageFrame:
-    """Angles of a stage, see ``StageFrame``.
-
-    A carrier's is that of an FE carrier's pins, where its planets are; a ring's that of the hub
-    that its supports stand on, as those of a held ring stand in the housing: what either ring winds
-    up against them is elastic displacement.
-    """
+    """Angles of a stage, see ``StageFrame``. The angle of an FE carrier is that of its pins, that
+    of an FE ring the rotation of its hub, zero if it is held: torsion of the ring relative to its
+    supports is elastic displacement."""
     stage, held = a.case.stages[number], a.case.held_members()
     if stage.kind == "parallel":
         return StageFrame(a.angle(a.rotation(f"{stage.name}.gear")), -1)
     carrier, ring = f"{stage.name}.carrier", f"{stage.name}.ring"
-    turns = np.zeros(a.size)
+    carrier_row = np.zeros(a.size)
     if carrier not in held:
-        several = len(a.body(carrier).node_names) > 1
-        turns = _pin_rotation(a, number) if several else a.rotation(carrier)
-    ring_turns = np.zeros(a.size) if ring in held else a.rotation(ring)
-    theta = a.angle(turns - ring_turns)
-    of_carrier, of_ring = (a.angle(row) if row.any() else -1 for row in (turns, ring_turns))
+        is_fe = len(a.body(carrier).node_names) > 1
+        carrier_row = _pin_rotation(a, number) if is_fe else a.rotation(carrier)
+    ring_row = np.zeros(a.size) if ring in held else a.rotation(ring)
+    theta = a.angle(carrier_row - ring_row)
+    carrier_angle, ring_angle = (
+        a.angle(row) if row.any() else -1 for row in (carrier_row, ring_row)
+    )
     planets = -1
-    passing = bearing_defects(a.case, stage.name, "planet_bearing")
-    if passing or any(m.floats for m in a.members[number]):
+    defects = bearing_defects(a.case, stage.name, "planet_bearing")
+    if defects or any(m.floats for m in a.members[number]):
         radii = stage_radii(a.case.view(stage.name))
-        planets = a.angle(-radii.base["ring"] / radii.base["planet"] * (turns - ring_turns))
-    return StageFrame(theta, of_carrier, of_ring, planets)
+        planets = a.angle(-radii.base["ring"] / radii.base["planet"] * (carrier_row - ring_row))
+    return StageFrame(theta, carrier_angle, ring_angle, planets)
 
 
 def _pin_rotation(a: Assembly, number: int) -> Array:
-    """Row (d,) of the mean rotation of the pins about the axis, rad."""
+    """Row (d,) of the mean rotation of the pins about the carrier's axis."""
     view = a.case.view(a.case.stages[number].name)
     pins = [f"pin_{k}" for k in range(1, view.stage.planets + 1)]
     tangential = [a.rows(f"{view.name}.carrier", pin)[1] for pin in pins]
@@ -151,8 +151,8 @@ def _pin_rotation(a: Assembly, number: int) -> Array:
 
 
 def _gear_mesh(a: Assembly, number: int, bending: bool, rims: Mapping[str, RimFlexibility]) -> None:
-    """Gear meshes of a stage; rims: of its flexible FE ring and planet. Teeth of FE members that
-    are not flexible have all their compliance in the gear mesh, as those of lumped ones."""
+    """Adds the gear meshes of a stage. rims: of its flexible FE ring and planet. Gear meshes
+    include the whole compliance of the teeth of rigid FE members, as of lumped ones."""
     view, blocks = a.case.view(a.case.stages[number].name), _gear_blocks(a, number)
     flexible = {m.part for m in a.members[number] if m.contacts and not m.body.rigid}
     gears = {m.part for m in a.members[number] if m.part in ("ring", "planet")}
@@ -162,8 +162,8 @@ def _gear_mesh(a: Assembly, number: int, bending: bool, rims: Mapping[str, RimFl
 
 
 def _gear_blocks(a: Assembly, number: int) -> GearBlocks:
-    """Enter the contacts of a stage's bodies as blocks; teeth of a body of two halves are those of
-    the left, then of the right."""
+    """Adds the contact nodes of a stage's bodies as blocks. Nodes of a body with two halves are the
+    teeth of the left half, then of the right half."""
     blocks: dict[tuple[str, int, str], GearBlock] = {}
     for m in a.members[number]:
         nodes, first = m.contacts, len(a.blocks)
@@ -185,21 +185,21 @@ def _gear_blocks(a: Assembly, number: int) -> GearBlocks:
 
 
 def _join(a: Assembly, joint: Joint) -> None:
-    """A spline or shaft between two members."""
+    """Adds a joint, by its stiffness or as a shaft, between two members."""
     if joint.length is not None and joint.outer_diameter is not None:
         section = BeamSection(joint.length, joint.outer_diameter, joint.inner_diameter)
         m = a.case.material
         matrix, _ = beam_element(section, joint.length, m.young_modulus, m.poisson_ratio, m.density)
     else:
         spring = np.array(joint.matrix, dtype=float)
-        at = MemberName.parse(joint.first)
-        radii = stage_radii(a.case.view(at.stage))
-        spring[5, 5] += joint.tangential * radii.rotation_radius(at.part) ** 2
+        first_member = MemberName.parse(joint.first)
+        radii = stage_radii(a.case.view(first_member.stage))
+        spring[5, 5] += joint.tangential * radii.rotation_radius(first_member.part) ** 2
         matrix = np.block([[spring, -spring], [-spring, spring]])
     ends, angles = [], []
     for end, member in enumerate((joint.first, joint.second)):
         first, *_ = a.bodies_of(member)
-        if {"spline", "end"} <= first.ports.keys():  # nothing hangs between spline and joint
+        if {"spline", "end"} <= first.ports.keys():  # no body between spline and joint
             matrix = behind_spline(matrix, spline_matrix(a.case.view(first.body.name.stage)), end)
         ends.append(a.end_rows(member))
         angles.append(a.body_angle(a.case.stage_index(member), first))
@@ -209,16 +209,17 @@ def _join(a: Assembly, joint: Joint) -> None:
 
 
 def _system(a: Assembly, rigid_bodies: Collection[BodyName]) -> System:
+    """System of an assembled train. Raises InputError for missing masses and supports."""
     case, flow = a.case, a.flow
     require_masses(a.bodies, case.source, a.mass)
-    loads, first = given_loads(a), len(a.blocks)  # loads have contact nodes, too
+    loads, first = given_loads(a), len(a.blocks)  # loads may add contact nodes
     blocks = np.vstack([*a.blocks, *a.contact_nodes])
     rows = (first, a.node_angles, a.support_rows, a.bearings, loads)
     pairs = pair_data(a.sets, len(blocks) // 6, *rows)
     rigid = orthonormal_rigid(a.mass, _loose_motions(a))
     angles = np.vstack(a.angles)
-    by_laws = [row for bearing in a.bearings for row in bearing.held]
-    contact = holding_rows(pairs, blocks, len(angles), by_laws)
+    bearing_rows = [row for bearing in a.bearings for row in bearing.held]
+    contact = holding_rows(pairs, blocks, len(angles), bearing_rows)
     rolling, input_rows, speeds = _rolling(a, rigid, contact)
     gyroscopic, centripetal = frame_forces(a, rolling)
     rotations = np.array([a.rotation(p.member) for p in case.ports]).reshape(-1, a.size)
@@ -238,12 +239,7 @@ def _system(a: Assembly, rigid_bodies: Collection[BodyName]) -> System:
         angles=angles,
         blocks=blocks,
         ports=tuple(
-            Port(
-                p.member,
-                row,
-                flow.torque[p.member],
-                reaction=p.given_torque is None,
-            )
+            Port(p.member, row, flow.torque[p.member], reaction=p.given_torque is None)
             for p, row in zip(case.ports, rotations, strict=True)
         ),
         pairs=pairs,
@@ -272,9 +268,9 @@ def _system(a: Assembly, rigid_bodies: Collection[BodyName]) -> System:
 def _loose_motions(a: Assembly) -> Array:
     """Motions (d, r) that no constant spring resists.
 
-    Those of a single stage with flexible bodies are known in closed form, without round-off:
-    planets orbit with the carrier, each planet spins, the ring turns with its hub, the sun with the
-    body behind its spline. There are more where members float without a spring.
+    For a single stage with flexible bodies in closed form, without round-off: carrier with planets,
+    spin of each planet, ring with hub, sun with the body behind its spline; unless more motions are
+    free, of members that float without a spring.
     """
     loose, stage = a.loose_motions(), a.case.stages[0]
     if len(a.case.stages) > 1 or a.case.joints or not stage.is_flexible:
@@ -290,18 +286,16 @@ def _loose_motions(a: Assembly) -> Array:
         elif f"{stage.name}.{part}" not in a.case.held_members():
             rigid_motions.append(motions.sum(axis=0))
             for m in planets if part == "carrier" else ():
-                at = a.slice_of(m.body.name).start + 1
-                rigid_motions[-1][at] = stage_radii(a.case.view()).center_distance
+                tangential = a.slice_of(m.body.name).start + 1
+                rigid_motions[-1][tangential] = stage_radii(a.case.view()).center_distance
     candidates = np.column_stack(rigid_motions)
     return candidates if loose.shape == candidates.shape else loose
 
 
 def _rolling(a: Assembly, rigid: Array, contact: Array) -> tuple[Array, Array, tuple[float, ...]]:
-    """Rolling (d, F) of the train, rows (F, d) of its independent rotations, their rated speeds.
-
-    In free vibration supports may resist rotations, or members float: what is left free has no
-    speed of its own, unless it is the rotations that the inputs give.
-    """
+    """Rolling motions (d, F) of the train, rows (F, d) of its independent rotations, their speeds.
+    In free vibration supports may resist rotations, and members may float: free motions then have
+    no rated speed, unless they are the rotations of the inputs."""
     driven = [p.member for p in a.case.ports if p.speed is not None]
     free = free_motions(rigid, contact).shape[1]
     if a.case.output is None and (not driven or free != len(driven)):
@@ -312,7 +306,7 @@ def _rolling(a: Assembly, rigid: Array, contact: Array) -> tuple[Array, Array, t
 
 
 def require_workable(case: Case) -> None:
-    """InputError, with the key and what to do, for a case that no analysis could be made of."""
+    """Raises InputError, with key and remedy, for a case that cannot be analysed."""
     flow = power_flow(case)
     _require_steps(case, max(stage.gear_mesh_frequency for stage in flow.stages))
     for stage in case.stages:
@@ -328,7 +322,7 @@ def require_workable(case: Case) -> None:
 
 
 def rigid_system(case: Case) -> System:
-    """The coupled train with its flexible bodies made rigid by the case's sizes."""
+    """System whose flexible bodies are replaced by rigid ones with the dimensions of the case."""
     bodies: dict[BodyName, Body] = {}
     for stage in case.stages:
         if stage.is_flexible:
@@ -340,31 +334,32 @@ def rigid_system(case: Case) -> System:
 
 
 def _require_steps(case: Case, frequency: float) -> None:
-    """InputError where time steps are too long for the fastest gear mesh, Hz."""
+    """Raises InputError for time steps too long for the highest gear-mesh frequency, Hz."""
     longest, period = longest_time_step(frequency), 1 / frequency if frequency else math.inf
-    steps = case.solver.step_tolerance == 0.0
-    for key in ["time_step", "step_time_step"] if steps else ["longest_time_step"]:
+    fixed_steps = case.solver.step_tolerance == 0.0
+    for key in ["time_step", "step_time_step"] if fixed_steps else ["longest_time_step"]:
         step = getattr(case.solver, key)
         if step is not None and step > longest:
             raise InputError(
                 case.source,
                 f"solver.{key}_s",
                 f"a step of {step:.3g} s is too long for a gear-mesh period of {period:.3g} s",
-                f"at most {longest:.3g} s; ten times less shows what the gear mesh excites",
+                f"at most {longest:.3g} s; a tenth of that resolves gear-mesh excitation",
             )
 
 
 def _require_stage(view: StageView) -> None:
-    """Gears mesh and assemble; FE meshes can be made, or their files are there and in place."""
+    """Raises InputError for gears that do not mesh or assemble, and FE bodies that cannot be made
+    or read."""
     require_assembly(view, stage_geometry(view))
     for source in fe_sources(view).values():
         source.check()
 
 
 def _require_influences(view: StageView) -> None:
+    """Raises InputError for teeth of which no FE influences can be computed."""
     if "fe" in (view.gear_mesh.tooth_compliance, view.gear_mesh.root_stress):
-        from flexgear.structures.tooth_influence.roots import (
-            require_influences,  # half of the package
-        )
+        # imports FE modules that other cases do not need
+        from flexgear.structures.tooth_influence.roots import require_influences
 
         require_influences(view)

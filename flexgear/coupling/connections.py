@@ -24,7 +24,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.paths import PathKey, stage_paths
 from flexgear.gears.power_flow import StageFlow
 from flexgear.gears.radii import stage_radii
-from flexgear.gears.slices import Nominal, Slices, bent
+from flexgear.gears.slices import NominalLoad, Slices, with_flexibility
 from flexgear.gears.stiffness import line_load
 from flexgear.gears.tooth_faults import FaultGroups, fault_groups, with_faults
 from flexgear.model.bearings import Bearing
@@ -34,20 +34,20 @@ from flexgear.model.stage_view import StageView
 from flexgear.structures.reduced import RimFlexibility
 from flexgear.structures.sources.ring import source as ring_source
 
-End = tuple[BodyName, str]  # a body and one of its ports
-Bent = Callable[[GearMeshPath, Array | None], GearMeshPath]  # slices bend each other, and ΔC
+End = tuple[BodyName, str]  # body and port
+Coupling = Callable[[GearMeshPath, Array | None], GearMeshPath]  # couples slices, with ΔC of cracks
 
 
 @dataclass(frozen=True)
 class Connection:
-    """A spring between two ports: force = matrix @ (motion of the first − motion of the second).
+    """Spring between two ports: force = matrix @ (motion of the first − motion of the second).
 
-    name: of its link, and of the node of an FE housing on which it stands; second: None for the
-    housing; matrix: (6, 6) SI; axes: angle of the axes in which it acts, rad; kind: see ``Link``;
-    frame: of the first port, turning against the housing, "" where it stands; bearing: that acts
-    beside the spring by a law of its own, if it has one, of the first body on the housing or of the
-    second on the first; reaches: the second body reaches rigidly to where the first port is; key:
-    of the spring in the case, where that can be wrong; defects: of the bearing.
+    name: of the link, and of its node on an FE housing; second: None for the housing; matrix:
+    (6, 6) SI; axes: angle of the axes in which it acts, rad; kind: see ``Link``; frame: rotating
+    frame of the first port for a spring on the housing, "" for none; bearing: whose nonlinear law,
+    if any, acts in addition (inner ring on the first port for the housing, else on the second);
+    reaches: whether the second body extends rigidly to the first port; key: of the spring in the
+    case, for messages; defects: of the bearing.
     """
 
     name: SupportName
@@ -64,14 +64,15 @@ class Connection:
 
 
 def connections(view: StageView) -> Iterator[Connection]:
-    """All springs of a stage; InputError for those with which it could not roll or hold."""
+    """All springs of a stage. Raises InputError for springs that prevent rolling, or a held member
+    without support of its torque."""
     stage = view.stage
-    forms = {"ring fe": _of_fe_ring, "carrier fe": _of_seats, "sun beam": _of_shaft}
+    forms = {"ring fe": _ring_supports, "carrier fe": _seat_bearings, "sun beam": _shaft_supports}
     for part in stage.members:
-        yield from forms.get(f"{part} {stage.form(part)}", _of_supports)(view, part)
+        yield from forms.get(f"{part} {stage.form(part)}", _member_supports)(view, part)
     if stage.kind == "planetary":
-        yield from _of_planets(view)
-    yield from _of_hub(view)
+        yield from _planet_bearings(view)
+    yield from _hub_bearing(view)
     yield from _behind_spline(view)
 
 
@@ -80,32 +81,32 @@ def spline_matrix(view: StageView) -> Array:
     return np.diag(np.asarray(view.shaft.spline.stiffness, dtype=float))
 
 
-def _of_supports(view: StageView, part: str) -> Iterator[Connection]:
-    """Supports of each body of a member at its gear, of both halves of a double-helical lumped
-    ring, or along its shaft; the tangential spring as torsion k r²."""
+def _member_supports(view: StageView, part: str) -> Iterator[Connection]:
+    """Supports of every body of a member at its gear, of both halves of a double-helical lumped
+    ring, or along its shaft. A tangential spring k adds k r² in torsion."""
     for key, support in view.stage.member(part).supports.items():
         matrix = np.array(support.matrix, dtype=float)
         matrix[5, 5] += support.tangential * stage_radii(view).rotation_radius(part) ** 2
         matrix = linear_part(support, matrix)
+        support_key = view.key(f"{part}.{key}")
         bodies = view.stage.body_names(part)
         port = key if view.stage.form(part) == "beam" else "gear"
         for name, body in zip(view.support_names(part, key), bodies, strict=True):
-            yield from _held(name, (body, port), matrix, view.key(f"{part}.{key}"), support)
+            yield from _housing_springs(name, (body, port), matrix, support_key, support)
 
 
-def _of_shaft(view: StageView, part: str) -> Iterator[Connection]:
-    """The spline of a sun that is held, and the supports of its shaft."""
+def _shaft_supports(view: StageView, part: str) -> Iterator[Connection]:
+    """Spline of a held sun on a shaft, and the supports of the shaft."""
     shaft = BodyName.of(view.name, "shaft")
     if view.is_held(part):
         place = SupportName.of(f"{view.name}.spline")
         key = view.key("sun.shaft.spline")
-        yield from _held(place, (shaft, "spline"), spline_matrix(view), key)
-    yield from _of_supports(view, part)
+        yield from _housing_springs(place, (shaft, "spline"), spline_matrix(view), key)
+    yield from _member_supports(view, part)
 
 
-def _of_fe_ring(view: StageView, part: str) -> Iterator[Connection]:
-    """Bolts, fits and splines on the housing where the ring is held, else on the hub with which it
-    turns."""
+def _ring_supports(view: StageView, part: str) -> Iterator[Connection]:
+    """Bolts, fits and splines of an FE ring: on the housing if it is held, else on its hub."""
     ring, hub = BodyName.of(view.name, part), (BodyName.of(view.name, "hub"), "end")
     held = view.is_held(part)
     for spring in ring_source(view).whole_springs:
@@ -120,7 +121,7 @@ def _of_fe_ring(view: StageView, part: str) -> Iterator[Connection]:
         )
 
 
-def _of_seats(view: StageView, part: str) -> Iterator[Connection]:
+def _seat_bearings(view: StageView, part: str) -> Iterator[Connection]:
     """Bearings on the seats of an FE carrier."""
     carrier, bearings = BodyName.of(view.name, part), view.stage.seat_bearings
     if view.is_held(part) and not any(bearing.stiffness[5] for bearing in bearings.values()):
@@ -136,7 +137,7 @@ def _of_seats(view: StageView, part: str) -> Iterator[Connection]:
         yield replace(seat, defects=bearing_defects(view.case, view.name, key))
 
 
-def _of_planets(view: StageView) -> Iterator[Connection]:
+def _planet_bearings(view: StageView) -> Iterator[Connection]:
     """Bearings of planets on the pins of their carrier, in each planet's axes."""
     bearing, carrier = view.stage.planet_bearing, BodyName.of(view.name, "carrier")
     if np.any(bearing.matrix[5] != 0):
@@ -160,8 +161,8 @@ def _of_planets(view: StageView) -> Iterator[Connection]:
         )
 
 
-def _of_hub(view: StageView) -> Iterator[Connection]:
-    """The bearing of what an FE ring that turns is held on."""
+def _hub_bearing(view: StageView) -> Iterator[Connection]:
+    """Bearing of the hub of a rotating FE ring."""
     hub = view.stage.ring.hub if view.stage.ring is not None else None
     if hub is not None and hub.bearing is not None and not view.is_held("ring"):
         body = BodyName.of(view.name, "hub")
@@ -170,7 +171,7 @@ def _of_hub(view: StageView) -> Iterator[Connection]:
 
 
 def _behind_spline(view: StageView) -> Iterator[Connection]:
-    """The spline between a sun's shaft and the body behind it, and that body's bearing."""
+    """Spline between a sun's shaft and the body at its port, and the bearing of that body."""
     port = view.case.port_at(f"{view.name}.sun")
     if port is None or view.stage.form("sun") != "beam":
         return
@@ -185,28 +186,28 @@ def _behind_spline(view: StageView) -> Iterator[Connection]:
 def _bearing(
     name: SupportName, end: End, bearing: Bearing, frame: Literal["carrier", "ring"], key: str
 ) -> Connection:
-    """A bearing on the housing: its springs and its law."""
+    """Bearing on the housing in a rotating frame, with its springs and its law."""
     matrix = linear_part(bearing, bearing.matrix)
     return Connection(name, end, None, matrix, frame=frame, bearing=bearing, key=key)
 
 
-def _held(
+def _housing_springs(
     place: SupportName, end: End, matrix: Array, key: str, bearing: Bearing | None = None
 ) -> Iterator[Connection]:
-    """A support on the housing as two springs: its torsional stiffness about the axis, which is the
-    same in every frame, and the rest, in the carrier's frame."""
-    torsion, rest = np.zeros((6, 6)), np.array(matrix)
-    torsion[5, 5], rest[5, 5] = matrix[5, 5], 0.0
+    """Support on the housing as two springs: torsional stiffness about the axis, which is the same
+    in every frame, and all other components in the carrier's frame."""
+    torsion, others = np.zeros((6, 6)), np.array(matrix)
+    torsion[5, 5], others[5, 5] = matrix[5, 5], 0.0
     yield Connection(SupportName.of(place.place, "torsion"), end, None, torsion)
-    yield Connection(place, end, None, rest, frame="carrier", bearing=bearing, key=key)
+    yield Connection(place, end, None, others, frame="carrier", bearing=bearing, key=key)
 
 
 def flanks(
     view: StageView, paths: Mapping[PathKey, GearMeshPath]
 ) -> Iterator[tuple[GearMeshPath, float]]:
-    """Paths of the flanks that may carry, with the linear law those of the rated torque alone, and
-    the equivalent mass on their line of action, kg: 1/m = r_bp²/J_p + r_b²/J, without the second
-    term where the gear is held."""
+    """Paths of flanks that may carry, and the equivalent mass on each line of action, kg. 1/m =
+    r_bp²/J_p + r_b²/J, without the second term for a held gear. With linear contact only the flanks
+    that carry the rated torque."""
     planet = view.part("planet")
     for path in paths.values():
         if not path.carries and view.gear_mesh.contact_law == "linear":
@@ -227,17 +228,17 @@ def stage_sets(
     bending: bool,
     rims: Mapping[str, RimFlexibility],
 ) -> list[GearMeshSet]:
-    """Gear meshes of stage ``number`` of a train; bending: slices have FE influence where the case
-    says so, from the cache or computed (half a minute each); rims: additional flexibility of
-    the teeth of "ring" and "planet"."""
+    """Gear meshes of stage ``number`` of a train. bending: whether slices are coupled by FE
+    influences if the case asks for them, from the cache or computed (half a minute each); rims:
+    additional flexibility of the teeth of "ring" and "planet"."""
     stage, out = view.stage, list[GearMeshSet]()
     paths = stage_paths(view, flow.gear_mesh_forces)
     errors, planet = stage_errors(view, paths), view.part("planet")
     for path, mass in flanks(view, paths):
         kind, side, faults = path.kind, path.side, fault_groups(view, path)
-        force, bend = flow.gear_mesh_forces[kind.gear], None
-        if bending and bend_each_other(view):
-            bend = _bending(view, path, force, rims)
+        force, couple = flow.gear_mesh_forces[kind.gear], None
+        if bending and has_coupled_slices(view):
+            couple = _slice_coupling(view, path, force, rims)
 
         def block(part: str, number: int, side: str = side) -> GearBlock:
             return blocks.get((part, number, side)) or blocks[part, number, ""]
@@ -245,7 +246,7 @@ def stage_sets(
         numbers = range(stage.planets) if planet == "planet" else [-1]
         out.append(
             GearMeshSet(
-                paths=list(_faulty_paths(view, path, force, faults, bend, bending)),
+                paths=list(_faulty_paths(view, path, force, faults, couple, bending)),
                 faults=faults,
                 errors=errors[kind, side],
                 stage=number,
@@ -260,11 +261,11 @@ def stage_sets(
     return out
 
 
-def _bending(
+def _slice_coupling(
     view: StageView, path: GearMeshPath, force: float, rims: Mapping[str, RimFlexibility]
-) -> Bent:
-    """Makes slices of this path bend each other, those of sound teeth and of faulty ones."""
-    # half of the package, for cases that ask for it alone
+) -> Coupling:
+    """Function that couples the slices of this path, of sound and of faulty teeth."""
+    # imports FE modules that other cases do not need
     from flexgear.structures.tooth_influence.of_case import pair_bending
     from flexgear.structures.tooth_influence.rim import rim_bending
 
@@ -274,23 +275,25 @@ def _bending(
     for member, part in enumerate(("planet", path.kind.gear)):
         if part in rims:
             compliance = compliance.with_rim(*rim_bending(rims[part], path, path.slices, member))
-    nominal = Nominal(load / path.cos_base_helix, path.base_pitch)
+    nominal = NominalLoad(load / path.cos_base_helix, path.base_pitch)
     contact = (compliance.scale, compliance.limit)
 
-    def bend(of_teeth: GearMeshPath, more: Array | None) -> GearMeshPath:
-        assert of_teeth.slices is not None
-        flexibility = compliance.flexibility if more is None else compliance.flexibility + more
-        lines = bent(of_teeth.slices, flexibility, compliance.beside, contact, nominal)
-        return replace(of_teeth, slices=lines)
+    def couple(tooth_path: GearMeshPath, cracks: Array | None) -> GearMeshPath:
+        assert tooth_path.slices is not None
+        flexibility = compliance.flexibility if cracks is None else compliance.flexibility + cracks
+        slices = with_flexibility(
+            tooth_path.slices, flexibility, compliance.beside, contact, nominal
+        )
+        return replace(tooth_path, slices=slices)
 
-    return bend
+    return couple
 
 
-def _softness(
+def _crack_flexibility(
     view: StageView, cracked: Sequence[Fault], path: GearMeshPath, lines: Slices
 ) -> Array:
-    """ΔC (S, K, K) m/N of cracked teeth together."""
-    # half of the package, for cases that have cracks
+    """Flexibility ΔC (S, K, K) of all cracks, m/N."""
+    # imports FE modules that other cases do not need
     from flexgear.structures.tooth_influence.of_case import crack_flexibility
 
     return np.sum([crack_flexibility(view, path, lines, fault) for fault in cracked], axis=0)
@@ -301,27 +304,27 @@ def _faulty_paths(
     path: GearMeshPath,
     force: float,
     groups: FaultGroups,
-    bend: Bent | None,
+    couple: Coupling | None,
     cracks: bool,
 ) -> Iterator[GearMeshPath]:
-    """Those of a stage's gear meshes of one kind, in the order of ``FaultGroups``.
+    """Paths of gear meshes of one kind, by groups of faults in the order of ``FaultGroups``.
 
-    path: of sound teeth, as slices are before they bend each other; force: of the gear mesh, N;
-    bend: makes them so with ΔC (S, K, K) m/N of cracks besides, None where they are springs beside
-    each other; cracks: whether what they yield is computed (half a minute each, kept).
+    path: of sound teeth, with independent slices; force: of the gear mesh, N; couple: couples
+    slices, None if they are independent; cracks: whether flexibilities of cracks are computed (half
+    a minute each, cached).
     """
     for faults in groups.of_pairs:
         cracked = [f for _, f in faults if f.kind == "root_crack" and cracks]
-        softness = partial(_softness, view, cracked) if cracked else None
-        if bend is None:
-            yield with_faults(view, path, force, faults, softness)
+        flexibility = partial(_crack_flexibility, view, cracked) if cracked else None
+        if couple is None:
+            yield with_faults(view, path, force, faults, flexibility)
             continue
         assert path.slices is not None
-        more = softness(path, path.slices) if softness else None
-        yield bend(with_faults(view, path, force, faults, None), more)
+        delta = flexibility(path, path.slices) if flexibility else None
+        yield couple(with_faults(view, path, force, faults, None), delta)
 
 
-def bend_each_other(view: StageView) -> bool:
-    """Whether the slices of a stage's tooth pairs do, by FE influences."""
+def has_coupled_slices(view: StageView) -> bool:
+    """Whether FE influences couple the slices of tooth pairs of a stage."""
     options = view.gear_mesh
     return options.model == "face_load" and options.tooth_compliance == "fe"

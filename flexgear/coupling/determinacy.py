@@ -1,8 +1,8 @@
-"""Whether supports, joints and gear meshes leave a train exactly its rotations as free motions.
+"""Determinacy of a coupled train: supports, joints and gear meshes leave only its rotations free.
 
-Free motions q resist neither constant springs nor gear meshes: K q = 0, V q = 0. Among the rigid
-motions of all bodies they are as many as the train has independent rotations, or some body is loose
-(more) or held (fewer).
+Free motions q deform neither constant springs nor gear meshes: K q = 0, V q = 0. There must be as
+many as the train has independent rotations; with more some body has no support, with fewer a
+support prevents rotation.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ from flexgear.model.names import BodyName
 from flexgear.model.stage_view import stage_key
 from flexgear.structures.bodies import Body
 
-ROUND_OFF = 1e-6  # of the largest compression, below which a row is not compressed
-MOVES = 1e-6  # of the largest motion, below which a body counts as at rest
-LIGHT = 1e-20  # of the largest mass or inertia of a train, below which one is none
+ROUND_OFF = 1e-6  # compression of a row over the largest that counts as zero
+LEAST_MOTION = 1e-6  # motion of a body over the largest; less counts as zero
+LEAST_INERTIA = 1e-20  # mass or inertia over the largest of a train; less counts as zero
 MOST_KEYS = 3  # that a message lists
 
-# directions of a node: rows, how messages call it, and the key of a spring against it
+# by direction: components of the motion of a node, text of messages, key of a spring
 DIRECTIONS = {
     "radial": ((0, 1), "sideways", "radial_n_per_m"),
     "axial": ((2,), "along the axis", "axial_n_per_m"),
     "tilt": ((3, 4), "against tilting", "tilt_nm_per_rad"),
     "rotation": ((5,), "against turning", "torsion_nm_per_rad"),
 }
-# a sun's shaft hangs on its spline, planets on the carrier: asked for when what holds these stands
+# bodies supported by other members, whose springs are proposed after those of the others
 _LATER = {"shaft": 1, "planet": 2}
 _BOLTS = {
     "radial_n_per_m": "stiffness_radial_n_per_m",
@@ -45,30 +45,30 @@ _BOLTS = {
 
 
 def require_masses(bodies: Sequence[Body], source: str, mass: Array) -> None:
-    """Raise InputError for a body without inertia in a direction in which springs, gear meshes or
-    ports act on it (eᵀ M e ≈ 0): its natural frequency would be infinite."""
+    """Raises InputError for a body without inertia in any direction e (eᵀ M e ≈ 0), whose natural
+    frequency would be infinite. mass: of all bodies (d, d); source: of the case, for messages."""
     inertias: dict[str, list[tuple[float, Body, str]]] = {"mass": [], "inertia": []}
-    for body, direction, rows in _places(bodies):
+    for body, direction, rows in _possible_springs(bodies):
         for row in rows:
             at = np.flatnonzero(row)
             if at.size:  # a planar body has no axial motion
                 kind = "mass" if direction in ("radial", "axial") else "inertia"
                 inertia = float(row[at] @ mass[np.ix_(at, at)] @ row[at])
                 inertias[kind].append((inertia, body, direction))
-    for kind, every in inertias.items():
-        largest = max((inertia for inertia, _, _ in every), default=0.0)
-        for inertia, body, direction in every:
-            if not inertia > LIGHT * largest:
+    for kind, entries in inertias.items():
+        largest = max((inertia for inertia, _, _ in entries), default=0.0)
+        for inertia, body, direction in entries:
+            if not inertia > LEAST_INERTIA * largest:
                 unit = "kg" if kind == "mass" else "kg m²"
                 raise InputError(
                     source, _mass_key(body.name, direction),
                     f"leaves {_body_text(body.name)} {inertia:g} {unit} {DIRECTIONS[direction][1]}",
-                    f"give what is there; the largest here has {largest:.3g} {unit}",
+                    f"give its true value; the largest in the train is {largest:.3g} {unit}",
                 )  # fmt: skip
 
 
 def _mass_key(name: BodyName, direction: str) -> str:
-    """Key of a body's mass or inertia in a direction."""
+    """Key of the case for the mass or inertia of a body in a direction."""
     stage, part = name.stage, name.part
     key = {"rotation": "inertia_kg_m2", "tilt": "tilt_inertia_kg_m2"}.get(direction, "mass_kg")
     if part == "output":  # behind a sun's shaft
@@ -78,18 +78,20 @@ def _mass_key(name: BodyName, direction: str) -> str:
     return stage_key(stage, f"{'ring.hub' if part == 'hub' else part}.{key}")
 
 
-def holding_rows(pairs: PairData, blocks: Array, angles: int, more: Sequence[Array] = ()) -> Array:
-    """Rows (n, d) of the gear meshes at θ = 0, and of ``more``, which constrain the bodies beside
-    constant springs."""
+def holding_rows(
+    pairs: PairData, blocks: Array, angles: int, bearing_rows: Sequence[Array] = ()
+) -> Array:
+    """Rows (n, d) that constrain bodies in addition to constant springs: gear meshes at θ = 0, and
+    rows (d,) of nonlinear bearings. angles: number of angles."""
     rows = pair_rows(pairs)
     n, _ = build_rows(pairs, rows, np.zeros(angles), carrying_flanks(pairs))
-    return np.array([*row_motions(rows, n, blocks)[rows.row["kind"][:n] >= 0], *more])
+    return np.array([*row_motions(rows, n, blocks)[rows.row["kind"][:n] >= 0], *bearing_rows])
 
 
 def free_motions(rigid: Array, contact: Array) -> Array:
     """Motions (d, k) among ``rigid`` (d, r) that compress no row of ``contact`` (n, d)."""
-    # each row against what its terms could add up to, so that round-off stays small; where soft
-    # springs stand beside stiff ones the motions themselves carry some 1e-8 of it
+    # rows are scaled by the sum of the sizes of their terms, so that round-off stays small; motions
+    # themselves have relative errors of about 1e-8 if soft springs act beside stiff ones
     scale = (np.abs(contact) @ np.abs(rigid)).max(axis=1, keepdims=True, initial=0.0)
     scale = np.maximum(scale, 1e-3 * scale.max(initial=1e-300))
     return np.asarray(rigid @ linalg.null_space((contact @ rigid) / scale, rcond=ROUND_OFF))
@@ -98,74 +100,76 @@ def free_motions(rigid: Array, contact: Array) -> Array:
 def rolling_motions(
     bodies: Sequence[Body], source: str, rigid: Array, contact: Array, input_rows: Array
 ) -> Array:
-    """Motions (d, F) in which no gear mesh is compressed, one radian of each input coordinate.
+    """Rolling motions (d, F), without compression of gear meshes, per radian of each rotation.
 
-    rigid (d, r): motions without elastic force; contact (n, d): rows of the gear meshes; input_rows
-    (F, d). InputError where the train is loose beyond its F rotations, or held.
+    rigid (d, r): motions without elastic force; contact (n, d): rows of ``holding_rows``;
+    input_rows (F, d): rows of the independent rotations. Raises InputError if more or fewer motions
+    are free.
     """
-    rolled = free_motions(rigid, contact)
-    if rolled.shape[1] > len(input_rows):
-        raise loose_fault(bodies, source, rolled, len(input_rows))
-    if rolled.shape[1] < len(input_rows):
+    free = free_motions(rigid, contact)
+    if free.shape[1] > len(input_rows):
+        raise loose_fault(bodies, source, free, len(input_rows))
+    if free.shape[1] < len(input_rows):
         raise InputError(
             source, "held", "a support or joint holds a member that should turn",
             "take the stiffness about the axis out of it, or name the member in held",
         )  # fmt: skip
-    turn = input_rows @ rolled
-    if np.linalg.cond(turn) > 1e9:
+    rotations = input_rows @ free
+    if np.linalg.cond(rotations) > 1e9:
         raise InputError(
             source, "inputs", "members whose speeds are given do not turn freely",
             "check their supports",
         )  # fmt: skip
-    return np.asarray(rolled @ np.linalg.inv(turn))
+    return np.asarray(free @ np.linalg.inv(rotations))
 
 
 def vibration_motions(mass: Array, rigid: Array, contact: Array) -> tuple[Array, Array]:
-    """Motions (d, F) without resistance in free vibration, M-orthonormal, and the rows (F, d) that
-    give their share of a motion. There are none where supports resist all rotations."""
-    free = free_motions(rigid, contact)
-    rolled = orthonormal_rigid(mass, free)
-    return rolled, rolled.T @ mass
+    """Free motions (d, F) in free vibration, M-orthonormal, and rows (F, d) that give their
+    coordinates; F = 0 if supports resist all rotations."""
+    motions = orthonormal_rigid(mass, free_motions(rigid, contact))
+    return motions, motions.T @ mass
 
 
 def loose_fault(bodies: Sequence[Body], source: str, free: Array, allowed: int) -> InputError:
-    """InputError that names the bodies and directions in which springs would leave only ``allowed``
-    free motions. free (d, k): all free motions. Springs are added one by one where they constrain
-    most motions; at members before planets, and against rotation only where nothing else helps."""
+    """InputError that proposes springs which leave only ``allowed`` of the free motions (d, k).
+    Springs are chosen one by one where they constrain most motions: at members before planets, and
+    against rotation only if no other spring constrains a motion."""
     loose: list[tuple[Body, str]] = []
-    places = _places(bodies)
+    springs = _possible_springs(bodies)
     while free.shape[1] > allowed:
-        stopped = [_rank(rows @ free, free) for _, _, rows in places]
-        best = int(np.argmax(stopped))
-        if stopped[best] == 0:
+        constrained = [_rank(rows @ free, free) for _, _, rows in springs]
+        best = int(np.argmax(constrained))
+        if constrained[best] == 0:
             break
-        body, direction, rows = places[best]
+        body, direction, rows = springs[best]
         loose.append((body, direction))
-        free = free @ linalg.null_space(rows @ free, rcond=MOVES)
+        free = free @ linalg.null_space(rows @ free, rcond=LEAST_MOTION)
     if not loose:
         return InputError(source, "held", "nothing holds a rotation", "name a member in held")
-    motions_of: dict[str, dict[str, None]] = {}
+    motions: dict[str, dict[str, None]] = {}
     for body, direction in loose:
-        motions_of.setdefault(_body_text(body.name), {})[DIRECTIONS[direction][1]] = None
-    keys = list(dict.fromkeys(_holder(bodies, body.name, direction) for body, direction in loose))
-    more = f" and at {_and(keys[1:])}" if 1 < len(keys) <= MOST_KEYS else ""
-    more = ", likewise for the others" if len(keys) > MOST_KEYS else more
+        motions.setdefault(_body_text(body.name), {})[DIRECTIONS[direction][1]] = None
+    keys = list(dict.fromkeys(_spring_key(bodies, body.name, d) for body, d in loose))
+    others = f" and at {_and(keys[1:])}" if 1 < len(keys) <= MOST_KEYS else ""
+    others = ", likewise for the others" if len(keys) > MOST_KEYS else others
     tilts = all(body.name.part == "planet" and d == "tilt" for body, d in loose)
-    other = 'gear_mesh.model = "face_load", whose slices do' if tilts else "hold them by a joint"
-    remedy = f"give a stiffness there{more}, or {other}"
+    alternative = "hold them by a joint"
+    if tilts:
+        alternative = 'gear_mesh.model = "face_load", whose slices resist tilting'
+    remedy = f"give a stiffness there{others}, or {alternative}"
     if all(d in ("axial", "tilt") for _, d in loose) and all(_is_lumped(key) for key in keys):
         remedy += ', or take kinematics = "planar"'
-    moving = _and([f"{name} {_and(list(ways))}" for name, ways in motions_of.items()])
+    moving = _and([f"{name} {_and(list(directions))}" for name, directions in motions.items()])
     return InputError(source, keys[0], f"nothing holds {moving}", remedy)
 
 
 def _is_lumped(key: str) -> bool:
-    """Whether the key is that of a lumped member, whose kinematics can be chosen."""
+    """Whether a key belongs to a lumped member, whose kinematics can be chosen."""
     return "support." in key or "planet_bearing." in key
 
 
-def _places(bodies: Sequence[Body]) -> list[tuple[Body, str, Array]]:
-    """Possible springs: body, direction, rows (m, d); in the order of preference."""
+def _possible_springs(bodies: Sequence[Body]) -> list[tuple[Body, str, Array]]:
+    """Springs that could support bodies: body, direction, rows (m, d); in order of preference."""
     size = sum(body.size for body in bodies)
     ordered: dict[tuple[bool, int, int], tuple[Body, str, Array]] = {}
     start = 0
@@ -173,37 +177,38 @@ def _places(bodies: Sequence[Body]) -> list[tuple[Body, str, Array]]:
         for n, (direction, (rows, _, _)) in enumerate(DIRECTIONS.items()):
             planet = body.name.part == "planet"
             if planet and direction == "radial":
-                rows = (0,)  # along its own tangential axis it rolls
-            picked = np.zeros((len(rows), size))
+                rows = (0,)  # planets roll along their tangential axis
+            spring_rows = np.zeros((len(rows), size))
             motion = body.rigid_motions.T if body.rigid else body.node_map
-            picked[:, start : start + body.size] = motion[list(rows)]
+            spring_rows[:, start : start + body.size] = motion[list(rows)]
             later, number = _LATER.get(body.name.part, 0), len(DIRECTIONS) * k + n
-            ordered[direction == "rotation", later, number] = (body, direction, picked)
+            ordered[direction == "rotation", later, number] = (body, direction, spring_rows)
         start += body.size
     return [ordered[key] for key in sorted(ordered)]
 
 
 def _rank(motions: Array, free: Array) -> int:
-    """Number of free motions that a spring on rows would constrain: rank of rows @ free."""
+    """Number of free motions (d, k) that a spring would constrain: rank of ``motions`` (m, k), the
+    motions of its rows."""
     values = np.linalg.svd(motions, compute_uv=False)
-    return int((values > MOVES * np.abs(free).max(initial=1e-300)).sum())
+    return int((values > LEAST_MOTION * np.abs(free).max(initial=1e-300)).sum())
 
 
 def _body_text(name: BodyName) -> str:
-    """A body as messages call it: planets of a stage together."""
+    """Name of a body in messages; one name for all planets of a stage."""
     if name.part != "planet":
         return name
     return f"planets of {name.stage}" if name.stage else "planets"
 
 
-def _holder(bodies: Sequence[Body], name: BodyName, direction: str) -> str:
-    """Key of the spring that would support a body."""
+def _spring_key(bodies: Sequence[Body], name: BodyName, direction: str) -> str:
+    """Key of the case for the spring that would support a body in a direction."""
     stage, part, key = name.stage, name.part, DIRECTIONS[direction][2]
-    of_train = {"housing": "housing.mount", "output": "output.bearing"}
+    sections = {"housing": "housing.mount", "output": "output.bearing"}
     if BodyName.of(stage, "output") not in [body.name for body in bodies]:
-        of_train["shaft"] = "joints"  # in series with its spline
-    if part in of_train:
-        return f"{of_train[part]}.{key}"
+        sections["shaft"] = "joints"  # in series with its spline
+    if part in sections:
+        return f"{sections[part]}.{key}"
     holders = {"hub": "ring.hub.bearing", "planet": "planet_bearing", "shaft": "sun.shaft.spline"}
     body = next(b for b in bodies if b.name == name)
     if len(body.node_names) > 1:
@@ -214,7 +219,7 @@ def _holder(bodies: Sequence[Body], name: BodyName, direction: str) -> str:
 
 
 def _ring_key(ring: Body, key: str) -> str:
-    """Key of the supports of a flexible ring: its bolts, or bands where it has none."""
+    """Key of the supports of a flexible ring: its bolts, else its splines or fits."""
     kinds = {node.kind for node in ring.nodes}
     if "bolt" in kinds:
         return f"ring.fe.bolts.{_BOLTS[key]}"
@@ -222,5 +227,5 @@ def _ring_key(ring: Body, key: str) -> str:
 
 
 def _and(names: Sequence[str]) -> str:
-    """ "a", "a and b", "a, b and c"."""
+    """Names joined as "a", "a and b", "a, b and c"."""
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)

@@ -1,4 +1,4 @@
-"""From gear theory to the arrays and tables of the gear-mesh elements."""
+"""Gear meshes of a train, and their arrays and tables (``PairData``) from gear theory."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ MODELS = {"per_pair": PER_PAIR, "lumped": SUMMED, "face_load": FACE_LOAD}  # all
 
 @dataclass(frozen=True)
 class StageFrame:
-    """Numbers of the system's angles by which the frames of a stage turn, −1 for a fixed frame.
+    """Indices of the angles by which the frames of a stage rotate, −1 for a fixed frame.
 
-    theta: the stage's angle θ = φ_carrier − φ_ring, the gear's of a parallel stage; carrier: of
-    the carrier, in whose frame all lumped members and the sun are; ring: of the ring, whose own
-    frame holds it and its hub if it is an FE body; planets: in their axes, of FE
-    planets' frames and of outer races with defects.
+    theta: stage angle θ = φ_carrier − φ_ring, or rotation of the gear of a parallel stage; carrier:
+    of the carrier, whose frame is that of all lumped members and the sun; ring: of the ring, whose
+    frame is that of an FE ring and its hub; planets: rotation of planets relative to the carrier,
+    for frames of FE planets and for outer races with defects.
     """
 
     theta: int
@@ -51,8 +51,9 @@ class StageFrame:
 
 @dataclass(frozen=True, eq=False)
 class GearBlock:
-    """Contact block of a gear, or of its first tooth where each tooth is one: then their positions
-    (z, 3) m, and the block of the rigid motion beside which they have elastic displacements."""
+    """Contact blocks of a gear. first: block of the gear, or of its first tooth if every tooth is a
+    block; teeth: positions of the teeth (z, 3), m, or None; rigid: block of the rigid motion, if
+    blocks of teeth have elastic displacement only."""
 
     first: int
     teeth: Array | None = None
@@ -67,9 +68,9 @@ GearBlocks = Mapping[tuple[str, int, str], GearBlock]
 class GearMeshSet:
     """One kind of gear mesh of one stage (and half), for all its planets.
 
-    paths: of sound teeth, then of those with faults in the order of ``faults``; stage: its number;
-    phi (N,) planet angles, rad; gear, planets (N,): what rows act on; equivalent_mass: m kg on the
-    line of action, for pair damping c = 2 ζ √(k m).
+    paths: of sound teeth, then of teeth with faults in the order of ``faults``; stage: index; phi:
+    (N,) planet angles, rad; gear, planets: contact blocks of the gear and the N planets;
+    equivalent_mass: m on the line of action, kg, for pair damping c = 2 ζ √(k m).
     """
 
     paths: Sequence[GearMeshPath]
@@ -90,13 +91,13 @@ class GearMeshSet:
 
     @property
     def model(self) -> int:
-        """PER_PAIR, SUMMED, WAVE or FACE_LOAD."""
+        """Model of the gear mesh: PER_PAIR, SUMMED, WAVE or FACE_LOAD."""
         return MODELS.get(self.options.model, WAVE)
 
 
 @dataclass(frozen=True)
 class GearMeshLabel:
-    """Label of a gear mesh m: stage (0-based), kind (of KINDS), side ("", left, right), planet."""
+    """Label of a gear mesh: stage (0-based), kind, side ("", "left" or "right"), planet."""
 
     stage: int
     kind: GearMeshKind
@@ -105,12 +106,11 @@ class GearMeshLabel:
 
 
 class GivenLoad(NamedTuple):
-    """A force and moment (6,) on a block.
+    """Force and moment (6,) on a block.
 
-    angle: number of the system's angle by which the block's frame turns against that of the force,
-    −1 for none; grows: 1 if the force rises with the square of speed, from its value at rated
-    speed; size: factor on the vector, at t = 0 where it has a history; history: number of its load
-    history, −1 for a constant force.
+    angle: index of the angle of the block's frame relative to that of the force, −1 for none;
+    grows: 1 if the vector, given at rated speed, is proportional to speed squared; size: factor on
+    the vector, of a history its value at t = 0; history: index of the load history, −1 for none.
     """
 
     block: int
@@ -122,8 +122,8 @@ class GivenLoad(NamedTuple):
 
 
 class SupportRow(NamedTuple):
-    """Row of a spring between nodes whose frames turn: name of the support or joint; N/m of either
-    sign; contact nodes, −1: none; vectors (2, 6) in fixed axes."""
+    """Row of a spring between nodes in rotating frames. name: of the support or joint; stiffness:
+    N/m, of either sign; nodes: contact nodes, −1: none; vectors: (2, 6) in fixed axes."""
 
     name: str
     stiffness: float
@@ -132,7 +132,7 @@ class SupportRow(NamedTuple):
 
 
 def labels(sets: Sequence[GearMeshSet]) -> tuple[GearMeshLabel, ...]:
-    """Labels in the order of the gear meshes: set by set, planet by planet."""
+    """Labels of all gear meshes, set by set and planet by planet."""
     return tuple(
         GearMeshLabel(s.stage, s.path.kind, s.path.side, i) for s in sets for i in range(len(s.phi))
     )
@@ -147,19 +147,19 @@ def pair_data(
     bearings: Sequence[LawBearing],
     loads: Sequence[GivenLoad],
 ) -> PairData:
-    """Arrays of all gear meshes and of other rows; FlexgearError where a body has not as many tooth
-    nodes as its gear has teeth.
+    """Arrays of all gear meshes, rotating supports, nonlinear bearings and loads.
 
-    blocks: number of contact blocks; first, angles: block of the first contact node that is not of
-    gear meshes, and by node which angle its frame has turned by (−1: fixed).
+    blocks: number of contact blocks; first: block of the first contact node that is not of gear
+    meshes; angles: index of the angle of the frame of each of these nodes, −1: fixed. Raises
+    FlexgearError if the tooth nodes of a body are not as many as its teeth.
     """
     paths, rows = list[GearMeshPath](), list[dict[str, Any]]()
     first_gear_mesh = np.cumsum([0, *(len(s.phi) for s in sets)]).tolist()
     coast = {
-        _place(s): m for s, m in zip(sets, first_gear_mesh, strict=False) if not s.path.carries
+        _flank_key(s): m for s, m in zip(sets, first_gear_mesh, strict=False) if not s.path.carries
     }
     for s in sets:
-        opposite = coast.get(_place(s)) if s.path.carries else None
+        opposite = coast.get(_flank_key(s)) if s.path.carries else None
         for i in range(len(s.phi)):
             rows.append(_gear_mesh(s, len(paths), i, -1 if opposite is None else opposite + i))
         paths += s.paths
@@ -201,7 +201,7 @@ def pair_data(
 
 
 def _tooth_positions(sets: Sequence[GearMeshSet], blocks: int) -> Array:
-    """Positions (B, 3) by block of all teeth that are blocks, m; zero of all other blocks."""
+    """Positions (B, 3) of blocks that are teeth, m; zero of other blocks."""
     positions = np.zeros((max(blocks, 1), 3))
     for s in sets:
         p = s.path
@@ -222,7 +222,7 @@ def _gear_mesh(s: GearMeshSet, table: int, i: int, opposite: int) -> dict[str, A
     p, e, frame, planet = s.path, s.errors, s.frame, s.planets[i]
     cos_b, floats = p.cos_base_helix, planet.rigid is not None
     angles = np.where(np.asarray(e.runout_angle, dtype=int) == 0, frame.theta, frame.carrier)
-    rates = np.where(angles < 0, 0.0, e.runout_rate)  # what stands in space before a held carrier
+    rates = np.where(angles < 0, 0.0, e.runout_rate)  # constant if the carrier is held
     damping = 2 * s.options.damping_ratio * math.sqrt(s.equivalent_mass)
     always = s.options.damping_law == "always"
     return {
@@ -294,7 +294,7 @@ def _mean_stiffness(p: GearMeshPath) -> float:
 
 
 def _most_pairs(s: GearMeshSet) -> int:
-    """Most tooth pairs in contact at once; of a wave those that share its force."""
+    """Largest number of tooth pairs in contact, or of pairs that share the force of a wave."""
     if s.model == WAVE:
         return 2
     p = s.path
@@ -302,42 +302,38 @@ def _most_pairs(s: GearMeshSet) -> int:
     return math.floor(reach / p.base_pitch) + 1
 
 
-def _place(s: GearMeshSet) -> tuple[int, str, str]:
-    """Where both flanks of a gear mesh are: stage, side, gear."""
+def _flank_key(s: GearMeshSet) -> tuple[int, str, str]:
+    """Stage, side and gear, which drive and coast flanks of a gear mesh have in common."""
     return s.stage, s.path.side, s.path.kind.gear
 
 
 def _stacked(values: Sequence[Any]) -> NDArray[Any]:
-    """A column of numbers, or of arrays that may be of different lengths."""
-    return _padded(values) if isinstance(values[0], np.ndarray) else np.array(values)
+    """Column (n, …) of numbers, or of arrays of different lengths with zeros at the end."""
+    if not isinstance(values[0], np.ndarray):
+        return np.array(values)
+    out = np.zeros((len(values), max(map(len, values))), values[0].dtype)
+    for row, value in zip(out, values, strict=True):
+        row[: len(value)] = value
+    return out
 
 
 def _ragged(lines: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """Rows each of its own length: what laws make of theirs has as many values."""
+    """Object array (n,) of arrays of different lengths."""
     out = np.empty(len(lines), dtype=object)
     for k, line in enumerate(lines):
         out[k] = np.asarray(line, dtype=float)
     return out
 
 
-def _padded(lines: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """Rows of different lengths as one array, zeros at the end."""
-    shape = len(lines), max(map(len, lines), default=0)
-    out = np.zeros(shape, lines[0].dtype if lines else float)
-    for row, line in zip(out, lines, strict=True):
-        row[: len(line)] = line
-    return out
-
-
 def stiffness_tables(paths: Sequence[GearMeshPath]) -> tuple[Array, ...]:
-    """Tables of equal length on uniform grids: start, step, stiffness, centroid, gap."""
+    """Tables (K, …) of equal length on uniform grids: start, step, stiffness, centroid, gap."""
     size = max([2, *(len(_springs(p)[0] if p.wave is None else p.wave) for p in paths)])
     return tuple(map(np.array, zip(*(_table(p, size) for p in paths), strict=True)))
 
 
 def _springs(p: GearMeshPath) -> tuple[Array, Array, Array, Array]:
-    """Path coordinates of pairs, their stiffness, centre and gap; of slices as they are on the path
-    of contact, whose gaps are in their own tables."""
+    """Path coordinates, stiffness, centre and gap of pairs; with slices only the stiffness on the
+    path of contact, and zero gap, as tables of slices include their gaps."""
     if p.slices is None:
         return p.s_grid, p.k_grid, p.zc_grid, p.gap_grid
     return p.slices.s, p.slices.on_path, p.slices.centre, np.zeros(len(p.slices.s))
@@ -356,26 +352,25 @@ def _table(p: GearMeshPath, size: int) -> tuple[float, float, Array, Array, Arra
 
 
 def slice_tables(paths: Sequence[GearMeshPath], size: int) -> Array:
-    """Tables of slices beside those of ``stiffness_tables``, 0 where a path has none (K, T, …)."""
-    columns = [_of_slices(p.slices) for p in paths if p.slices is not None]
-    if not columns:
+    """Tables of slices (K, T, …) on the grids of ``stiffness_tables``, 0 for paths without them."""
+    slices = {k: p.slices for k, p in enumerate(paths) if p.slices is not None}
+    columns = {k: _slice_columns(x).T for k, x in slices.items()}
+    if not slices:
         return np.zeros((len(paths), 0, 0))
-    out = np.zeros((len(paths), size, max(c.shape[1] for c in columns)))
-    for table, p in zip(out, paths, strict=True):
-        if p.slices is None:
-            continue
-        s, of_slices = p.slices.s, _of_slices(p.slices).T
+    out = np.zeros((len(paths), size, max(map(len, columns.values()))))
+    for k, values in columns.items():
+        s = slices[k].s
         grid = np.linspace(s[0], s[-1], size)
-        table[:, : len(of_slices)] = np.transpose([np.interp(grid, s, x) for x in of_slices])
+        out[k, :, : len(values)] = np.transpose([np.interp(grid, s, x) for x in values])
     return out
 
 
-def _of_slices(slices: Slices) -> Array:
-    """The columns that ``PairData.slice_table`` lists, at the S path positions of the slices."""
+def _slice_columns(slices: Slices) -> Array:
+    """Columns of ``PairData.slice_table`` at the S path coordinates of the slices, (S, …)."""
     bending, count = slices.bending, len(slices.s)
-    neighbours = np.zeros((count, 8)) if bending is None else bending.beside.reshape(count, 8)
-    whole = np.column_stack([slices.radius, slices.stiffness.sum(axis=1), neighbours])
-    columns = [whole, slices.z, slices.stiffness, slices.gap]
+    neighbours = np.zeros((count, 8)) if bending is None else bending.neighbours.reshape(count, 8)
+    line = np.column_stack([slices.radius, slices.stiffness.sum(axis=1), neighbours])
+    columns = [line, slices.z, slices.stiffness, slices.gap]
     if bending is not None:
         columns += [bending.scale, bending.limit, bending.lower]
     if slices.narrowing is not None:

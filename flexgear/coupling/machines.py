@@ -1,12 +1,11 @@
-"""Laws of the machines at the ports of a train; torques are from outside on the member.
+"""Laws of the machines at the ports of a train; torques are external torques on the member.
 
 given torque   T(t)
-given speed    ω(t): a row of constraint, whose torque is whatever it takes
+given speed    ω(t): a constraint, whose torque follows
 brake          T = −T_r sign(ω) |ω/ω_r|ⁿ
 controller     T = k_p (ω_s − ω) + k_i ∫ (ω_s − ω) dt within limits, to a set speed ω_s(t)
 
-What is prescribed to a machine over time, T, ω or ω_s, is no part of its law
-(``analysis.transient.Drive``).
+The histories T, ω and ω_s are not part of the law (``analysis.transient.Drive``).
 """
 
 from __future__ import annotations
@@ -25,26 +24,26 @@ from flexgear.model.machine import Machine, machines_of
 
 @dataclass(frozen=True)
 class GivenTorque:
-    """A machine whose torque does not depend on its speed."""
+    """Machine with a prescribed torque."""
 
 
 @dataclass(frozen=True)
 class GivenSpeed:
-    """Prescribed speed, whatever the torque."""
+    """Machine with a prescribed speed."""
 
 
 @dataclass(frozen=True)
 class Brake:
-    """Torque T = rated_torque · sign(ω) |ω/rated_speed|^exponent against the motion, N·m
-    (``analysis.kernels.outer_forces.brake_torque``, where a constant one fades near zero speed);
-    T = rated_torque, of either sign, where the rated speed is zero."""
+    """Brake with the torque T = rated_torque · sign(ω) |ω/rated_speed|^exponent against the motion,
+    N·m; T = rated_torque, of either sign, if the rated speed is zero. A constant torque is reduced
+    near zero speed (``analysis.kernels.outer_forces.brake_torque``)."""
 
     rated_torque: float
     rated_speed: float
     exponent: float
 
     def speed(self, torque: float) -> float | None:
-        """Speed at which it takes a torque, rad/s; None where any may be."""
+        """Speed at which the brake has a torque, rad/s; None if the torque does not define it."""
         if self.rated_torque == 0.0 or self.exponent == 0.0 or self.rated_speed == 0.0:
             return None
         ratio = abs(torque) / self.rated_torque
@@ -53,9 +52,9 @@ class Brake:
 
 @dataclass(frozen=True)
 class Controller:
-    """PI speed controller: proportional k_p N·m·s/rad, integral k_i N·m/rad, torques it may give
-    from least to most, N·m. The integral stands while the torque is at a limit and the error would
-    push it on, so that it does not wind up (conditional integration: Åström, Hägglund 2006)."""
+    """PI speed controller: proportional k_p, N·m·s/rad, integral k_i, N·m/rad, limits of the torque
+    ``least`` and ``most``, N·m. Integration stops while the torque is at a limit and the error
+    would drive it beyond, which avoids wind-up (conditional integration: Åström, Hägglund 2006)."""
 
     proportional: float
     integral: float
@@ -67,14 +66,14 @@ MachineLaw = GivenTorque | GivenSpeed | Brake | Controller
 
 
 def port_machines(case: Case, flow: PowerFlow) -> tuple[MachineLaw, ...]:
-    """The law of each port, brakes at their rated torque N m and speed rad/s."""
+    """Machine law of each port; brakes have rated torque, N m, and speed, rad/s, of the flow."""
     ports = [port.member for port in case.ports]
     pairs = zip(machines_of(case), ports, strict=True)
     return tuple(_law(machine, flow.torque[at], flow.speed[at]) for machine, at in pairs)
 
 
 def machine_words(case: Case) -> dict[str, float | str]:
-    """Machines in the attributes of results: the law at each port, exponents of brakes."""
+    """Attributes of results about machines: law at each port, exponents of brakes."""
     out: dict[str, float | str] = {}
     for port, machine in zip(case.ports, machines_of(case), strict=True):
         out[f"{port.member}_machine"] = "torque" if machine is None else machine.law
@@ -97,10 +96,8 @@ def _law(machine: Machine | None, torque: float, speed: float) -> MachineLaw:
 
 
 def require_free_speeds(case: Case, turns: Array) -> None:
-    """InputError where speeds of ports are redundant.
-
-    turns (P, F): rotation of the ports per radian of each independent rotation of the train.
-    """
+    """Raises InputError if prescribed speeds of ports are redundant. turns (P, F): rotation of the
+    ports per radian of each independent rotation of the train."""
     machines = machines_of(case)
     speed_ports = [
         p for p, machine in enumerate(machines) if machine is not None and machine.follows_speed
@@ -113,6 +110,6 @@ def require_free_speeds(case: Case, turns: Array) -> None:
             raise InputError(
                 case.source,
                 f"{key}.machine.law",
-                f"the speed of {case.ports[last].member} follows from that of {others} already",
-                'let it follow law = "torque" or "brake"',
+                f"the speed of {case.ports[last].member} follows from that of {others}",
+                'choose law = "torque" or "brake"',
             )

@@ -1,4 +1,4 @@
-"""Bodies of a stage, member by member: lumped, finite-element bodies and shafts."""
+"""Bodies of the members of a stage: lumped bodies, finite-element bodies and shafts."""
 
 from __future__ import annotations
 
@@ -22,16 +22,18 @@ from flexgear.structures.shaft import BeamSection, shaft_body
 from flexgear.structures.sources.of_case import fe_sources
 
 AnyBody = ReducedBody | Body  # reduced, or rigid
-RIM_MODULES = 4.0  # rim of a ring outside its root circle where none is given, in modules
+RIM_MODULES = 4.0  # default rim of a ring outside its root circle, modules
 
 
 @dataclass(frozen=True)
 class Port:
-    """Where others touch a body: a node; its motion in axes turned by ``axes`` (rad) about z, at a
-    point that is ``arm`` (m) along their x and ``rise`` (m) along z away and moves with it rigidly.
-    floats: the node has the
-    elastic displacement alone, in a frame that turns, beside the rigid motion of the body's first
-    node."""
+    """Point of a body at which springs and gear meshes act.
+
+    node: that moves; axes: angle of the axes of the motion about z, rad; arm, rise: distances of
+    the point from the node along x and z of these axes, rigidly connected, m; floats: whether the
+    node has only elastic displacement, in a rotating frame, to which the rigid motion of the body's
+    first node adds.
+    """
 
     node: str
     axes: float = 0.0
@@ -44,11 +46,11 @@ class Port:
 class Member:
     """One body of a stage.
 
-    part: the member that it belongs to: a hub, on which an FE ring that turns is held, to "ring",
-    what hangs behind the spline of a sun's shaft to "sun". ports: beside the body's nodes, "end"
-    where it meets the rest of the train, "gear", "bore", "pin_1" …; contacts: nodes on which gear
-    meshes act, one or one a tooth; frame: in which its coordinates turn. mass: kg; inertia: polar,
-    tilt: about a diameter, kg m²; of lumped bodies alone.
+    part: member of the body; the hub of a rotating FE ring belongs to "ring", the body at the port
+    of a sun on a shaft to "sun". ports: by name, in addition to nodes: "end" (connection to the
+    rest of the train), "gear", "bore", "pin_1" …; contacts: nodes on which gear meshes act, one or
+    one for each tooth; frame: rotating frame of the coordinates. mass: kg; inertia: polar, tilt:
+    about a diameter, kg m²; zero for FE bodies.
     """
 
     body: Body
@@ -62,12 +64,12 @@ class Member:
 
     @property
     def planet(self) -> int:
-        """Number from 0, −1 of other bodies."""
+        """Index of the planet from 0, −1 for other bodies."""
         return self.body.name.planet
 
     @property
     def floats(self) -> bool:
-        """Whether its contacts are its rigid motion, then the elastic displacement of its teeth."""
+        """Whether contacts are the rigid motion, then elastic displacements of teeth."""
         return any(port.floats for port in self.ports.values())
 
     @property
@@ -76,7 +78,7 @@ class Member:
         return len(self.body.node_names) == 1
 
     def port(self, name: str) -> Port:
-        """The port of that name, of which nodes are some."""
+        """Port of a name, or the node of that name as a port."""
         return self.ports.get(name) or Port(name)
 
 
@@ -85,9 +87,9 @@ def stage_members(
 ) -> list[Member]:
     """All bodies of a stage: members, planets, then hub and the body behind the sun's spline.
 
-    bodies: its FE bodies; rigid: rigid ones of these and of shafts, by ``FeBody.rigid`` if they are
-    not in ``bodies``. Names are "<stage>.ring", "<stage>.planet_1", …; a sun on a shaft is
-    "<stage>.shaft". FlexgearError where a flexible FE body is missing.
+    bodies: FE bodies; rigid: names of FE bodies and shafts that are rigid, made by ``FeBody.rigid``
+    if they are not in ``bodies``. Names are "<stage>.ring", "<stage>.planet_1", …; a sun on a shaft
+    is "<stage>.shaft". Raises FlexgearError if a flexible FE body is missing.
     """
     stage, out = view.stage, list[Member]()
     for part in [*stage.members, *(["planet"] if stage.kind == "planetary" else [])]:
@@ -107,28 +109,28 @@ def stage_members(
 
 
 def can_turn(view: StageView, part: str) -> bool:
-    """Whether a member has a rotation about its axis: not so if it is held fast, or an FE body."""
+    """Whether a member has a rotation about its axis: a held one only with a torsional support."""
     form, member = view.stage.form(part), MemberName.of(view.name, part)
     if form == "beam":
         return True
     if form == "fe":
         return not view.is_held(part)
-    fast = view.is_held(part) and not view.stage.member(part).holds_rotation
-    return view.case.kinematics_of(member) != "fixed" and not fast
+    is_free = not view.is_held(part) or view.stage.member(part).holds_rotation
+    return is_free and view.case.kinematics_of(member) != "fixed"
 
 
 def mass_properties(view: StageView, part: str) -> tuple[float, float, float]:
-    """Mass (kg), polar and diametral inertia (kg m²) of one member.
+    """Mass, kg, polar and diametral inertia, kg m², of one member.
 
-    What is not given is that of a hollow steel cylinder: gears between bore and reference circle,
-    rings between reference circle and rim (four modules outside the root where no rim is given),
-    carriers a disc of the pins' circle, all as wide as the gears.
+    Defaults are those of a hollow cylinder of the material, as wide as the gears: gears between
+    bore and reference circle, rings between reference circle and rim (by default ``RIM_MODULES``),
+    carriers a disc of the radius of the pins' circle.
     """
     stage = view.stage
     member, width = stage.member(part), stage.gear_width
     if part == "ring" and stage.double_helical:
         width = stage.face_width
-    inner, outer = _radii_of(view, part, member)
+    inner, outer = _disc_radii(view, part, member)
     mass = member.mass
     if mass is None:
         mass = view.material.density * math.pi * (outer**2 - inner**2) * width
@@ -142,7 +144,7 @@ def mass_properties(view: StageView, part: str) -> tuple[float, float, float]:
 
 
 def sun_shaft(view: StageView) -> Body:
-    """Sun gear and its shaft."""
+    """Body of a sun gear and its shaft."""
     mass, polar, tilt = mass_properties(view, "sun")
     m, shaft = view.material, view.shaft
     return shaft_body(
@@ -156,8 +158,9 @@ def sun_shaft(view: StageView) -> Body:
     )
 
 
-def _fe_body(view: StageView, name: BodyName, body: AnyBody | None, bends: bool) -> Body:
-    if not bends:
+def _fe_body(view: StageView, name: BodyName, body: AnyBody | None, flexible: bool) -> Body:
+    """FE body of a name as ``Body``; a rigid one is made if ``body`` is not rigid."""
+    if not flexible:
         return body if isinstance(body, Body) else fe_sources(view)[name].rigid()
     if body is None or isinstance(body, Body):
         raise FlexgearError(f"the reduced {name.part} of stage {view.name} is missing")
@@ -165,8 +168,8 @@ def _fe_body(view: StageView, name: BodyName, body: AnyBody | None, bends: bool)
 
 
 def _flexible(view: StageView, part: str, body: Body) -> Member:
-    """An FE body, or a shaft: its teeth are contacts, "drive" or "end" is its end. The end of a
-    shaft is behind its spline, where a body hangs there."""
+    """Member of an FE body or a shaft: teeth are contacts, the node "drive" or "end" is the end. A
+    shaft has no end if there is a body behind its spline."""
     nodes = body.nodes
     teeth = [node for node in nodes if node.kind == "tooth"]
     if view.stage.form(part) == "beam":
@@ -185,7 +188,7 @@ def _flexible(view: StageView, part: str, body: Body) -> Member:
 
 
 def _fe_planets(view: StageView, reduced: AnyBody | None) -> list[Member]:
-    """Planets of one reduced body, each turned so that its teeth stand where they mesh."""
+    """Planets of one reduced body, each rotated so that its teeth mesh."""
     if not isinstance(reduced, ReducedBody):
         raise FlexgearError(f"the reduced planet of stage {view.name} is missing")
     stage, g, out = view.stage, stage_geometry(view), []
@@ -200,13 +203,14 @@ def _fe_planets(view: StageView, reduced: AnyBody | None) -> list[Member]:
 
 
 def _lumped(view: StageView, part: str) -> list[Member]:
-    """The bodies of a lumped member: all planets, both halves of a double-helical ring. The gear of
-    a parallel stage, whose axis x comes from the pinion, meets others in the stage's axes."""
-    angles, fast = view.stage.planet_angles, not can_turn(view, part)
+    """Members of a lumped member's bodies: all planets, both halves of a double-helical ring. Ports
+    of the gear of a parallel stage, whose x axis points away from the pinion, are in the axes of
+    the stage."""
+    angles, held = view.stage.planet_angles, not can_turn(view, part)
     mass, polar, tilt = mass_properties(view, part)
     kinematics, out = view.case.kinematics_of(MemberName.of(view.name, part)), []
     for name in view.stage.body_names(part):
-        body = lumped_body(name, mass, (tilt, tilt, polar), kinematics, held=fast)
+        body = lumped_body(name, mass, (tilt, tilt, polar), kinematics, held=held)
         axes = angles[0] if part == "gear" else 0.0
         ports = {"end": Port(name, axes), "gear": Port(name, axes), "bore": Port(name)}
         if part == "carrier":
@@ -217,11 +221,11 @@ def _lumped(view: StageView, part: str) -> list[Member]:
 
 
 def _hub(view: StageView) -> list[Member]:
-    """The hub that carries an FE ring that turns."""
+    """Hub of a rotating FE ring, or none."""
     if view.stage.form("ring") != "fe" or not can_turn(view, "ring"):
         return []
     hub = view.stage.ring.hub if view.stage.ring else None
-    assert hub is not None  # the model asks for it
+    assert hub is not None  # the model requires it
     mass, tilt = hub.mass or 0.0, hub.tilt_inertia or 0.0
     inertia = (tilt, tilt, hub.inertia)
     body = lumped_body(BodyName.of(view.name, "hub"), mass, inertia, hub.kinematics)
@@ -231,12 +235,11 @@ def _hub(view: StageView) -> list[Member]:
 
 
 def _behind_spline(view: StageView, members: list[Member]) -> list[Member]:
-    """The body behind the spline of a sun's shaft; none where another stage is joined there, which
-    has its own bodies."""
+    """Body behind the spline of a sun's shaft, or none if another stage is joined there."""
     port = view.case.port_at(MemberName.of(view.name, "sun"))
     if view.stage.form("sun") != "beam" or port is None:
         return []
-    assert port.mass is not None and port.tilt_inertia is not None  # the model asks for them
+    assert port.mass is not None and port.tilt_inertia is not None  # the model requires them
     tilt, polar = port.tilt_inertia, port.inertia or 0.0
     body = lumped_body(BodyName.of(view.name, "output"), port.mass, (tilt, tilt, polar))
     shaft = next(m.body for m in members if m.part == "sun")
@@ -244,10 +247,10 @@ def _behind_spline(view: StageView, members: list[Member]) -> list[Member]:
     return [Member(body, "sun", {"end": Port(body.name)}, (), "carrier", port.mass, polar, tilt)]
 
 
-def _radii_of(
+def _disc_radii(
     view: StageView, part: str, member: GearMember | CarrierMember
 ) -> tuple[float, float]:
-    """Inner and outer radius of the steel disc, m."""
+    """Inner and outer radius of the disc of ``mass_properties``, m."""
     stage, radii = view.stage, stage_radii(view)
     if isinstance(member, CarrierMember):
         return 0.0, radii.center_distance

@@ -1,31 +1,30 @@
 """Modes of the supported system and residual flexibility: the second reduction.
 
-With K φ = ω² M φ of the constant part (no gear meshes), coordinates split into rigid motions and
-elastic modes up to a frequency that is given or follows from a wanted accuracy (see below),
-which carry inertia, and all other modes, which answer statically through the residual flexibility
-of the loaded channels,
+With K φ = ω² M φ of the constant part (no gear meshes), coordinates are rigid motions and elastic
+modes up to a limit, with their inertia, and all other modes by their static residual flexibility to
+the loaded channels,
 
     q = Φ η + R f,   R = Σ_{dropped} φ φᵀ B / ω²,
 
 f being the forces on the contact blocks and the torques at the ports (B selects them). The residual
-never enters a velocity (PHYSICS: it would add damping that is not there).
+does not enter velocities, where it would add spurious damping.
 
-A dropped mode answers statically, p pᵀ/ω_j² instead of p pᵀ/(ω_j² − w² + iwd_j), p its motion in
-the contact rows V and d_j = 2ζω_j. Under excitation up to w the flexibility of the contact is then
-wrong by at most
+The limit is given, or follows from an accuracy. A dropped mode has the static response p pᵀ/ω_j² in
+place of p pᵀ/(ω_j² − w² + iwd_j), p its motion in the contact rows V and d_j = 2ζω_j. Under
+excitation up to w the error of the contact's flexibility is at most
 
     E = Σ_dropped p pᵀ e_j,   e_j = |1/(ω_j² − w² + iwd_j) − 1/ω_j²|,
 
-which rises with w up to ω_j, so that the top of the band is the worst. It is compared with
+which rises with w up to ω_j, so that it is largest at the top of the band. It is compared with
 
     C = |k|⁻¹ + Σ_{2ω_j² ≥ w²} p pᵀ/ω_j²,
 
-the flexibility of the tooth pairs and of all modes that resist at w by their stiffness. Softer
-modes resist by their mass there; to count their static flexibility would hide errors behind a soft
-mount. The estimate ‖C^{−1/2} E C^{−1/2}‖ bounds the error under every pattern of row forces and, as
+the flexibility of the tooth pairs and of all modes in which stiffness dominates at w. In softer
+modes inertia dominates; including their static flexibility would make errors seem small on a soft
+mount. The estimate ‖C^{−1/2} E C^{−1/2}‖ bounds the error for every pattern of row forces and, as
 FᵀCF ≤ λ holds for the forces F of a coupled mode with eigenvalue λ ≤ w² (φᵀMφ = 1), to first order
 the relative change of λ. Dropped modes lose their mass and keep their stiffness: natural
-frequencies only rise (Rayleigh). Gyroscopic terms are not judged.
+frequencies only rise (Rayleigh). Gyroscopic terms are neglected in the estimate.
 """
 
 from __future__ import annotations
@@ -46,24 +45,21 @@ from flexgear.coupling.pair_data import carrying_flanks
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
 
-EQUAL = 1e-6  # relative gap below which frequencies are equal
-POSITIONS = 4  # of the train; rows of other positions differ by about one per cent
+SAME_FREQUENCY = 1e-6  # relative difference of frequencies that count as equal
+POSITIONS = 4  # of the train; estimates at other positions differ by about one per cent
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
-CHUNK = 64  # cuts judged at a time
-LOOSE = (
-    "the coupled system can move freely somewhere ({}): a body has no support; check bearing, bolt "
+CHUNK = 64  # numbers of kept modes estimated at a time
+UNSUPPORTED = (
+    "the coupled system has an unsupported motion ({}): a body has no support; check bearing, bolt "
     "and spline stiffnesses"
 )
 
 
 @dataclass(frozen=True)
 class ModeChoice:
-    """Which elastic modes are kept, and what that costs.
-
-    count: their number; band_hz: excitation up to which ``estimates`` hold; estimates: (m + 1,)
-    relative error of the contact's flexibility with 0 … m modes kept, falling, infinite where a
-    dropped mode lies in the band.
-    """
+    """Number of kept elastic modes, and estimated errors. count: number; band_hz: largest
+    excitation frequency of ``estimates``; estimates: (m + 1,) relative error of the contact's
+    flexibility with 0 … m modes kept, falling, infinite if a dropped mode is in the band."""
 
     count: int
     band_hz: float
@@ -71,13 +67,14 @@ class ModeChoice:
 
     @property
     def estimate(self) -> float:
-        """Relative error of the contact's flexibility up to the band."""
+        """Relative error of the contact's flexibility with the kept modes."""
         return float(self.estimates[self.count])
 
 
 def cuts(omega: Array) -> NDArray[np.int64]:
-    """Numbers of modes that may be kept of ω (m,), rising: none splits equal frequencies."""
-    gaps = np.flatnonzero(np.diff(omega) > EQUAL * omega[1:]) + 1
+    """Numbers of modes that may be kept of frequencies ω (m,), rising, so that modes of equal
+    frequency are kept or dropped together."""
+    gaps = np.flatnonzero(np.diff(omega) > SAME_FREQUENCY * omega[1:]) + 1
     return np.unique(np.concatenate([[0], gaps, [len(omega)]])).astype(np.int64)
 
 
@@ -85,11 +82,9 @@ def choose_modes(
     omega: Array, estimates: Array, band_hz: float, *,
     accuracy: float | None = None, limit_hz: float | None = None,
 ) -> ModeChoice:  # fmt: skip
-    """The fewest modes whose estimate is at most ``accuracy``; without it all up to ``limit_hz``.
-
-    omega: (m,) rad/s, rising; estimates: (m + 1,). Given both, ``limit_hz`` is an upper bound:
-    FlexgearError where the accuracy needs more.
-    """
+    """Fewest modes with an estimate of at most ``accuracy``, or all modes up to ``limit_hz``.
+    omega: (m,) rad/s, rising; estimates: (m + 1,). With both options ``limit_hz`` is an upper
+    bound; raises FlexgearError if the accuracy needs more modes."""
     hz = omega / (2 * np.pi)
     number = len(omega) if limit_hz is None else int(np.sum(hz <= limit_hz))
     if accuracy is not None:
@@ -108,9 +103,9 @@ def choose_modes(
 def mode_estimates(system: System, omega: Array, phi: Array, band_hz: float) -> Array:
     """Relative error (m + 1,) of the contact's flexibility with the first 0 … m modes kept.
 
-    omega: (m,) rad/s rising, phi: (d, m) all elastic modes of the constant part. The largest over
-    positions of the train and over both flanks. Torques at the ports count like row forces, by the
-    strain of the row forces that they cause when nothing but inertia holds the train.
+    omega: (m,) rad/s rising, phi: (d, m) all elastic modes of the constant part. The error is the
+    largest over positions of the train and both flanks. Torques at ports count by the strain energy
+    of the row forces that they cause if only inertia balances them.
     """
     w = 2 * np.pi * band_hz
     m = len(omega)
@@ -120,22 +115,22 @@ def mode_estimates(system: System, omega: Array, phi: Array, band_hz: float) -> 
     if first == m:
         return out
     dropped = omega[first:]
-    turn = 1j * w * system.damping.rate(omega)[first:]
-    loss = np.abs((w**2 - turn) / (dropped**2 * (dropped**2 - w**2 + turn)))  # e_j, s²
+    damping = 1j * w * system.damping.rate(omega)[first:]
+    errors = np.abs((w**2 - damping) / (dropped**2 * (dropped**2 - w**2 + damping)))  # e_j, s²
     blocks = system.blocks @ np.hstack([system.rigid, phi])
     for rows, n in _positions(system):
         stiffness = rows.row["stiffness"][:n]
-        at = np.flatnonzero(stiffness != 0.0)
-        motion = row_motions(rows, n, blocks)[at] * np.sqrt(np.abs(stiffness[at]))[:, None]
-        scaled = _scaled(system, omega, phi, motion, np.sign(stiffness[at]), w)
-        np.maximum(out[first:-1], _norms(scaled[:, first:], loss), out=out[first:-1])
-    # exact sums fall with every mode; rounding may not
+        stiff = np.flatnonzero(stiffness != 0.0)
+        motion = row_motions(rows, n, blocks)[stiff] * np.sqrt(np.abs(stiffness[stiff]))[:, None]
+        scaled = _scaled(system, omega, phi, motion, np.sign(stiffness[stiff]), w)
+        np.maximum(out[first:-1], _norms(scaled[:, first:], errors), out=out[first:-1])
+    # estimates fall with the number of modes, except for rounding
     out[first:] = np.maximum.accumulate(out[first:][::-1])[::-1]
     return out
 
 
 def _positions(system: System) -> Iterator[tuple[Rows, int]]:
-    """Rows of each flank at rotations spread evenly over a turn, without a common period."""
+    """Rows of each flank at some rotations without common period; each with the number of rows."""
     pairs, f = system.pairs, len(system.input_rows)
     carrying = carrying_flanks(pairs)
     flanks = [carrying]
@@ -153,14 +148,12 @@ def _positions(system: System) -> Iterator[tuple[Rows, int]]:
 def _scaled(
     system: System, omega: Array, phi: Array, motion: Array, sign: Array, w: float
 ) -> Array:
-    """Motion of rows and ports (r, m) in modes, in units in which C is the identity.
-
-    motion: (n, rigid + m) of the rows times √|k|.
-    """
+    """Motion of rows and ports (r, m) in modes, in units in which C is the identity. motion: (n,
+    rigid + m) of the rows times √|k|; sign: of k (n,); w: rad/s."""
     rigid, elastic = np.split(motion, [system.rigid.shape[1]], axis=1)
     stiff = 2 * omega**2 >= w**2
-    held = elastic[:, stiff] / omega[stiff]
-    c = np.eye(len(motion)) + held @ held.T
+    static = elastic[:, stiff] / omega[stiff]
+    c = np.eye(len(motion)) + static @ static.T
     rows = linalg.solve_triangular(np.linalg.cholesky(c), elastic, lower=True)
     ports = system.port_rows @ phi
     forces = _row_forces(system, omega, ports, rigid, elastic, sign)
@@ -172,11 +165,9 @@ def _scaled(
 def _row_forces(
     system: System, omega: Array, ports: Array, rigid: Array, elastic: Array, sign: Array
 ) -> Array:
-    """Row forces over √|k| (n, P) when a unit torque at a port is held by the train's inertia.
-
-    Rows close on the torque's elastic motion; rolling takes the acceleration that its inertia
-    allows, so that the rigid motions are in balance.
-    """
+    """Row forces over √|k| (n, P) under a unit torque at each port, balanced by inertia of rolling.
+    Rows follow the elastic motion under the torque; the rigid motions are in balance with the
+    inertia forces of the rolling acceleration."""
     rolling = system.rolling
     inertia = system.mass @ rolling
     torque = system.port_rows.T
@@ -186,35 +177,36 @@ def _row_forces(
     left[:n, :n] = np.diag(sign) + (elastic / omega**2) @ elastic.T
     left[:n, n:], left[n:, :n] = -rigid, rigid.T
     right = np.vstack([(elastic / omega**2) @ ports.T, system.rigid.T @ load])
-    # rolling moves no row: the system is singular and consistent
+    # rolling compresses no row: the equations are singular and consistent
     return np.asarray(np.linalg.lstsq(left, right, rcond=1e-10)[0][:n])
 
 
-def _norms(scaled: Array, loss: Array) -> Array:
-    """Largest eigenvalue of Σ_{j ≥ n} e_j p_j p_jᵀ for n = 0 … m − 1 of scaled (r, m)."""
+def _norms(scaled: Array, errors: Array) -> Array:
+    """Largest eigenvalues (m,) of Σ_{j ≥ n} e_j p_j p_jᵀ for n = 0 … m − 1; p: columns of
+    ``scaled`` (r, m); e: errors (m,)."""
     r, m = scaled.shape
     out = np.zeros(m)
     total = np.zeros((r, r))
     for stop in range(m, 0, -CHUNK):
-        judged = slice(max(0, stop - CHUNK), stop)
-        part = (scaled[:, judged] * np.sqrt(loss[judged])).T
+        chunk = slice(max(0, stop - CHUNK), stop)
+        part = (scaled[:, chunk] * np.sqrt(errors[chunk])).T
         sums = total + np.cumsum((part[:, :, None] * part[:, None, :])[::-1], axis=0)
         total = sums[-1]
-        out[judged] = np.linalg.eigvalsh(sums)[::-1, -1]
+        out[chunk] = np.linalg.eigvalsh(sums)[::-1, -1]
     return out
 
 
 @dataclass(frozen=True)
 class ModalSystem:
-    """A system in kept modes; channels are the contact-block dofs, then the ports.
+    """System in kept modes; channels are the dofs of the contact blocks, then the ports.
 
     modes: (d, n), rigid first, then elastic ones part by part (``independent_parts``), rising
     within a part; omega: (n,) rad/s; damping: (n,) 2ζω; channels: (n_c, d); channel_modes:
     (n_c, n) = channels @ modes; residual: (n_c, n_c) m/N of dropped modes; residual_motion:
     (d, n_c) their motion under unit channel forces; angles: (A, n) and input_rows: (F, n) rows
     of the system in modes; rolling: (n, F) modal coordinates of rolling per radian of each
-    independent rotation; gyroscopic, centripetal: (n, n), or (0, 0) where there are none;
-    choice: how many modes are kept and what that costs, None where it was not judged.
+    independent rotation; gyroscopic, centripetal: (n, n), or (0, 0) if not modelled; dropped:
+    number of dropped modes; choice: None if no errors were estimated.
     """
 
     system: System
@@ -240,9 +232,8 @@ class ModalSystem:
 
     @property
     def figures(self) -> dict[str, float]:
-        """Figures of the second reduction in results: kept_modes including the rigid ones,
-        modes_limit_hz the highest of them, modes_estimate of the error up to modes_band_hz, if it
-        was computed."""
+        """Figures of the second reduction for results: kept_modes including rigid motions,
+        modes_limit_hz the highest frequency, modes_estimate of the error up to modes_band_hz."""
         highest = float(self.omega.max(initial=0.0)) / (2 * np.pi)
         values = {"kept_modes": len(self.omega), "modes_limit_hz": highest}
         if self.choice is not None:
@@ -259,25 +250,21 @@ class ModalSystem:
 
 
 def independent_parts(system: System) -> list[NDArray[np.int64]]:
-    """Coordinates of parts that neither stiffness, mass nor rolling ties to one another.
-
-    Without gear meshes a ring on a fixed housing and the train inside it are two such parts.
-    """
-    tied = (system.stiffness != 0.0) | (system.mass != 0.0)
-    count, label = connected_components(tied, directed=False)
+    """Coordinates of the parts of a system that stiffness, mass and rolling do not couple. Without
+    gear meshes a ring on a fixed housing and the train inside it are two such parts."""
+    coupled = (system.stiffness != 0.0) | (system.mass != 0.0)
+    count, label = connected_components(coupled, directed=False)
     parts = [np.flatnonzero(label == c).astype(np.int64) for c in range(count)]
     rigid = system.rigid
     ranks = [np.linalg.matrix_rank(rigid[p]) if rigid.shape[1] else 0 for p in parts]
-    if sum(ranks) > rigid.shape[1]:  # rolling that moves several together
+    if sum(ranks) > rigid.shape[1]:  # a rigid motion moves several parts together
         return [np.arange(len(label), dtype=np.int64)]
     return parts
 
 
 def elastic_modes(system: System) -> tuple[Array, Array]:
-    """All elastic modes of the constant part: ω (m,) rad/s rising, Φ (d, m), ΦᵀMΦ = I.
-
-    Each belongs to one of the ``independent_parts`` and is exactly zero in the others.
-    """
+    """All elastic modes of the constant part: ω (m,), rad/s, rising, and Φ (d, m), ΦᵀMΦ = I. Each
+    mode moves one of the ``independent_parts`` and is exactly zero in the others."""
     parts = independent_parts(system)
     omegas, shapes = zip(*(_modes_of_part(system, part) for part in parts), strict=True)
     omega = np.concatenate(omegas)
@@ -288,16 +275,19 @@ def elastic_modes(system: System) -> tuple[Array, Array]:
 
 
 def _modes_of_part(system: System, part: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Elastic modes ω and Φ on the coordinates of one part."""
     block = np.ix_(part, part)
     mass, rigid = system.mass[block], system.rigid[part]
-    # complement of the rigid motions, M-orthogonal: exact zero modes need no search
+    # M-orthogonal complement of the rigid motions, so that no zero modes have to be removed
     null = linalg.null_space((mass @ rigid).T) if rigid.any() else np.eye(len(part))
     k, m = null.T @ system.stiffness[block] @ null, null.T @ mass @ null
     if not len(k):
         return np.zeros(0), np.zeros((len(part), 0))
     values, vectors = linalg.eigh(0.5 * (k + k.T), 0.5 * (m + m.T))
     if values[0] <= 1e-9 * values[-1] * 1e-6:
-        raise FlexgearError(LOOSE.format(f"lowest elastic eigenvalue {values[0]:.3g} rad²/s²"))
+        raise FlexgearError(
+            UNSUPPORTED.format(f"lowest elastic eigenvalue {values[0]:.3g} rad²/s²")
+        )
     return np.sqrt(values), null @ vectors
 
 
@@ -308,12 +298,12 @@ def modal_system(
     accuracy: float | None = None,
     band_hz: float | None = None,
 ) -> ModalSystem:
-    """Second reduction: keep rigid motions and elastic modes up to ``limit_hz`` (None: all).
+    """Second reduction, with rigid motions and elastic modes up to ``limit_hz`` (None: all).
 
-    accuracy: keep the fewest modes whose estimated error of the contact's flexibility under
-    excitation up to ``band_hz`` is at most this fraction; ``limit_hz`` is then an upper bound.
-    With ``band_hz`` the estimate is made for a given limit too. Raises FlexgearError where a body
-    has no support or the limit does not allow the accuracy.
+    accuracy: largest estimated error of the contact's flexibility under excitation up to
+    ``band_hz``, for which the fewest modes are kept; ``limit_hz`` is then an upper bound. With
+    ``band_hz`` errors are estimated without an accuracy, too. Raises FlexgearError if a body has no
+    support or the limit does not allow the accuracy.
     """
     if accuracy is not None and band_hz is None:
         raise FlexgearError("an accuracy of the second reduction needs band_hz, e.g. 500")
@@ -325,10 +315,10 @@ def modal_system(
     limit = np.inf if limit_hz is None else 2 * np.pi * limit_hz
     keep = int(np.sum(omega <= limit)) if choice is None else choice.count
     channels = np.vstack([system.blocks, system.port_rows])
-    order = _by_parts(system, phi[:, :keep])
+    order = _part_order(system, phi[:, :keep])
     modes = np.hstack([system.rigid, phi[:, order]])
-    rest = phi[:, keep:]
-    motion = (rest / omega[keep:] ** 2) @ (channels @ rest).T
+    dropped = phi[:, keep:]
+    motion = (dropped / omega[keep:] ** 2) @ (channels @ dropped).T
     kept_omega = np.concatenate([np.zeros(system.rigid.shape[1]), omega[order]])
     return _reduced(system, modes, kept_omega, motion, channels, choice)
 
@@ -337,7 +327,7 @@ def _reduced(
     system: System, modes: Array, omega: Array, motion: Array, channels: Array,
     choice: ModeChoice | None = None,
 ) -> ModalSystem:  # fmt: skip
-    """The system in modes (d, n) of ω (n,) and the motion (d, n_c) that all others answer with."""
+    """System in modes (d, n) with ω (n,), and the static motion (d, n_c) of the dropped modes."""
     residual = channels @ motion
     gyroscopic, centripetal = np.zeros((0, 0)), np.zeros((0, 0))
     if system.gyroscopic is not None and system.centripetal is not None:
@@ -363,26 +353,27 @@ def _reduced(
 
 
 def static_system(system: System) -> ModalSystem:
-    """No elastic mode kept: all of the train that bends answers statically, as in an equilibrium.
+    """Second reduction without elastic modes, for equilibria: all flexibility is static.
 
-    The answer X to the channels Bᵀ beside the rigid motions R solves (K + c M R Rᵀ M) X = Bᵀ −
-    M R Rᵀ Bᵀ for any c > 0, by one factorisation. FlexgearError where a body has no support.
+    The elastic motion X under unit forces Bᵀ on the channels, without rigid motions R, solves
+    (K + c M R Rᵀ M) X = Bᵀ − M R Rᵀ Bᵀ for any c > 0, by one factorisation. Raises FlexgearError if
+    a body has no support.
     """
     channels = np.vstack([system.blocks, system.port_rows])
-    held = system.mass @ system.rigid
-    middle = float(np.mean(np.diag(system.stiffness) / np.diag(system.mass))) or 1.0
-    right = channels.T - held @ (system.rigid.T @ channels.T)
+    momenta = system.mass @ system.rigid
+    scale = float(np.mean(np.diag(system.stiffness) / np.diag(system.mass))) or 1.0
+    right = channels.T - momenta @ (system.rigid.T @ channels.T)
     try:
-        factor = linalg.cho_factor(system.stiffness + middle * held @ held.T, lower=True)
+        factor = linalg.cho_factor(system.stiffness + scale * momenta @ momenta.T, lower=True)
     except linalg.LinAlgError:
-        raise FlexgearError(LOOSE.format("K is not positive definite")) from None
+        raise FlexgearError(UNSUPPORTED.format("K is not positive definite")) from None
     motion = linalg.cho_solve(factor, right)
-    motion -= system.rigid @ (held.T @ motion)
+    motion -= system.rigid @ (momenta.T @ motion)
     return _reduced(system, system.rigid, np.zeros(system.rigid.shape[1]), motion, channels)
 
 
-def _by_parts(system: System, phi: Array) -> NDArray[np.int64]:
-    """Order in which modes Φ (d, n) of one part follow each other, rising within."""
+def _part_order(system: System, phi: Array) -> NDArray[np.int64]:
+    """Order of modes Φ (d, n) part by part, rising within each part."""
     part = np.zeros(phi.shape[1], dtype=np.int64)
     for number, coordinates in enumerate(independent_parts(system)):
         part[phi[coordinates].any(axis=0)] = number
@@ -390,11 +381,9 @@ def _by_parts(system: System, phi: Array) -> NDArray[np.int64]:
 
 
 def chosen_modal(system: System, pace: Pace) -> ModalSystem:
-    """Second reduction by the options of a case.
-
-    Where these state neither limit nor accuracy, rigid bodies keep all modes; for flexible bodies
-    the accuracy is 0.01, as thousands of modes would set the cost of every step.
-    """
+    """Second reduction by the options of a case. Without limit and accuracy in the case, systems of
+    rigid bodies keep all modes; with flexible bodies the accuracy is 0.01, as thousands of modes
+    would make every step slow."""
     if pace.modes_by_default and all(body.rigid for body in system.bodies):
-        return modal_system(system)  # nothing is dropped, nothing to estimate
+        return modal_system(system)
     return modal_system(system, pace.modes_to, accuracy=pace.modes_accuracy, band_hz=pace.band)

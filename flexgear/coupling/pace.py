@@ -1,18 +1,16 @@
-r"""Time scales of a case, and the steps, samples, modes and durations that follow from them.
+"""Time scales of a case, and default time steps, samples, modes and durations.
 
-Two frequencies are in every case. The gear meshes excite at the orders of their frequency f_z, of
-which results are wanted up to n; the inertias of two gears swing on the stiffness of their gear
-mesh at
+Gear meshes excite at orders of the gear-mesh frequency f_z, up to the order n of the case. The
+inertias of two gears vibrate on the stiffness of their gear mesh at
 
     f_E = √(k̄/m_red)/2π,   1/m_red = r_b1²/J_1 + r_b2²/J_2
 
 (ISO 6336-1:2019, resonance speed of method B; a held gear has J → ∞). The band is the larger of
-n f_z and the lowest f_E: tooth loads amplify what lies about f_E, and a jump of the torque sets it
-going; gears that swing faster than all that is asked for follow statically. Everything else are
-shares of the band's period: average acceleration lengthens periods by (ωh)²/12, 0.2 % at the top
-of the band with forty steps a period; peaks of tooth loads are a per cent low with eight samples.
-After a jump a hundred periods pass with the finer step.
-Nothing here has a unit of its own: a case of another size and speed gets the same steps a period.
+n f_z and the lowest f_E: tooth loads are amplified near f_E, and a torque step excites it; gears
+with a higher f_E follow statically. Defaults are fractions of the period at the top of the band:
+average acceleration lengthens periods by (ωh)²/12, 0.2 % with forty steps a period; with eight
+samples a period peaks of tooth loads are one per cent low. After a torque step a hundred periods
+are computed with the finer step. So cases of any size and speed have the same steps a period.
 """
 
 from __future__ import annotations
@@ -28,27 +26,27 @@ from flexgear.model.case import Case
 from flexgear.model.machine import TorqueDrops, machines_of, series_of
 from flexgear.model.solver import MOST_REFINED, Solver
 
-STEPS = 40  # a period of the band's top in steady running
-FINE_STEPS = 100  # the same near a jump of the torque
-SAMPLES = 8  # stored, a period of the band's top
-PERIODS = 100  # of the slowest gear mesh's own vibration, which a jump may last; e^(-2π 100 ζ)
-SHORTEST, LONGEST = 40, 4  # a steady step over the shortest one, the longest over a steady one
-ACCURACY = 0.01  # of the contact's flexibility, where no modes are asked for
-REGAINED = 2.0  # time constants of the speed after a torque drop: seven eighths
-ENOUGH_STEPS, ENOUGH_SAMPLES = 10, 2  # a period of what is asked for: fewer do not show it
-EVEN = 1e-9  # of a number that was given to the last digit
-LEAST_STEPS = 2  # a period of f_E: fewer and gears ring from step to step
+STEPS = 40  # in steady running, per period at the top of the band
+FINE_STEPS = 100  # after a torque step, per period at the top of the band
+SAMPLES = 8  # stored, per period at the top of the band
+PERIODS = 100  # of the lowest f_E that a transient lasts, by which it decays to e^(-2π 100 ζ)
+SHORTEST, LONGEST = 40, 4  # steady step over the shortest, longest over the steady step
+ACCURACY = 0.01  # of the contact's flexibility, by default
+RECOVERY = 2.0  # time constants of the speed after a torque drop: 7/8 of the dip is recovered
+ENOUGH_STEPS, ENOUGH_SAMPLES = 10, 2  # per period of the highest order, to resolve it
+LEAST_STEPS = 2  # per period of f_E; with fewer the solution oscillates from step to step
+ROUNDING = 1e-9  # relative, of values given with all digits
 
 
 @dataclass(frozen=True)
 class Pace:
-    """Numbers of one case, as given or derived; s and Hz.
+    """Time steps, samples and modes of one case, given or derived; s and Hz.
 
-    gear_mesh: highest gear mesh frequency; orders: wanted of it; resonance: lowest own frequency
-    f_E of a gear mesh; band: up to which the modes must answer; settling: after a jump; start_up:
-    left out of what is steady; modes_to, modes_accuracy: None where not asked for; series: members
-    whose machine or load follows one, and the step under it; reasons: why, by name of a derived
-    value.
+    gear_mesh: highest gear-mesh frequency; orders: number of its orders that are resolved;
+    resonance: lowest f_E; band: highest frequency of the modes; settling: duration of a transient
+    after a torque step; start_up: duration excluded from steady results; modes_to, modes_accuracy:
+    None if not used; series: members whose machine or load follows a time series, during which the
+    step is series_time_step; reasons: explanation by name of a derived value.
     """
 
     gear_mesh: float
@@ -71,12 +69,12 @@ class Pace:
 
     @property
     def highest_frequency(self) -> float:
-        """Highest frequency that results are wanted for, Hz."""
+        """Highest frequency that results resolve, Hz."""
         return self.orders * self.gear_mesh
 
     @property
     def figures(self) -> dict[str, float]:
-        """Figures of `check`, summaries and datasets; names end in units."""
+        """Figures for ``check``, summaries and datasets; names end in units."""
         values = {
             "gear_mesh_frequency_hz": self.gear_mesh,
             "gear_mesh_orders": self.orders,
@@ -97,17 +95,17 @@ class Pace:
 
     @property
     def modes_by_default(self) -> bool:
-        """Whether the case leaves open which modes are kept."""
+        """Whether the case has no option for the number of modes."""
         return "modes_accuracy" in self.reasons
 
     @property
     def summary(self) -> dict[str, Any]:
-        """Figures, and reasons of the derived ones."""
+        """Figures, and reasons of derived values."""
         return {**self.figures, "reasons": self.reasons}
 
 
 def case_pace(case: Case) -> Pace:
-    """Pace of a case at its rated speeds: of its fastest gear mesh."""
+    """Pace of a case at rated speeds."""
     flow, resonances = power_flow(case), list[float]()
     for stage in case.stages:
         view, forces = case.view(stage.name), flow.stage(stage.name).gear_mesh_forces
@@ -118,13 +116,13 @@ def case_pace(case: Case) -> Pace:
 
 
 def timed_drops(case: Case) -> TorqueDrops:
-    """The case's torque drops with all their times, s. Defaults: settling before the drop and
-    during it; after it until the speed has regained seven eighths of its dip, but at most a turn of
-    the first input."""
+    """Torque drops of a case with all times, s. Defaults: settling before and during the drop;
+    after it two time constants of the speed (``speed_time_constant``), at most one turn of the
+    first input and at least settling."""
     steps, settling = case.drive.steps, case_pace(case).settling
     speed = abs(power_flow(case).speed[case.inputs[0].member])
     turn = 2 * math.pi / speed if speed else math.inf
-    after = max(settling, min(REGAINED * speed_time_constant(case), turn))
+    after = max(settling, min(RECOVERY * speed_time_constant(case), turn))
     return steps.model_copy(
         update={
             "start": settling if steps.start is None else steps.start,
@@ -135,37 +133,38 @@ def timed_drops(case: Case) -> TorqueDrops:
 
 
 def speed_time_constant(case: Case) -> float:
-    """τ = Σ J_p ω_p² / Σ n P of speed against brakes T ~ ωⁿ, s: inertias J_p at the ports, powers P
-    of the brakes; inf without brakes, for n = 0 and at zero speed."""
+    """Time constant τ = Σ J_p ω_p² / Σ n P of the speed against brakes with T ~ ωⁿ, s. J_p:
+    inertias at the ports; P: powers of the brakes. inf without brakes, for n = 0 and at zero
+    speed."""
     flow = power_flow(case)
-    taken = sum(
+    brake_power = sum(
         machine.brake_exponent * abs(flow.power[port.member])
         for port, machine in zip(case.ports, machines_of(case), strict=True)
         if machine is not None and machine.law == "brake"
     )
-    if taken == 0:
+    if brake_power == 0:
         return math.inf
     ports = [port.member for port in case.ports]
     twice_kinetic = sum(case.port_inertia(member) * flow.speed[member] ** 2 for member in ports)
-    return twice_kinetic / taken
+    return twice_kinetic / brake_power
 
 
 def _pace(gear_mesh: float, resonance: float, solver: Solver, series: tuple[str, ...]) -> Pace:
-    """Steps, samples and modes from the highest gear-mesh frequency and the lowest f_E, Hz."""
+    """Pace from the highest gear-mesh frequency and the lowest f_E, Hz."""
     orders = solver.gear_mesh_orders
     highest, reasons = orders * gear_mesh, {}
 
-    def chosen(name: str, derived: float, why: str, key: str = "") -> float:
+    def chosen(name: str, default: float, reason: str, key: str = "") -> float:
         value = getattr(solver, key or name)
         if value is None:
-            reasons[name] = why
-            return derived
+            reasons[name] = reason
+            return default
         return float(value)
 
-    by_order = f"order {orders} of the gear mesh frequency of {gear_mesh:.5g} Hz"
-    by_inertia = f"gears of these inertias swing on their gear mesh at {resonance:.5g} Hz"
-    why = by_order if highest > resonance else by_inertia
-    band = chosen("modes_band", max(highest, resonance), why)
+    by_order = f"order {orders} of the gear-mesh frequency of {gear_mesh:.5g} Hz"
+    by_inertia = f"gears vibrate on their gear mesh at {resonance:.5g} Hz"
+    reason = by_order if highest > resonance else by_inertia
+    band = chosen("modes_band", max(highest, resonance), reason)
     top = f"of the band's top, {band:.5g} Hz"
     step = chosen("time_step", 1 / (STEPS * band), f"1/{STEPS} of a period {top}")
     longest = chosen("longest_time_step", LONGEST * step, f"{LONGEST} steps of steady running")
@@ -177,11 +176,11 @@ def _pace(gear_mesh: float, resonance: float, solver: Solver, series: tuple[str,
     in_series = step if solver.time_step is not None and solver.step_time_step is None else fine
     if series:
         key = "time_step" if in_series == step else "step_time_step"
-        reasons["series_time_step"] = f"{key}, under what {' and '.join(series)} follows"
+        reasons["series_time_step"] = f"{key}, during the series of {' and '.join(series)}"
     accuracy = solver.modes_accuracy
     if solver.modes_to is None and accuracy is None:
         accuracy = ACCURACY
-        reasons["modes_accuracy"] = "where bodies bend; rigid ones keep all modes"
+        reasons["modes_accuracy"] = "for flexible bodies; rigid ones keep all modes"
     settling = PERIODS / min(band, resonance)
     by_periods = f"{PERIODS} periods of {min(band, resonance):.5g} Hz"
     reasons["settling"] = by_periods
@@ -208,8 +207,7 @@ def _pace(gear_mesh: float, resonance: float, solver: Solver, series: tuple[str,
 
 
 def pace_sections(pace: Pace, solver: Solver) -> dict[str, dict[str, Any]]:
-    """Sections of `check`: figures, reasons of the derived ones, and warnings of coarse
-    settings."""
+    """Sections of ``check``: figures, reasons of derived values, warnings of coarse settings."""
     sections: dict[str, dict[str, Any]] = {"solver": pace.figures, "solver_reasons": pace.reasons}
     notes = too_coarse(pace, solver)
     if notes:
@@ -218,38 +216,37 @@ def pace_sections(pace: Pace, solver: Solver) -> dict[str, dict[str, Any]]:
 
 
 def too_coarse(pace: Pace, solver: Solver) -> list[str]:
-    """Settings of the case that do not resolve its orders, one line each."""
-    order = (
-        f"order {pace.orders} of the gear mesh frequency lies at {pace.highest_frequency:.5g} Hz"
-    )
-    swing = f"gears swing on their gear mesh at {pace.resonance:.5g} Hz"
+    """Warnings about settings of the solver that do not resolve the orders of a case."""
+    order = f"order {pace.orders} of the gear-mesh frequency is {pace.highest_frequency:.5g} Hz"
+    vibration = f"gears vibrate on their gear mesh at {pace.resonance:.5g} Hz"
     notes = list[str]()
 
-    def say(key: str, value: float, fault: str, remedy: str) -> None:
+    def warn(key: str, value: float, fault: str, remedy: str) -> None:
         notes.append(f"solver.{key} = {value:.4g} is {fault}; {remedy}, or leave it out")
 
-    steps = {order: ENOUGH_STEPS * pace.highest_frequency, swing: LEAST_STEPS * pace.resonance}
-    why, least = max(steps.items(), key=lambda item: item[1])
-    if solver.step_tolerance == 0.0 and pace.time_step * least > 1 + EVEN:
-        say("time_step_s", pace.time_step, f"too coarse: {why}", f"at most {1 / least:.3g} s")
+    steps = {order: ENOUGH_STEPS * pace.highest_frequency, vibration: LEAST_STEPS * pace.resonance}
+    reason, least = max(steps.items(), key=lambda item: item[1])
+    fixed_steps = solver.step_tolerance == 0.0
+    if fixed_steps and pace.time_step * least > 1 + ROUNDING:
+        warn("time_step_s", pace.time_step, f"too coarse: {reason}", f"at most {1 / least:.3g} s")
     finest = FINE_STEPS * pace.band
-    if pace.series and solver.step_tolerance == 0.0 and pace.series_time_step * finest > 1 + EVEN:
-        say(
+    if fixed_steps and pace.series and pace.series_time_step * finest > 1 + ROUNDING:
+        warn(
             "time_step_s" if solver.step_time_step is None else "step_time_step_s",
             pace.series_time_step,
-            f"taken under the series that {' and '.join(pace.series)} follows, and is too coarse "
-            f"for what changes there as fast as the band's top of {pace.band:.5g} Hz",
+            f"the step during the series of {' and '.join(pace.series)}, and too coarse for "
+            f"changes at the top of the band, {pace.band:.5g} Hz",
             f"at most {1 / finest:.3g} s",
         )
     least = ENOUGH_SAMPLES * pace.highest_frequency
-    if pace.output_interval * least > 1 + EVEN:
-        fault = f"too coarse: {order}, and peaks fall between the samples"
-        say("output_interval_s", pace.output_interval, fault, f"at most {1 / least:.3g} s")
+    if pace.output_interval * least > 1 + ROUNDING:
+        fault = f"too coarse: {order}, and samples miss peaks"
+        warn("output_interval_s", pace.output_interval, fault, f"at most {1 / least:.3g} s")
     modes = min(pace.band, pace.modes_to or math.inf)
     if modes < pace.highest_frequency:
         key = "modes_to_hz" if modes != pace.band else "modes_band_hz"
-        say(key, modes, f"too low: {order}", "raise it")
+        warn(key, modes, f"too low: {order}", "raise it")
     if solver.duration is not None and 0 < solver.duration * pace.gear_mesh < 1:
-        period = f"a period of the gear mesh takes {1 / pace.gear_mesh:.3g} s"
-        say("duration_s", solver.duration, f"too short: {period}", "raise it")
+        period = f"the period of the gear mesh is {1 / pace.gear_mesh:.3g} s"
+        warn("duration_s", solver.duration, f"too short: {period}", "raise it")
     return notes

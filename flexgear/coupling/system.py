@@ -1,8 +1,8 @@
 """The coupled system: constant matrices, rigid motions, contact blocks and loads.
 
-Everything that does not change with the carrier angle is in ``mass`` and ``stiffness``: bodies,
-bearings, bolts, spline. Gear meshes and supports that are not invariant to rotation are rows of
-``kernels.pairs`` and enter every solve through the contact blocks.
+``mass`` and ``stiffness`` have all that does not depend on angles: bodies, bearings, bolts,
+splines. Gear meshes and supports that are not invariant to rotation are rows of ``kernels.pairs``,
+which act on the contact blocks.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from flexgear.structures.bodies import Body, rigid_rows
 
 
 def variant_label(bodies: Iterable[BodyName], rigid: Collection[BodyName]) -> str:
-    """Flexible bodies in words: "flexible", "rigid", or their parts joined by +, stage by stage
-    where stages differ; "lumped" where there are none."""
+    """Label of the flexible bodies of a system: "flexible", "rigid", or names of parts joined by +,
+    by stage if stages differ; "lumped" without flexible bodies in the case."""
     stages: dict[str, dict[str, bool]] = {}
     for body in bodies:
         stages.setdefault(body.stage, {})[body.part] = body not in rigid
     labels = {}
     for stage, parts in stages.items():
-        flexible = [part for part, bends in parts.items() if bends]
+        flexible = [part for part, is_flexible in parts.items() if is_flexible]
         labels[stage] = {0: "rigid", len(parts): "flexible"}.get(len(flexible), "+".join(flexible))
     if len(set(labels.values())) < 2:
         return next(iter(labels.values()), "lumped")
@@ -43,10 +43,11 @@ def variant_label(bodies: Iterable[BodyName], rigid: Collection[BodyName]) -> st
 
 @dataclass(frozen=True)
 class Link:
-    """A constant spring between two node maps: force = matrix @ (rows @ q), 6 components.
+    """Constant spring: force = matrix @ (rows @ q), 6 components.
 
-    name: e.g. "stage.bolt_03"; rows: (6, d) relative motion in the link's axes; matrix: (6, 6) N/m,
-    N, N·m/rad; kind: "bolt", "fit" or "spline" of a ring's supports, "planet_bearing", or "".
+    name: e.g. "stage.bolt_03"; rows: (6, d) relative motion in the axes of the link; matrix: (6, 6)
+    N/m, N, N·m/rad; kind: "bolt", "fit" or "spline" of the supports of a ring, "planet_bearing", or
+    "". A joint has (12, d) rows, the motions of both ends.
     """
 
     name: str
@@ -57,12 +58,9 @@ class Link:
 
 @dataclass(frozen=True)
 class RotatingFrameSupport:
-    """A spring between nodes whose frames turn against each other: force K (R(θ) u − R(θ') u').
-
-    rows, housing: (6, d) motion of the node and of its partner, each in its own frame; matrix:
-    (6, 6) in fixed axes; angle, housing_angle: which of the system's angles the frame of each has
-    turned by, −1 for fixed axes.
-    """
+    """Spring between nodes in different rotating frames, with force K (R(θ) u − R(θ') u'). rows,
+    housing: (6, d) motions of the two nodes, each in its frame; matrix: (6, 6) in fixed axes;
+    angle, housing_angle: indices of the angles of their frames, −1 for fixed axes."""
 
     name: str
     rows: Array
@@ -74,8 +72,8 @@ class RotatingFrameSupport:
 
 @dataclass(frozen=True)
 class Damping:
-    """Damping of the assembled system without gear meshes: 2ζω = 2·ratio·ω, or α + β ω²; ratios: of
-    its first elastic modes, in place of ratio."""
+    """Damping of the system without gear meshes: 2ζω = 2 ratio ω + α + β ω²; ``ratios`` of the
+    first elastic modes in place of ``ratio``."""
 
     ratio: float = 0.0
     alpha: float = 0.0
@@ -83,26 +81,24 @@ class Damping:
     ratios: tuple[float, ...] = ()
 
     def rate(self, omega: Array) -> Array:
-        """2ζω (n,) rad/s of modes of ω (n,) in any order, among them the lowest elastic ones; rigid
-        modes are never damped."""
+        """Damping rates 2ζω (n,) of modes of ω (n,), rad/s, in any order; zero for rigid modes. The
+        modes must include the lowest elastic ones."""
         elastic, ratio = omega > 0, np.full(len(omega), self.ratio)
         first = self.first_modes(omega)
         ratio[first] = self.ratios[: len(first)]
         return np.where(elastic, 2 * ratio * omega + self.alpha + self.beta * omega**2, 0.0)
 
     def first_modes(self, omega: Array) -> Ints:
-        """Numbers, by rising ω (n,), of the elastic modes that ``ratios`` are of."""
+        """Indices, by rising ω (n,), of the elastic modes to which ``ratios`` apply."""
         rising = np.argsort(np.where(omega > 0, omega, np.inf), kind="stable")
         return rising[: min(len(self.ratios), int(np.sum(omega > 0)))]
 
 
 @dataclass(frozen=True)
 class Port:
-    """Where torque enters or leaves: row (d,) gives the rotation of the member, rad.
-
-    rated_torque: N·m from outside on the member at rated load; reaction: it is not given but
-    balances the others in an equilibrium.
-    """
+    """Member with an external torque; row (d,) gives its rotation, rad. rated_torque: external
+    torque at rated load, N·m; reaction: whether the torque follows from equilibrium with those of
+    the other ports."""
 
     name: str
     row: Array
@@ -111,7 +107,7 @@ class Port:
 
 
 class BodyCoordinates:
-    """Coordinates (d,) of bodies, one behind the other."""
+    """Coordinates (d,) of bodies in the order of ``bodies``."""
 
     bodies: Sequence[Body]
 
@@ -121,20 +117,20 @@ class BodyCoordinates:
         return sum(b.size for b in self.bodies)
 
     def slice_of(self, body: str) -> slice:
-        """Coordinates of one body."""
+        """Slice of the coordinates of one body."""
         target = self.body(body)
         start = sum(b.size for b in takewhile(lambda b: b is not target, self.bodies))
         return slice(start, start + target.size)
 
     def body(self, name: str) -> Body:
-        """The body of this name."""
+        """Body of a name. Raises FlexgearError if there is none."""
         for b in self.bodies:
             if b.name == name:
                 return b
         raise FlexgearError(f"there is no body {name!r} in the system")
 
     def node_rows(self, body: str, node: str) -> Array:
-        """Rows (6, d) that give the motion of one node in its body's frame."""
+        """Rows (6, d) of the motion of a node in the frame of its body."""
         rows = np.zeros((6, self.size))
         rows[:, self.slice_of(body)] = self.body(body).node(node)
         return rows
@@ -144,17 +140,16 @@ class BodyCoordinates:
 class System(BodyCoordinates):
     """Coupled gear train in physical coordinates (d,).
 
-    mass, stiffness: (d, d), constant part; rigid: (d, r) M-orthonormal motions that the constant
-    part does not resist; rolling: (d, F) motion of all coordinates per radian of each of the F
-    independent rotations when the train rolls without deflection; input_rows: (F, d) rows that give
-    those rotations; angles: (A, d) rows that give the angles on which gear meshes and turning
-    supports depend (stage angles, carriers); blocks: (6 n_b, d) motion of the contact blocks;
-    ports: where torque acts, inputs before the output; machines: what hangs there; input_speeds:
-    rated, rad/s; gear_meshes: label of every gear mesh m; gyroscopic, centripetal: (d, d) at rated
-    speed, for M q̈ + G q̇ + (K − C) q, or None; rigid_bodies: those that do not bend of the bodies
-    that may; variant: ``variant_label``; ring_frames: of FE rings by body which of the angles their
-    frame has turned by, −1 where it stands; support_names: of the support or joint that each of the
-    rows of turning supports belongs to.
+    mass, stiffness: (d, d), constant part; rigid: (d, r) M-orthonormal motions without elastic
+    force of the constant part; rolling: (d, F) motion per radian of each of the F independent
+    rotations when the train rolls without deflection; input_rows: (F, d) rows of those rotations;
+    angles: (A, d) rows of the angles on which gear meshes and rotating supports depend; blocks:
+    (6 n_b, d) motion of the contact blocks; ports: inputs, then the output; machines: law at each
+    port; input_speeds: rated, rad/s; gear_meshes: label of every gear mesh m; gyroscopic,
+    centripetal: (d, d) at rated speed, for M q̈ + G q̇ + (K − C) q, or None; rigid_bodies: flexible
+    bodies of the case that are modelled as rigid; variant: ``variant_label``; ring_frames: index of
+    the angle of the frame of an FE ring by body, −1 for a fixed frame; support_names: name of the
+    support or joint of each row of rotating supports.
     """
 
     variant: str
@@ -205,8 +200,8 @@ class System(BodyCoordinates):
         return np.array([p.rated_torque for p in self.ports])
 
     def proportional_torques(self, first: Array) -> Array:
-        """External torques (k, P) with ``first`` (k,) N·m on the first port, the others in rated
-        proportion; as rated where the first one's is zero, as nothing scales them then."""
+        """External torques (k, P) with ``first`` (k,), N·m, on the first port and the others in
+        rated proportion, or at rated value if the rated torque of the first port is zero."""
         share = first / self.rated_torque if self.rated_torque else np.ones_like(first)
         out: Array = np.outer(share, self.rated_port_torques)
         out[:, 0] = first
@@ -219,15 +214,15 @@ class System(BodyCoordinates):
 
     @property
     def rolling_rates(self) -> Array:
-        """Rates (6 B,) of the contact blocks when the train rolls at rated speed; zero in free
-        vibration, which has no speed."""
+        """Velocities (6 n_b,) of the contact blocks when the train rolls at rated speed; zero in
+        free vibration."""
         if not self.input_speeds:
             return np.zeros(len(self.blocks))
         return np.asarray(self.blocks @ (self.rolling @ self.rated_input_speeds))
 
     @property
     def reactions(self) -> NDArray[np.int64]:
-        """Numbers of the ports whose torque balances the others, as many as input_rows."""
+        """Indices of the F ports whose torque follows from equilibrium."""
         return np.array([i for i, p in enumerate(self.ports) if p.reaction], dtype=np.int64)
 
     def theta(self, input_angles: Array) -> Array:
@@ -235,22 +230,23 @@ class System(BodyCoordinates):
         return np.asarray(input_angles @ (self.angles @ self.rolling).T)
 
     def ring_turn(self, body: str) -> Array:
-        """Row (d,) of the rotation of an FE ring's frame, zero of any other body."""
+        """Row (d,) of the rotation of the frame of an FE ring, zero for other bodies."""
         at = self.ring_frames.get(body, -1)
         return np.asarray(self.angles[at]) if at >= 0 else np.zeros(self.size)
 
     def own_rows(self, body: str, node: str) -> Array:
-        """Motion (6, d) of a node in its body's frame, of an FE ring against that frame's turn."""
+        """Rows (6, d) of the motion of a node in the frame of its body, for an FE ring without the
+        rotation of that frame."""
         spin = rigid_rows(self.body(body).position(node))[:, 5]
         return self.node_rows(body, node) - np.outer(spin, self.ring_turn(body))
 
     def with_(self, **changes: object) -> System:
-        """A copy with the given fields changed."""
+        """Copy with changed fields."""
         return replace(self, **changes)  # type: ignore[arg-type]
 
 
 def orthonormal_rigid(mass: Array, motions: Array) -> Array:
-    """M-orthonormal basis of the given motions (d, r), by Cholesky of their Gram matrix."""
+    """M-orthonormal basis of motions (d, r), by Cholesky decomposition of their Gram matrix."""
     if not motions.shape[1]:
         return motions
     gram = motions.T @ mass @ motions
@@ -259,14 +255,12 @@ def orthonormal_rigid(mass: Array, motions: Array) -> Array:
 
 
 def without_rigid_forces(stiffness: Array, mass: Array, rigid: Array) -> Array:
-    """Pᵀ K P with P = I − Φ_r Φ_rᵀ M: rigid motion of any size makes no force at all.
-
-    Round-off of a reduction would otherwise turn a large rotation into spurious torque. Only
-    round-off is taken off: FlexgearError where a spring really resists a rigid motion.
-    """
-    resisted = np.abs(stiffness @ rigid).max(axis=0)
+    """Stiffness Pᵀ K P with P = I − Φ_r Φ_rᵀ M, under which rigid motions cause no force. It
+    removes round-off of reductions, which would cause a spurious torque under large rotations.
+    Raises FlexgearError if a spring resists a rigid motion by more than round-off."""
+    force = np.abs(stiffness @ rigid).max(axis=0)
     allowed = 1e-6 * np.abs(stiffness).max() * np.abs(rigid).max(axis=0)
-    if np.any(resisted > allowed):
+    if np.any(force > allowed):
         raise FlexgearError(
             "a spring resists the free rolling of the train (stiffness about the axis of rotation "
             "in a bearing or coupling); set it to zero"

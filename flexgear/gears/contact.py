@@ -1,4 +1,4 @@
-"""Paths of contact: which tooth pair is where at a carrier angle.
+"""Paths of contact: position of every tooth pair on its path at a carrier angle.
 
 Planet axes: x radial outward, y tangential, z axial; n is the unit in-plane force on the planet,
 (−sin α, −cos α) from the ring and (+sin α, −cos α) from the sun. The path coordinate s is the
@@ -7,15 +7,15 @@ C = T_p − s n + z e_z and s = ρ_p. On the flank of ring tooth j (centre at φ
 
     s = r_b,r (φ_j − δ_b,r + α_w − θ_c − φ_i + κ z) − R_c sin α_w ,
 
-δ_b being a tooth's half angle at the base circle (``tooth``), falling with θ_c (planet tip to ring
-tip); the planet tooth that meets it stands at γ = s/r_b,p − δ_b,p − α_w, and on the other side of
-that planet's teeth s = r_b,p (π + α_w + δ_b,p − γ), rising. Coast flanks follow by mirroring
-angles. Backlash is imposed by thinning the teeth of ring and sun there, so that drive flanks stay
-where they are; coast paths are those of a stage whose planets touch the ring behind.
-Re-derived from the involutes; the modulo rule of Tan et al. 2023, eqs. 11–14 is not used.
+with δ_b the half angle of a tooth at the base circle (``tooth``); s falls with θ_c, from planet tip
+to ring tip. The planet tooth in contact with that ring tooth has the centre angle
+γ = s/r_b,p − δ_b,p − α_w, and its flank towards the sun s = r_b,p (π + α_w + δ_b,p − γ), which
+rises with θ_c. Paths of coast flanks follow by mirroring all angles. Backlash is made by thinner
+teeth of ring and sun on their coast flanks, so that it does not move contact on drive flanks.
+Derived from the involutes; the modulo rule of Tan et al. 2023, eqs. 11–14 is not used.
 
-``paths`` puts them together for any stage: halves of double-helical gears have a side and a
-mid-plane, and stiffness may be a wave over the base pitch in place of single pairs.
+``paths`` builds the paths of any stage: halves of double-helical gears have a side and a mid-plane,
+and stiffness may be a wave over the base pitch in place of single pairs.
 """
 
 from __future__ import annotations
@@ -34,10 +34,8 @@ from flexgear.gears.stiffness import Law, pair_stiffness
 
 
 class GearMeshKind(StrEnum):
-    """Gear mesh of planets with the ring or the sun, on their drive or coast flanks.
-
-    A parallel stage has those of the sun, its pinion, only.
-    """
+    """Gear mesh of planets with the ring or the sun, on their drive or coast flanks. A parallel
+    stage has only those of the sun, which is its pinion."""
 
     RING = "ring"
     SUN = "sun"
@@ -46,13 +44,13 @@ class GearMeshKind(StrEnum):
 
     @classmethod
     def both(cls, gear: str) -> tuple[GearMeshKind, GearMeshKind]:
-        """On drive and on coast flanks of "ring" or "sun"."""
+        """Kinds of the drive and of the coast flanks of a gear, "ring" or "sun"."""
         drive, coast = (kind for kind in cls if kind.gear == gear)
         return drive, coast
 
     @property
     def internal(self) -> bool:
-        """Whether the planets run inside the gear."""
+        """Whether the gear has internal teeth."""
         return self in (GearMeshKind.RING, GearMeshKind.RING_COAST)
 
     @property
@@ -62,11 +60,11 @@ class GearMeshKind(StrEnum):
 
     @property
     def coast(self) -> bool:
-        """Whether it is on the coast flanks."""
+        """Whether the gear mesh is on coast flanks."""
         return self in (GearMeshKind.RING_COAST, GearMeshKind.SUN_COAST)
 
 
-TABLE = 2001
+TABLE_POINTS = 2001
 ASSEMBLY_TOLERANCE = 1e-3  # of a sun tooth pitch
 
 
@@ -77,13 +75,12 @@ class GearMeshPath:
     Pair k of planet i: s = s0[i] + k base_pitch + rate θ_c at z = 0, s(z) = s + slope z.
     Tooth numbers (0-based): (gear_tooth0[i] + gear_step k) mod gear_teeth, likewise the planet's.
     s_grid, k_grid, zc_grid: pair stiffness (N/m, along the 3D normal) and centroid (m).
-    carries: whether it is on the flanks that carry the rated torque. side: "left" or "right" half
-    of a double-helical stage, whose mid-plane z_offset is where z = 0 is meant above. wave: (T,)
-    N/m, stiffness of the whole gear mesh at the shares j/T of a base pitch from s = s_lo on,
-    periodic; None where pairs are looked at one by one. gap_grid: gap of modified flanks at s_grid,
-    m along the 3D normal. off_path: touch of tips beyond s_lo and s_hi, with their gaps for any s.
-    slices: of contact lines over s_grid, where load along the face is followed; the gap is in them,
-    then.
+    carries: whether these flanks carry the rated torque. side: "left" or "right" half of a
+    double-helical stage; z counts from its mid-plane z_offset. wave: (T,) N/m, periodic stiffness
+    of the whole gear mesh at s = s_lo + j/T base_pitch; None where every pair has its stiffness.
+    gap_grid: gap of modified flanks at s_grid, m along the 3D normal. off_path: tip contact beyond
+    s_lo and s_hi, with the gap at any s. slices: slices of contact lines over s_grid, including the
+    gap, where the load distribution along the face is computed.
     Lengths m, angles rad, rate m/rad.
     """
 
@@ -126,25 +123,26 @@ class GearMeshPath:
 
     @property
     def cos_base_helix(self) -> float:
-        """cos β_b: share of the normal N in the plane of rotation."""
+        """cos β_b: component of the 3D normal N in the plane of rotation."""
         return 1.0 / math.hypot(1.0, self.slope)
 
     @property
     def planet_arm(self) -> float:
-        """Moment of N about the planet's axis, m, with its sign."""
+        """Signed moment of N about the planet's axis, m."""
         (x, y), (nx, ny) = self.tangent_point, self.normal_xy
         return math.copysign(self.base_radius_planet, x * ny - y * nx) * self.cos_base_helix
 
     @property
     def gear_arm(self) -> float:
-        """Moment of N about the gear's axis, m: of the planet's sign at the ring only."""
+        """Signed moment of N about the gear's axis, m: same sign as ``planet_arm`` at the ring,
+        opposite at the sun."""
         inward = 1.0 if self.kind.internal else -1.0
         sign = inward * math.copysign(1.0, self.planet_arm)
         return sign * self.base_radius_gear * self.cos_base_helix
 
     @property
     def mean_stiffness(self) -> float:
-        """Mean over a base pitch, N/m: of the wave, or of all pairs together."""
+        """Mean stiffness over a base pitch, N/m: of the wave, or of the sum of all pairs."""
         if self.wave is not None:
             return float(self.wave.mean())
         return float(np.trapezoid(self.k_grid, self.s_grid)) / self.base_pitch
@@ -155,59 +153,61 @@ class GearMeshPath:
 
 
 def ring_start(g: StageGeometry, planet_angles: Array) -> Array:
-    """s of the ring tooth on the x axis with every planet at θ_c = 0, z = 0; (N,) m."""
+    """Path coordinates s (N,), m, at which the ring tooth on the x axis touches every planet, at
+    θ_c = 0 and z = 0."""
     a, ring = g.ring_gear_mesh.working_angle, g.ring
     angle = -ring.base_half_angle + a - planet_angles
     return ring.base_radius * angle - g.center_distance * math.sin(a)
 
 
 def planet_tooth_angle(g: StageGeometry, s: Array) -> Array:
-    """γ of the planet tooth whose ring-side flank is at s, in planet axes, rad."""
+    """Centre angle γ, in planet axes, of the planet tooth whose ring-side flank is at s, rad."""
     planet = g.planet
     return s / planet.base_radius - planet.base_half_angle - g.ring_gear_mesh.working_angle
 
 
 def sun_side(g: StageGeometry, planet_tooth: Array) -> Array:
-    """s on the sun side of planet teeth at angles γ, m."""
+    """Path coordinate s of the sun-side flank of planet teeth at centre angles γ, m."""
     planet, a = g.planet, g.sun_gear_mesh.working_angle
     return planet.base_radius * (math.pi + a + planet.base_half_angle - planet_tooth)
 
 
 def sun_tooth_angle(g: StageGeometry, s: Array) -> Array:
-    """Centre angle of the sun tooth at s, in planet axes, rad."""
+    """Centre angle, in planet axes, of the sun tooth that touches at s, rad."""
     a, sun = g.sun_gear_mesh.working_angle, g.sun
     rho = g.center_distance * math.sin(a) - s
     return a + sun.base_half_angle - rho / sun.base_radius
 
 
 def tooth_numbers(angles: Array, reference: float, teeth: int) -> tuple[Ints, Array]:
-    """Nearest tooth numbers of angles and how far off they are, in pitches."""
+    """Numbers of the teeth nearest to angles, and the remaining differences in pitches. reference:
+    angle of tooth 0, rad."""
     place = (angles - reference) * teeth / (2 * math.pi)
     number = np.rint(place)
     return number.astype(np.int64), place - number
 
 
 def assembly_mismatch(g: StageGeometry, planet_angles: Array) -> Array:
-    """Distance (N,) of the sun tooth at each planet from its position by planet 1, in sun
-    pitches."""
+    """Assembly error (N,) in sun pitches: position of the sun tooth at every planet relative to the
+    position that planet 1 requires."""
     gamma = planet_tooth_angle(g, ring_start(g, planet_angles))
     sigma = sun_tooth_angle(g, sun_side(g, gamma)) + planet_angles
     return tooth_numbers(sigma, float(sigma[0]), g.sun.teeth)[1]
 
 
 def _coast_planet_tooth(g: StageGeometry, gamma: Array, s_coast: Array) -> Array:
-    """Angles of planet teeth 0 when the coast flank of ring tooth 0 touches, rad (N,)."""
+    """Angles (N,) of planet teeth 0 when the coast flank of ring tooth 0 touches, rad."""
     pitch = 2 * math.pi / g.planet.teeth
-    off = -planet_tooth_angle(g, s_coast) - gamma
-    return gamma + off - pitch * np.rint(off / pitch)
+    angle = -planet_tooth_angle(g, s_coast)
+    return angle - pitch * np.rint((angle - gamma) / pitch)
 
 
-# s0 of every planet, m, and tooth numbers of gear and planet there, (N,) each
+# s0 of every planet, m, and numbers of the teeth of gear and planet in contact there, (N,) each
 Start = tuple[Array, Ints, Ints]
 
 
 def planetary_starts(g: StageGeometry, planet_angles: Array) -> dict[GearMeshKind, Start]:
-    """Where all four kinds of gear meshes of a planetary stage are at θ_c = 0."""
+    """Contact positions and teeth at θ_c = 0, by kind of gear mesh of a planetary stage."""
     phi, zero = planet_angles, np.zeros(len(planet_angles), np.int64)
     # drive flanks: planets touch ring teeth, the sun touches planets
     ring = ring_start(g, phi)
@@ -240,11 +240,11 @@ def gear_mesh_path(
     half_face: float,
     law: Law,
 ) -> GearMeshPath:
-    """One path.
+    """Path of one kind of gear mesh that starts at ``start``.
 
-    m is −1 where N has a part in +y of the planet. Per rad of θ the planet's base circle rolls off
-    ``rolling`` m against its rotation: by r_b,ring in a planetary stage, where it turns by −(r_b,r/
-    r_b,p) θ in the carrier; by −r_b in a parallel one, where the gear turns by +θ.
+    m is −1 where N has a component along +y of the planet. ``rolling`` is the length that the
+    planet's base circle rolls per rad of θ, m/rad: r_b,ring in a planetary stage, where the planet
+    turns by −(r_b,r/r_b,p) θ in the carrier; −r_b in a parallel one, where the gear turns by +θ.
     """
     parallel = "ring" not in g.gears
     rolling = -g.planet.base_radius if parallel else g.ring.base_radius
@@ -253,7 +253,7 @@ def gear_mesh_path(
     hand = 1 if planet_hand == "right" else -1
     a, t = gear_mesh.working_angle, side * m * hand * math.tan(g.base_helix_angle)
     reach = abs(t) * half_face
-    grid = np.linspace(gear_mesh.s_lo - reach, gear_mesh.s_hi + reach, TABLE)
+    grid = np.linspace(gear_mesh.s_lo - reach, gear_mesh.s_hi + reach, TABLE_POINTS)
     k, zc = pair_stiffness(law, grid, gear_mesh.s_lo, gear_mesh.s_hi, t, half_face)
     return GearMeshPath(
         kind=kind,

@@ -1,14 +1,14 @@
-"""Whether a case has one answer: ties of its members, mobility, missing or extra torques.
+"""Determinacy of a train: ties between members, mobility, missing or surplus speeds and torques.
 
-Every tie is one row Σ c_m ω_m = 0 over member speeds:
+Every tie is one row Σ c_m ω_m = 0 over the speeds of members:
 
     planetary   r_s ω_s + r_r ω_r − (r_s + r_r) ω_c = 0   (Willis, base radii), divided by r_s
     parallel    r_p ω_p + r_g ω_g = 0, divided by r_p
     joint       ω_first − ω_second = 0
     held        ω = 0
 
-A case of n members with c independent ties (members) has mobility M = n − c. It needs M
-speeds; of its p ports p − M need a torque, for the torque system is the transpose of the speeds'.
+A case of n members with c independent ties has mobility M = n − c. It needs M speeds; of its p
+ports p − M need a torque, as the matrix of the torques is the transpose of that of the speeds.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Tie:
-    """One row Σ c_m ω_m = 0. kind: "stage", "joint" or "held"; name: as the user wrote it."""
+    """Tie Σ c_m ω_m = 0 of the speeds of members, with c_m by name of the member. kind: "stage",
+    "joint" or "held"; name: of the stage, the joint or the member in the case."""
 
     kind: str
     name: str
@@ -42,14 +43,14 @@ class Tie:
 
     @property
     def label(self) -> str:
-        """The tie in messages: "joint a – b", "held a", "stage s"."""
+        """Name of the tie in messages: "joint a – b", "held a", "stage s"."""
         return f"{self.kind} {self.name}"
 
 
 @dataclass(frozen=True)
 class Port:
-    """A member with an external torque or speed: rad/s and N m (on the member); None if not given.
-    key: "inputs[0]" … or "output"."""
+    """Member with an external torque or speed. key: "inputs[0]" … or "output"; speed: rad/s;
+    torque: N m, on the member; None if not given."""
 
     member: str
     key: str
@@ -59,8 +60,8 @@ class Port:
 
 @dataclass(frozen=True)
 class Members:
-    """Names of all members in the order of the stages, ties of their speeds, ports. loads:
-    additional moments about z (N m) by member, those of histories at t = 0."""
+    """Names of all members in the order of the stages, ties between them, and ports. loads: further
+    moments about z by member, N m; of a torque history its value at t = 0."""
 
     source: str
     names: tuple[MemberName, ...]
@@ -70,11 +71,11 @@ class Members:
 
     @cached_property
     def tie_rows(self) -> Array:
-        """Rows of the ties over the members, (ties, members)."""
+        """Matrix of the ties, (ties, members)."""
         return self._rows([tie.coefficients for tie in self.ties])
 
     def port_rows(self, ports: Sequence[Port]) -> Array:
-        """Rows that pick the members of ports, (ports, members)."""
+        """Matrix (ports, members) that selects the members of ports."""
         return self._rows([{port.member: 1.0} for port in ports])
 
     def _rows(self, coefficients: Sequence[Mapping[str, float]]) -> Array:
@@ -86,7 +87,7 @@ class Members:
 
 
 def members_of(case: Case) -> Members:
-    """Members, ties and ports of a case. Raises InputError for gears that cannot mesh."""
+    """Members, ties and ports of a case. Raises InputError for gears that do not mesh."""
     ties = [_stage_tie(case.view(stage.name)) for stage in case.stages]
     for joint in case.joints:
         name = f"{joint.first} – {joint.second}"
@@ -106,7 +107,7 @@ def members_of(case: Case) -> Members:
 
 def _stage_tie(view: StageView) -> Tie:
     stage = view.stage
-    # true teeth mesh, and planets do not collide; of printed radii nothing is known but themselves
+    # stage_geometry refuses teeth that do not mesh, which radii from a publication need not satisfy
     base = (stage_radii if is_overridden(stage) else stage_geometry)(view).base
     if stage.kind == "planetary":
         ratio = base["ring"] / base["sun"]
@@ -116,7 +117,7 @@ def _stage_tie(view: StageView) -> Tie:
     return Tie("stage", stage.name, {f"{stage.name}.{part}": c for part, c in row.items()})
 
 
-RANK = 1e-9
+RANK_TOLERANCE = 1e-9  # singular value over the largest
 
 
 def rank(matrix: Array) -> int:
@@ -124,7 +125,7 @@ def rank(matrix: Array) -> int:
     if 0 in matrix.shape:
         return 0
     values = np.linalg.svd(matrix, compute_uv=False)
-    return int((values > RANK * values[0]).sum())
+    return int((values > RANK_TOLERANCE * values[0]).sum())
 
 
 def null_space(matrix: Array) -> Array:
@@ -133,7 +134,7 @@ def null_space(matrix: Array) -> Array:
 
 
 def require_free_ties(members: Members) -> int:
-    """The mobility. InputError where ties are redundant or nothing can turn."""
+    """Mobility of the members. Raises InputError where ties are redundant or nothing can turn."""
     rows = members.tie_rows
     if rank(rows) < len(rows):
         involved = [members.ties[k] for k in _first_loop(rows)]
@@ -156,7 +157,7 @@ def require_free_ties(members: Members) -> int:
 
 
 def _first_loop(rows: Array) -> list[int]:
-    """Shortest leading set of rows whose last one depends on the others."""
+    """Indices of the rows in the first linear dependence: its last row follows from the others."""
     for end in range(1, len(rows) + 1):
         repeated = null_space(rows[:end].T)
         if repeated.shape[1]:
@@ -165,7 +166,7 @@ def _first_loop(rows: Array) -> list[int]:
 
 
 def require_speeds(members: Members, mobility: int) -> None:
-    """InputError unless exactly ``mobility`` independent speeds are given."""
+    """Raises InputError unless exactly ``mobility`` independent speeds are given."""
     driven = [p for p in members.ports if p.speed is not None]
     head = f"mobility {mobility}, and {_listed(driven, 'speed')}"
     conditions = np.vstack([members.tie_rows, members.port_rows(driven)])
@@ -196,9 +197,9 @@ def require_speeds(members: Members, mobility: int) -> None:
 
 
 def require_torques(members: Members, mobility: int) -> None:
-    """InputError unless exactly (ports − mobility) independent torques or powers are given."""
+    """Raises InputError unless exactly ports − mobility independent torques or powers are given."""
     torques = [p for p in members.ports if p.torque is not None]
-    rest = [p for p in members.ports if p.torque is None]
+    without_torque = [p for p in members.ports if p.torque is None]
     needed = len(members.ports) - mobility
     head = (
         f"{len(members.ports)} ports and mobility {mobility} need {_count(needed, 'torque')}, "
@@ -213,13 +214,13 @@ def require_torques(members: Members, mobility: int) -> None:
         raise InputError(
             members.source, "inputs", f"underdetermined: {head}",
             f"give {_count(needed - len(torques), 'torque or power value')} at "
-            f"{' or '.join(p.member for p in rest)}",
+            f"{' or '.join(p.member for p in without_torque)}",
         )  # fmt: skip
-    if rank(np.vstack([members.tie_rows, members.port_rows(rest)])) < len(members.names):
+    if rank(np.vstack([members.tie_rows, members.port_rows(without_torque)])) < len(members.names):
         raise InputError(
             members.source, "inputs",
             f"{head}, but they act on the same part of the train and leave "
-            f"{' and '.join(p.member for p in rest)} open",
+            f"{' and '.join(p.member for p in without_torque)} open",
             "give the torque of one of these instead",
         )  # fmt: skip
 
@@ -236,8 +237,8 @@ def _listed(ports: list[Port], noun: str) -> str:
 
 
 def _clash(members: Members, driven: list[Port]) -> str:
-    """Clause of a message: the speed of the first surplus port that follows from the other given
-    speeds; "" without one."""
+    """Clause of a message with the first given speed that follows from those before it, and the
+    speed that they imply; "" if all are independent."""
     ties = members.tie_rows
     for k, port in enumerate(driven):
         conditions = np.vstack([ties, members.port_rows(driven[:k])])

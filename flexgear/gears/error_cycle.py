@@ -1,18 +1,18 @@
 """Error cycle of a stage, after which all errors repeat, and its sampling.
 
-The unit is the gear-mesh cycle: the carrier turning by one ring tooth, relative to the ring; sun,
-planets and ring then all turn relative to the carrier by one tooth of their own. So an error of
-the sun is back after z_s cycles, one of a planet after z_p, one of the ring after z_r, one that
-stands in space (ring offset, gravity, a support of unequal stiffness) after |z_r / ν|, ν being the
-absolute turns of the carrier in one turn relative to the ring (1 while the ring is held). A given
-tooth of the sun meets a given tooth of a planet, and that a given tooth of the ring, again after
+The unit is the gear-mesh cycle: rotation of the carrier by one ring tooth relative to the ring, in
+which sun, planets and ring each turn by one tooth relative to the carrier. An error of the sun
+repeats after z_s cycles, one of a planet after z_p, one of the ring after z_r; one that is fixed in
+space (ring offset, gravity, a support of unequal stiffness) after |z_r / ν|, where ν is the
+absolute rotation of the carrier over that relative to the ring (1 if the ring is held). The same
+teeth of sun, planet and ring meet again after
 
     C = lcm(z_s, z_p, z_r) gear-mesh cycles = C / z_r turns of the carrier.
 
-Of a parallel stage the cycle is the gear turning by one tooth, C = lcm(z_pinion, z_gear). The error
-cycle of a train is the least common multiple over its stages, which soon is millions of turns; it
-is then sampled by whole gear-mesh cycles w_i = i g mod C with g prime to C and near C / 1.618…, so
-that any z consecutive i meet each of the z phases of an error exactly once.
+In a parallel stage the cycle is rotation of the gear by one tooth, C = lcm(z_pinion, z_gear). The
+error cycle of a train is the least common multiple over its stages, which may be millions of turns;
+it is then sampled by whole gear-mesh cycles w_i = i g mod C with g prime to C and near C / 1.618…,
+so that any z consecutive samples meet each of the z phases of an error exactly once.
 """
 
 from __future__ import annotations
@@ -36,28 +36,28 @@ if TYPE_CHECKING:
     from flexgear.model.stage import Stage
 
 
-SOURCES = ("sun", "planet", "ring", "housing")  # pinion and gear count as sun and planet
-CANDIDATES = 64  # multipliers that are tried for an even spread
-HORIZON = 10**8  # gear-mesh cycles; beyond, angles in double precision lose the phase
+SOURCES = ("sun", "planet", "ring", "housing")  # a pinion is a "sun", its gear a "planet"
+CANDIDATES = 64  # multipliers g that are tried
+MAX_CYCLES = 10**8  # gear-mesh cycles; beyond, angles in double precision lose the phase
 
 
 @dataclass(frozen=True)
 class ErrorCycle:
-    """gear_meshes: gear-mesh cycles until errors come back; per_turn: gear-mesh cycles in one turn
-    of the stage angle θ (carrier relative to ring; wheel of a parallel stage)."""
+    """Period of all errors of a stage. gear_meshes: in gear-mesh cycles; per_turn: gear-mesh cycles
+    in one turn of the stage angle θ (carrier relative to ring, or gear of a parallel stage)."""
 
     gear_meshes: int
     per_turn: int
 
     @property
     def turns(self) -> Fraction:
-        """Turns of θ until errors come back."""
+        """Period of the errors in turns of θ."""
         return Fraction(self.gear_meshes, self.per_turn)
 
 
 @dataclass(frozen=True)
 class TrainTurn:
-    """A stage in a train: its error cycle and its turns of θ per turn of the input coordinate."""
+    """Error cycle of a stage in a train, and turns of its θ per turn of the input coordinate."""
 
     cycle: ErrorCycle
     rate: Fraction
@@ -65,9 +65,9 @@ class TrainTurn:
 
 @dataclass(frozen=True)
 class AngleSamples:
-    """angles: (w · per_gear_mesh,) rad, rising, of θ or of the input coordinate; whole gear-mesh
-    cycles one after the other, so that load sharing by cycle works on them. gear_mesh: (w,) number
-    of each cycle; complete: whether they are the whole error cycle."""
+    """Sampled angles of θ or of the input coordinate, in whole gear-mesh cycles. angles: (w ·
+    per_gear_mesh,) rad, rising, cycle after cycle; gear_mesh: (w,) numbers of the cycles in the
+    error cycle; complete: whether all cycles of the error cycle are sampled."""
 
     angles: Array
     gear_mesh: NDArray[np.int64]
@@ -80,11 +80,9 @@ def error_cycle(
     sources: Iterable[str] = SOURCES,
     carrier_turns: Fraction = Fraction(1),
 ) -> ErrorCycle:
-    """Error cycle of a stage under errors of the given sources.
-
-    carrier_turns: absolute turns of the carrier per turn of θ (1: ring held, 0: carrier held,
-    which leaves what stands in space constant). FlexgearError for an unknown source.
-    """
+    """Error cycle of a stage under errors of the given sources. carrier_turns: absolute turns of
+    the carrier per turn of θ (1: ring held; 0: carrier held, so errors that are fixed in space are
+    constant). Raises FlexgearError for an unknown source."""
     sources = tuple(sources)
     unknown = [s for s in sources if s not in SOURCES]
     if unknown:
@@ -92,14 +90,15 @@ def error_cycle(
     teeth = {role: gear.teeth for role, gear in gears_by_role(stage).items()}
     per_turn = teeth.get("ring", teeth["planet"])
     periods = [Fraction(teeth[s]) for s in sources if s in teeth]
-    # gears of a parallel stage stand in the housing: nothing turns against it but they themselves
+    # axes of a parallel stage are fixed in the housing, so the periods of its gears cover "housing"
     if "housing" in sources and "ring" in teeth and carrier_turns != 0:
         periods.append(Fraction(per_turn) / abs(carrier_turns))
     return ErrorCycle(int(_common([Fraction(1), *periods])), per_turn)
 
 
 def error_sources(errors: GearErrors, *, housing: bool = False) -> tuple[str, ...]:
-    """Sources that these errors have; housing: whether anything else stands in space."""
+    """Sources with an error other than zero; housing: whether a cause that is not in ``errors`` is
+    fixed in space."""
     sources = {
         "sun": errors.sun_eccentricity or errors.sun_pitch,
         "planet": any(errors.planet_eccentricity) or errors.planet_pitch,
@@ -110,7 +109,7 @@ def error_sources(errors: GearErrors, *, housing: bool = False) -> tuple[str, ..
 
 
 def train_cycle(turns: Sequence[TrainTurn]) -> Fraction:
-    """Turns of the input coordinate until the errors of all stages come back together."""
+    """Common period of the errors of all stages, in turns of the input coordinate."""
     moving = [t for t in turns if t.rate != 0]
     if not moving:
         raise FlexgearError("no stage of the train turns: there is no error cycle")
@@ -118,11 +117,9 @@ def train_cycle(turns: Sequence[TrainTurn]) -> Fraction:
 
 
 def exact_rate(speed: float, lead: float) -> Fraction:
-    """speed / lead as the exact fraction of tooth numbers, denominators up to a million.
-
-    Speeds that are given independently (two inputs) have no common period; their ratio is rounded
-    to the nearest such fraction, which only matters beyond a million turns.
-    """
+    """Ratio speed / lead as a fraction of tooth numbers, with denominators up to a million. Two
+    independent input speeds have no common period; their ratio is rounded to the nearest such
+    fraction, whose error only matters beyond a million turns."""
     return Fraction(speed / lead).limit_denominator()
 
 
@@ -131,16 +128,17 @@ def sample_train_angles(
 ) -> AngleSamples:
     """Input angles that sample the error cycle of a train.
 
-    window: the stage whose gear-mesh cycles are sampled whole, ``per_gear_mesh`` positions each,
-    ``most`` of them at most, spread over the error cycle of all stages.
+    window: index of the stage whose gear-mesh cycles are sampled, with ``per_gear_mesh`` positions
+    in each; most: largest number of these cycles, which are spread over the error cycle of the
+    train. Raises FlexgearError if the stage does not turn, or without positions or cycles.
     """
     sampled = turns[window]
     if sampled.rate == 0:
         raise FlexgearError("the stage whose gear-mesh cycles are to be sampled does not turn")
     step = 1 / (abs(sampled.rate) * sampled.cycle.per_turn)
     count = int(train_cycle(turns) / step)
-    if count > HORIZON:
-        count = max(HORIZON // sampled.cycle.gear_meshes, 1) * sampled.cycle.gear_meshes
+    if count > MAX_CYCLES:
+        count = max(MAX_CYCLES // sampled.cycle.gear_meshes, 1) * sampled.cycle.gear_meshes
     if per_gear_mesh < 1 or most < 1:
         raise FlexgearError("sampling needs at least one position and one gear-mesh cycle")
     complete = count <= most
@@ -153,17 +151,18 @@ def sample_train_angles(
 def spread(count: int, most: int) -> NDArray[np.int64]:
     """``most`` different numbers below ``count``, rising: i g mod count, g prime to count.
 
-    g is the first beside count/φ whose largest gap is below three mean ones, or the best of many:
-    what is prime to count next to the golden section may lie next to a simple fraction, too.
+    g is the multiplier nearest to count/φ (golden section) whose largest gap is below three mean
+    gaps, else the best of ``CANDIDATES``: a multiplier near count/φ may also be near a simple
+    fraction of count, which gives uneven gaps.
     """
     golden = round(count * (math.sqrt(5) - 1) / 2)
-    near = (
+    multipliers = (
         x for d in range(count) for x in dict.fromkeys((golden + d, golden - d))
         if x > 0 and math.gcd(x, count) == 1
     )  # fmt: skip
     steps = np.arange(most, dtype=np.int64)
     best, widest = steps, math.inf
-    for g in islice(near, CANDIDATES):
+    for g in islice(multipliers, CANDIDATES):
         positions = np.sort(steps * g % count)
         gap = float(np.diff(np.append(positions, positions[0] + count)).max())
         if gap < widest:
@@ -174,19 +173,17 @@ def spread(count: int, most: int) -> NDArray[np.int64]:
 
 
 def _common(periods: Sequence[Fraction]) -> Fraction:
-    """Least common multiple: lcm of numerators over gcd of denominators, in lowest terms."""
+    """Least common multiple of fractions: lcm of numerators over gcd of denominators."""
     return Fraction(
         math.lcm(*(p.numerator for p in periods)), math.gcd(*(p.denominator for p in periods))
     )
 
 
-LEAST_STEPS = 4  # of a transient in a gear-mesh period
+LEAST_STEPS = 4  # time steps in a gear-mesh period
 
 
 def longest_time_step(gear_mesh_frequency: float) -> float:
-    """A quarter of a gear-mesh period, s; infinite at zero speed.
-
-    With longer steps pairs would enter and leave between two steps, and the variation of stiffness
-    in a period would not be followed.
-    """
+    """A quarter of a gear-mesh period, s; infinite at zero speed. Longer steps would miss pairs
+    that come into contact and leave it between two steps, and the variation of stiffness in a
+    period."""
     return 1.0 / (LEAST_STEPS * gear_mesh_frequency) if gear_mesh_frequency else math.inf

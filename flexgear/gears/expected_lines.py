@@ -1,34 +1,35 @@
-"""Lines that spectra of a train are expected to have: gear meshes, planets, shafts, bearings.
+"""Expected lines of vibration spectra of a train: gear meshes, planets, shafts, bearings.
 
-Frequencies are what a sensor hears that turns with ω_sensor about the axis (0: on the housing).
+Frequencies are those at a sensor that rotates at ω_sensor about the axis (0: on the housing).
 
-Gear mesh of a planetary stage: f_m = z_r |ω_c − ω_r|/2π. N equal planets at φ_i give a sensor N
-times one signal, one after the other, of the planet pass θ_c − θ_sensor + φ_i and of the phase of
-their gear mesh z_r (θ_c − θ_r + φ_i). What is H times the gear mesh beside n times the pass
+Gear mesh of a planetary stage: f_m = z_r |ω_c − ω_r|/2π. The signals of N equal planets at φ_i
+differ only in the phase of the planet pass, θ_c − θ_sensor + φ_i, and of the gear mesh,
+z_r (θ_c − θ_r + φ_i). The component of order H of the gear mesh and order n of the planet pass
 
     f = |H z_r (ω_c − ω_r) + n (ω_c − ω_sensor)| / 2π
 
-is a sum of N phasors of equal size, and its share of what N planets in phase would give is
+is a sum of N phasors of equal size. Its share, relative to N planets in phase, is
 
     |Σ_i exp(j (H z_r + n) φ_i)| / N ,
 
 for equal spacing 1 where (H z_r + n) mod N = 0 and else 0 (McFadden and Smith 1985, Proc. IMechE
-199C:65). Planets that differ, ring errors that do not repeat with the planets, and a path of the
-sound that depends on more than the pass bring the others.
+199C:65). Differences between planets, ring errors that do not repeat with the planets, and a
+transfer path that depends on more than the planet pass excite the other lines.
 
-A tooth of sun or ring meets planet i when the carrier has turned against it by φ_i: multiples k of
-f_m/z with the share of N phasors at the order k, so N f_m/z for equal spacing. Forces of one gear
-mesh have f_m/z and all its multiples, whatever the spacing. A planet's flank meets one gear once a
-turn against the carrier, f_m/z_p; a root that gives way, ring and sun, twice.
+A tooth of sun or ring meets planet i when the carrier has turned relative to the gear by φ_i. This
+gives multiples k of f_m/z with the share of N phasors at order k, so N f_m/z for equal spacing.
+Forces of one gear mesh have f_m/z and all its multiples at any spacing. A flank of a planet meets
+one gear once in a turn relative to the carrier, f_m/z_p; the root of a weak planet tooth is loaded
+by ring and sun, twice in a turn.
 
 Bearings: with γ = (d/D_pw) cos α, Z elements and f_r the speed of one ring against the other
 (Harris, Rolling Bearing Analysis)
 
     outer Z f_r (1 − γ)/2,   inner Z f_r (1 + γ)/2,   spin of an element f_r (1 − γ²) D_pw/(2 d) ,
 
-and the cage turns against the ring that stands still under the load, with f_r (1 + γ)/2 if that is
-the inner one, f_r (1 − γ)/2 if the outer. Those of planets turn with the carrier: their inner ring
-is the pin's. A defect of an element strikes both rings, so at twice its spin.
+and the cage turns at f_r (1 + γ)/2 relative to a stationary inner ring, at f_r (1 − γ)/2 relative
+to a stationary outer ring, where stationary is relative to the load. In planet bearings that is the
+inner ring, on the pin. A defect of an element strikes both rings, so at twice its spin.
 """
 
 from __future__ import annotations
@@ -51,22 +52,22 @@ if TYPE_CHECKING:
     from flexgear.model.stage_view import BearingPlace, StageView
 
 SIDEBAND, TOOTH_FAULT, BEARING = "sideband", "tooth fault", "bearing"
-PASS = "pass"  # row of the line of all planets that pass
+PASS = "pass"  # row of the line at N planet passes in a turn
 HARMONICS = 3  # of the gear mesh that are listed
-SHOWN, WHOLE = 0.1, 0.995  # least share that tables show; one that needs no mention
+LEAST_SHARE, FULL_SHARE = 0.1, 0.995  # least share in tables; share above which none is printed
 CANCELLED = 1e-9  # share of N phasors that is rounding
-SAME = 1e-9  # relative, of speeds that are one
+SAME_SPEED = 1e-9  # relative difference of speeds that count as equal
 TURN = 2 * math.pi
 
 
 @dataclass(frozen=True)
 class ExpectedLine:
-    """A line of a spectrum at the speeds of a power flow.
+    """Line of a spectrum at the speeds of a power flow.
 
-    kind: "gear mesh", "sideband", "shaft", "planet pass", "tooth fault" or "bearing"; label: what
-    it is, without its stage; frequency: Hz; share: of what N planets in phase would give, 1 where
-    planets do not matter. harmonic: H of gear meshes and sidebands, else 0. row: what it is in a
-    table of lines of its kind, the label if empty; bearing: whose line it is.
+    kind: "gear mesh", "sideband", "shaft", "planet pass", "tooth fault" or "bearing"; label: name
+    of the line, without the stage; frequency: Hz; share: amplitude relative to N planets in phase,
+    1 where planets do not matter; harmonic: H of gear meshes and sidebands, else 0; row: name in a
+    table of lines of this kind, ``label`` if empty; bearing: name of the bearing of the line.
     """
 
     stage: str
@@ -84,7 +85,7 @@ class ExpectedLine:
 
 
 def phasor_share(order: float, angles: Sequence[float]) -> float:
-    """|Σ exp(j order φ_i)|/N of planets at angles (N,) rad."""
+    """Share |Σ exp(j order φ_i)|/N of planets at angles φ (N,), rad."""
     return float(abs(np.exp(1j * order * np.asarray(angles)).mean()))
 
 
@@ -95,14 +96,14 @@ def expected_lines(
     harmonics: int = HARMONICS,
     sensor_speed: float = 0.0,
 ) -> tuple[ExpectedLine, ...]:
-    """Expected lines of a case, stage by stage, without those of stationary parts; of lines that
-    planets cancel only the orders of the gear mesh. harmonics: of the gear meshes; sensor_speed: of
-    the body with the sensor, rad/s about +z."""
+    """Expected lines of a case, stage by stage. harmonics: number of harmonics of each gear mesh;
+    sensor_speed: of the body with the sensor, rad/s about +z. Lines of stationary parts are left
+    out; of lines with share 0 only harmonics of gear meshes are listed."""
     speeds = power_flow(case) if flow is None else flow
     return tuple(
         line
-        for at in speeds.stages
-        for line in _of_stage(case.view(at.name), at, harmonics, sensor_speed)
+        for stage in speeds.stages
+        for line in _of_stage(case.view(stage.name), stage, harmonics, sensor_speed)
         if line.frequency > 0.0 and (line.share > CANCELLED or line.kind == GEAR_MESH)
     )
 
@@ -114,7 +115,7 @@ def _of_stage(
     yield from teeth(view.stage, flow, harmonics, sensor)
     for place in view.bearings:
         speed = abs(bearing_speed(place, flow))
-        turns = speed > SAME * abs(flow.carrier_speed)  # else the stage turns as one piece
+        turns = speed > SAME_SPEED * abs(flow.carrier_speed)  # else the stage turns as one piece
         yield from _bearing(view.name, place, speed / TURN if turns else 0.0)
 
 
@@ -123,8 +124,8 @@ def _planetary(
 ) -> Iterator[ExpectedLine]:
     assert stage.ring is not None
     rolling = flow.carrier_speed - flow.ring_speed
-    if abs(rolling) <= SAME * max(abs(flow.carrier_speed), abs(flow.ring_speed)):
-        rolling = 0.0  # it turns as one piece
+    if abs(rolling) <= SAME_SPEED * max(abs(flow.carrier_speed), abs(flow.ring_speed)):
+        rolling = 0.0  # the stage turns as one rigid body
     gear_mesh = stage.ring.teeth * rolling / TURN
     passing = (flow.carrier_speed - sensor) / TURN
     for harmonic in range(1, harmonics + 1 if rolling else 1):
@@ -135,14 +136,14 @@ def _planetary(
 
 
 def shaft_lines(stage: Stage, flow: StageFlow, sensor: float = 0.0) -> Iterator[ExpectedLine]:
-    """Turns of a stage's members against a sensor, labelled by their parts."""
+    """Rotation frequency of each member of a stage relative to a sensor; label: the member."""
     for part in stage.members:
         frequency = abs(getattr(flow, f"{role_of(part)}_speed") - sensor) / TURN
         yield ExpectedLine(stage.name, SHAFT, part, frequency)
 
 
 def pass_lines(stage: Stage, flow: StageFlow, sensor: float) -> Iterator[ExpectedLine]:
-    """Planets of a planetary stage that pass a sensor; row PASS: all N in a turn."""
+    """Orders at which planets of a planetary stage pass a sensor; row ``PASS``: order N."""
     for order, share in _orders_of_planets(stage):
         row = PASS if order == stage.planets else f"{PASS}, order {order}"
         frequency = order * abs(flow.carrier_speed - sensor) / TURN
@@ -152,9 +153,8 @@ def pass_lines(stage: Stage, flow: StageFlow, sensor: float) -> Iterator[Expecte
 def _sidebands(
     stage: Stage, gear_mesh: float, passing: float, harmonic: int
 ) -> Iterator[ExpectedLine]:
-    """Lines of one harmonic: the gear mesh itself and its sidebands, up to the rate of N turns
-    of the carrier beside it."""
-    if abs(passing) * TURN < SAME * abs(gear_mesh):  # planets stay where they are: none cancels
+    """Line of one harmonic of the gear mesh, and its sidebands at up to N carrier turns."""
+    if abs(passing) * TURN < SAME_SPEED * abs(gear_mesh):  # planets do not pass the sensor
         yield _order(stage, harmonic, harmonic * abs(gear_mesh))
         return
     assert stage.ring is not None
@@ -167,11 +167,11 @@ def _sidebands(
 
 
 def _order(
-    stage: Stage, harmonic: int, frequency: float, share: float = 1.0, beside: str = ""
+    stage: Stage, harmonic: int, frequency: float, share: float = 1.0, sideband: str = ""
 ) -> ExpectedLine:
-    """Line of a harmonic of the gear mesh, or of a sideband."""
-    kind, row = (SIDEBAND, beside) if beside else (GEAR_MESH, f"order {harmonic}")
-    label = f"gear mesh {harmonic} {beside}".rstrip()
+    """Line of a harmonic of the gear mesh, or of its sideband with the given name."""
+    kind, row = (SIDEBAND, sideband) if sideband else (GEAR_MESH, f"order {harmonic}")
+    label = f"gear mesh {harmonic} {sideband}".rstrip()
     return ExpectedLine(stage.name, kind, label, frequency, share, harmonic, row)
 
 
@@ -205,7 +205,8 @@ def _tooth_faults(stage: Stage, gear_mesh: float) -> Iterator[ExpectedLine]:
 def _parallel(
     stage: Stage, flow: StageFlow, harmonics: int, sensor: float
 ) -> Iterator[ExpectedLine]:
-    """Gear mesh with sidebands of both shafts, whose turns are those of their tooth faults."""
+    """Lines of a parallel stage: gear mesh with sidebands at the rotation of both shafts, which is
+    also the frequency of a faulty tooth."""
     speeds = {"pinion": flow.sun_speed, "gear": flow.planet_speed}
     for harmonic in range(1, harmonics + 1):
         centre = harmonic * flow.gear_mesh_frequency
@@ -213,7 +214,7 @@ def _parallel(
         for part, speed in speeds.items():
             for sign, text in ((-1, "−"), (1, "+")):
                 frequency = centre + sign * abs(speed) / TURN
-                yield _order(stage, harmonic, frequency, beside=f"{text}{part}")
+                yield _order(stage, harmonic, frequency, sideband=f"{text}{part}")
     yield from shaft_lines(stage, flow, sensor)
     for part, speed in speeds.items():
         fault = abs(speed) / TURN
@@ -221,8 +222,11 @@ def _parallel(
 
 
 def _bearing(stage: str, place: BearingPlace, turns: float) -> Iterator[ExpectedLine]:
-    """Lines of a bearing; none where its elements are not stated. turns: of one ring against the
-    other, 1/s; the inner ring of a planet's bearing, the outer one of any other, is stationary."""
+    """Lines of a bearing, none without its elements.
+
+    turns: relative speed of both rings, 1/s. Relative to the load the inner ring of a planet
+    bearing is stationary, of other bearings the outer ring.
+    """
     elements, rollers = place.bearing.elements, place.bearing.rollers
     if elements is None:
         return
@@ -248,21 +252,21 @@ _KEYS = {
     SHAFT: "shafts_turn",
     PLANET_PASS: "planet_pass",
     TOOTH_FAULT: "tooth_faults",
-}  # in the order in which they are printed
+}  # in order of printing
 
 
 def line_rows(lines: Sequence[ExpectedLine], stage: str) -> dict[str, dict[str, float]]:
-    """Frequencies, Hz, of the lines of a stage by kind and label, as in ``check`` and reports.
-    Sidebands are those of the first harmonic, named by turns of the carrier; where planets cancel
-    in part, their share is in the label; shares below a tenth are left out."""
+    """Frequencies, Hz, of the lines of a stage by kind and label, as in ``check`` and reports. Only
+    sidebands of the first harmonic; a share below ``FULL_SHARE`` is in the label; lines with less
+    than ``LEAST_SHARE`` are left out, except harmonics of the gear mesh."""
     rows: dict[str, dict[str, float]] = {key: {} for key in _KEYS.values()}
     for line in (x for x in lines if x.stage == stage):
         if line.kind == SIDEBAND and line.harmonic > 1:
             continue
         label = line.row or line.label
         key = line.bearing.replace(" ", "_") or _KEYS[line.kind]
-        share = "" if line.share > WHOLE else f" ({100 * line.share:.0f} %)"
-        if line.share < SHOWN:
+        share = "" if line.share > FULL_SHARE else f" ({100 * line.share:.0f} %)"
+        if line.share < LEAST_SHARE:
             share = " (planets cancel it)"
             if line.kind != GEAR_MESH:
                 continue

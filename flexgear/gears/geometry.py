@@ -1,26 +1,23 @@
 """Gears and gear meshes of a stage at their centre distance: paths of contact, ratios, backlash.
 
-Normal backlash that teeth are made with is what the case gives, else by a rule
+Teeth are those of ``tooth``, radii and working angles those of ``radii``. The path of contact ends
+at the tip circles. The backlash is the play that tooth thicknesses leave at the working circles,
+plus an allowance of the case, by default
 
     j = 2/3 (0.06 mm + 0.0005 a + 0.03 m_n)
 
-for the centre distance a and the normal module m_n. It is an allowance: teeth of ring and sun
-(pinion) are thinner by it, beside what profile shifts leave at the centre distance. Linear contact
-has no coast flanks, and no allowance unless it is given.
+for the centre distance a and the normal module m_n, by which teeth of ring and sun (pinion) are
+thinner. Linear contact has no coast flanks, and no allowance unless the case gives one.
 
 Source: ISO/TR 10064-2:1996, recommended minimum for steel gears in steel housings, pitch-line
 speeds below 15 m/s and usual tolerances of shafts, bearings and housing.
 
-Teeth are those of ``tooth``, radii and working angles those of ``radii``. The path of contact lies
-between the tips; teeth have the play that their thicknesses at the working circles leave, and what
-the case asks for.
+Where a case gives base diameters or working angles, the phases of planets and the gear-mesh order
+still follow from tooth numbers, with radii p_b z/2π of the planet's base pitch
+p_b = 2π r_b,planet/z_planet, which equal the base radii if these are consistent. The path of
+contact then ends at the tip circles, or has the length of the given contact ratio.
 
-Where base diameters or working angles are given, tooth numbers still say how the gears roll: the
-phases of planets and the order of the gear mesh come from radii p_b z/2π with the planet's base
-pitch p_b = 2π r_b,planet/z_planet, which are the base radii wherever these fit one another. The
-path of contact then lies between the tips, or is as long as the given contact ratio says.
-
-A parallel stage has its pinion in the sun's role and its gear in the planet's.
+In a parallel stage the pinion has the role of the sun, and the gear that of the planet.
 """
 
 from __future__ import annotations
@@ -43,12 +40,12 @@ RULE = "2/3 (0.06 mm + 0.0005 a + 0.03 m_n), ISO/TR 10064-2"
 
 
 def least_backlash(center_distance: float, normal_module: float) -> float:
-    """j of the module's head, m."""
+    """Allowance j by the rule above, m."""
     return 2.0 / 3.0 * (0.06e-3 + 0.0005 * abs(center_distance) + 0.03 * normal_module)
 
 
 def backlash_allowance(view: StageView, role: str, center_distance: float) -> float:
-    """Normal backlash of the planets with "ring" or "sun" that thinner teeth make, m."""
+    """Normal backlash that thinner teeth of "ring" or "sun" leave, m."""
     stated: float | None = getattr(view.stage, f"backlash_{role}")
     if stated is not None:
         return stated
@@ -58,7 +55,7 @@ def backlash_allowance(view: StageView, role: str, center_distance: float) -> fl
 
 
 def backlash_source(view: StageView, role: str) -> str:
-    """Source of the backlash as a phrase: the case, linear contact (none), or the rule."""
+    """Phrase that says where the allowance comes from: the case, linear contact, or the rule."""
     linear = view.gear_mesh.contact_law == "linear"
     if getattr(view.stage, f"backlash_{role}") is not None:
         return f"the case{'; linear contact takes none' if linear else ''}"
@@ -66,14 +63,14 @@ def backlash_source(view: StageView, role: str) -> str:
 
 
 PER_PAIR_MODELS = ("per_pair", "face_load", "lumped")
-ROUNDED = 1e-3  # modules of play, 2 tan α Σδx, that profile shifts of three decimals make or take
+ROUNDING = 1e-3  # play in modules, 2 tan α Σδx, from profile shifts rounded to three decimals
 
 
 @dataclass(frozen=True)
 class GearMeshGeometry:
-    """One gear mesh: working transverse pressure angle (rad), path of contact on the planet's
-    line of action s_lo…s_hi (m), base pitch (m), contact ratios, normal backlash (m), and its part
-    that teeth of ring or sun are thinner by, m."""
+    """Geometry of one gear mesh. working_angle: transverse, rad; s_lo, s_hi: ends of the path of
+    contact on the planet's line of action, m; base_pitch: m; backlash: normal, m; allowance: its
+    part from thinner teeth, m."""
 
     working_angle: float
     s_lo: float
@@ -86,7 +83,7 @@ class GearMeshGeometry:
 
     @property
     def total_contact_ratio(self) -> float:
-        """ε_γ = ε_α + ε_β."""
+        """Total contact ratio ε_γ = ε_α + ε_β."""
         return self.transverse_contact_ratio + self.overlap_ratio
 
 
@@ -94,9 +91,9 @@ class GearMeshGeometry:
 class StageGeometry(StageRadii):
     """Gears by role ("sun", "planet", "ring"), gear meshes by "sun" and "ring", radii.
 
-    overridden: whether a base diameter or working angle is given; radii of the gears are then those
-    of their tooth numbers. planet_clearance: gap between tips of neighbouring planets, m (∞ for one
-    planet); assembly: (z_s + z_r)/N. A parallel stage has no ring; numbers of it are missing.
+    overridden: whether the case gives a base diameter or working angle; radii of the gears then
+    follow from tooth numbers. planet_clearance: gap between tips of neighbouring planets, m (∞ for
+    one planet); assembly: (z_s + z_r)/N, NaN for a parallel stage, which has no ring.
     """
 
     gears: Mapping[str, ToothGeometry]
@@ -107,17 +104,17 @@ class StageGeometry(StageRadii):
 
     @property
     def sun(self) -> ToothGeometry:
-        """Sun, or pinion."""
+        """Teeth of the sun, or of the pinion of a parallel stage."""
         return self.gears["sun"]
 
     @property
     def planet(self) -> ToothGeometry:
-        """Planet, or gear of a parallel stage."""
+        """Teeth of the planet, or of the gear of a parallel stage."""
         return self.gears["planet"]
 
     @property
     def ring(self) -> ToothGeometry:
-        """Ring of a planetary stage."""
+        """Teeth of the ring."""
         return self.gears["ring"]
 
     @property
@@ -132,11 +129,9 @@ class StageGeometry(StageRadii):
 
 
 def stage_geometry(view: StageView) -> StageGeometry:
-    """Geometry of a stage, of one half if it is double-helical.
-
-    Raises InputError for gears that cannot mesh, planets that collide, and models of the gear mesh
-    that need true teeth where base diameters or angles are given.
-    """
+    """Geometry of a stage, of one half if it is double-helical. Raises InputError for gears that do
+    not mesh, planets that collide, and gear-mesh models that need true teeth where the case gives
+    base diameters or angles."""
     stage, radii, overridden = view.stage, stage_radii(view), is_overridden(view.stage)
     if overridden and view.gear_mesh.model in PER_PAIR_MODELS:
         raise view.refuse(
@@ -168,7 +163,7 @@ def stage_geometry(view: StageView) -> StageGeometry:
 
 
 def _tooth(view: StageView, role: str, gear: MatedGear | PlanetGear) -> ToothGeometry:
-    """InputError for a tool that cannot cut it, or that leaves no involute."""
+    """Teeth of a gear. Raises InputError for a tool that cannot cut them or leaves no involute."""
     part = view.part(role)
     try:
         tooth = tooth_geometry(gear, view.stage, internal=role == "ring")
@@ -198,8 +193,9 @@ def planet_clearance(positions: Sequence[float], distance: float, tip_radius: fl
 def _gear_mesh(
     view: StageView, radii: StageRadii, gears: Mapping[str, ToothGeometry], role: str
 ) -> GearMeshGeometry:
-    """One gear mesh, with a path as long as a contact ratio that is given, about the same middle
-    (the pitch point where tips do not reach each other)."""
+    """Geometry of one gear mesh. Where the case gives a contact ratio, the path has its length,
+    about the middle of the path between the tip circles, or about the pitch point where that is
+    shorter than a base pitch."""
     stage, planet = view.stage, gears["planet"]
     angle = radii.working_angles[role]
     pitch, options, ratio = planet.base_pitch, view.gear_mesh, None
@@ -234,7 +230,8 @@ def _gear_mesh(
 
 
 def _least_ratio(view: StageView, role: str, ratio: float) -> float:
-    """1 where nothing follows from the contact ratio, which is constant stiffness that is given."""
+    """Contact ratio in place of a ``ratio`` below one: 1 where the case gives a constant stiffness,
+    on which it has no effect, else InputError."""
     if view.gear_mesh.model == "constant" and view.gear_mesh.of(role, "stiffness"):
         return 1.0
     raise view.refuse(
@@ -247,7 +244,7 @@ def _least_ratio(view: StageView, role: str, ratio: float) -> float:
 def _require_contact(
     view: StageView, gears: Mapping[str, ToothGeometry], role: str, radii: StageRadii
 ) -> None:
-    """InputError for interference, tips that reach roots, and a contact ratio below one."""
+    """Raises InputError for interference, tips that reach roots, and a contact ratio below one."""
     gear, planet = gears[role], gears["planet"]
     angle = radii.working_angles[role]
     if gear.internal and gear.tip_radius <= gear.base_radius:
@@ -288,7 +285,7 @@ def _require_contact(
 def bottom_clearance(
     gear: ToothGeometry, planet: ToothGeometry, distance: float
 ) -> tuple[float, float]:
-    """Room at the gear's root below the planet's tip, and at the planet's root; m."""
+    """Bottom clearance at the gear's root and at the planet's root, m."""
     if gear.internal:
         return (
             gear.root_radius - distance - planet.tip_radius,
@@ -301,7 +298,7 @@ def bottom_clearance(
 
 
 def inherent_backlash(gears: Mapping[str, ToothGeometry], role: str, radii: StageRadii) -> float:
-    """Normal play that thicknesses leave on the working circles, m; below 0 where teeth overlap."""
+    """Normal play that thicknesses leave at the working circles, m; negative if teeth overlap."""
     gear, planet = gears[role], gears["planet"]
     cos_w = math.cos(radii.working_angles[role])
     r_g, r_p = gear.base_radius / cos_w, planet.base_radius / cos_w
@@ -316,9 +313,9 @@ def _backlash(
     radii: StageRadii,
     allowance: float,
 ) -> float:
-    """Normal play left by thicknesses at the working circles, plus the allowance, m; 0 where
-    rounded profile shifts and centre distances alone make a little play, or an overlap as small."""
-    rounding = ROUNDED * view.stage.normal_module
+    """Normal backlash, m: inherent backlash plus allowance, 0 if no larger than the rounding of
+    profile shifts. Raises InputError for teeth that overlap."""
+    rounding = ROUNDING * view.stage.normal_module
     backlash = allowance + inherent_backlash(gears, role, radii)
     if backlash < -rounding:
         raise view.refuse(

@@ -1,22 +1,22 @@
-"""Hertzian line contact: approach, its tangent, half width and pressure of two pressed flanks.
+"""Hertzian line contact of two flanks: approach, its tangent, half width and pressure.
 
 Line load w (N/m), radius of relative curvature ρ, plane strain with c = (1 − ν²)/E of each body:
 
     a² = 4 w ρ (c_1 + c_2)/π,   p_max = 2 w/(π a)
     δ  = Σ_bodies (2 c/π) w [ln(2 h/a) + κ]
 
-The approach of a line contact in a half plane has no end: it is counted against a reference, which
-is h and κ of each body:
+The approach of a line contact on a half plane is unbounded; it is measured from a reference point,
+which gives h and κ of each body:
 
     "point"   the point at the depth h under the load: κ = −ν/(2 (1 − ν)). Weber & Banaschek 1953
-    "layer"   the surface of a rigid base on which a layer of thickness h is bonded, its load a line
-              against h; κ is the integral in ``layer_constant``. It goes with an FE solution from
-              which that of the same FE mesh, clamped at the depth h, is taken off
-    "length"  infinity, the load being uniform on a length h ≫ a of a half space: κ = 1/2, at the
-              middle of the length. Lundberg 1939, Forschung Ing.-Wes. 10:201
+    "layer"   the rigid base of a bonded layer of thickness h ≫ a; κ is the integral in
+              ``layer_constant``. Complements the difference of two FE solutions, one of them
+              clamped at the depth h
+    "length"  infinity, for a load that is uniform on a length h ≫ a of a half space: κ = 1/2, at
+              the middle of the length. Lundberg 1939, Forschung Ing.-Wes. 10:201
 
-So δ = w (α − β ln w): nonlinear, and the same α, β serve δ, dδ/dw = α − β − β ln w and the secant.
-δ rises with w up to ln w = α/β − 1, where a has grown to about the depth; no law of contact there.
+So δ = w (α − β ln w), dδ/dw = α − β − β ln w. δ rises with w up to ln w = α/β − 1, where a has
+grown to about the depth; the formula does not hold beyond.
 
 Helical flanks: ρ and w are those of the normal section, ρ_n = ρ_t/cos β_b, and the length of the
 contact line is its axial extent over cos β_b.
@@ -30,21 +30,19 @@ from functools import lru_cache
 from typing import Literal
 
 import numpy as np
-import scipy  # which loads its parts as they are named
+import scipy  # loads a subpackage at its first use
 
 from flexgear.arrays import Array
 
 Reference = Literal["point", "layer", "length"]
-_ONE = 20.0  # qh from which the layer's compliance is a half plane's to rounding
+_HALF_PLANE = 20.0  # qh above which L(qh) is 1 to rounding
 
 
 @dataclass(frozen=True)
 class ContactBody:
-    """One of two bodies in contact.
-
-    young: E, Pa; poisson: ν; depth: h, m, a number or (n,); reference: what the approach is counted
-    against, "point", "layer" or "length" of the module's docstring.
-    """
+    """One of two bodies in contact. young: E, Pa; poisson: ν; depth: h, m, a number or (n,);
+    reference: point from which the approach is measured, "point", "layer" or "length" of the
+    module's docstring."""
 
     young: float
     poisson: float
@@ -53,12 +51,12 @@ class ContactBody:
 
     @property
     def compliance(self) -> float:
-        """c = (1 − ν²)/E, 1/Pa."""
+        """Compliance c = (1 − ν²)/E, 1/Pa."""
         return (1 - self.poisson**2) / self.young
 
     @property
     def constant(self) -> float:
-        """κ."""
+        """Constant κ of the reference."""
         if self.reference == "point":
             return -self.poisson / (2 * (1 - self.poisson))
         return layer_constant(self.poisson) if self.reference == "layer" else 0.5
@@ -66,52 +64,52 @@ class ContactBody:
 
 @dataclass(frozen=True)
 class LineContact:
-    """Law of one or n line contacts, δ = w (α − β ln w). alpha: α, m²/N with w in N/m, (n,) or a
-    number; beta: β, m²/N, likewise; spread: a²/w, m²/(N/m)."""
+    """Law δ = w (α − β ln w) of one or n line contacts, w in N/m. alpha: α, m²/N, (n,) or a number;
+    beta: β, m²/N, likewise; spread: a²/w, m²/(N/m)."""
 
     alpha: Array
     beta: Array | float
     spread: Array
 
     def secant(self, line_load: Array | float) -> Array:
-        """δ/w, m²/N, for w > 0."""
+        """Secant compliance δ/w, m²/N, for w > 0."""
         return self.alpha - self.beta * np.log(line_load)
 
     def approach(self, line_load: Array | float) -> Array:
-        """δ, m; zero without load."""
+        """Approach δ, m; zero without load."""
         w = np.asarray(line_load, dtype=float)
         return np.where(w > 0, w * self.secant(np.where(w > 0, w, 1.0)), 0.0)
 
     def tangent(self, line_load: Array | float) -> Array:
-        """dδ/dw, m²/N, for w > 0; grows without bound as w falls to zero."""
+        """Tangent compliance dδ/dw, m²/N, for w > 0; grows without bound as w falls to zero."""
         return self.secant(line_load) - self.beta
 
     def half_width(self, line_load: Array | float) -> Array:
-        """a, m."""
+        """Half width a of the contact, m."""
         return np.sqrt(self.spread * line_load)
 
     def pressure(self, line_load: Array | float) -> Array:
-        """p_max = 2 w/(π a), Pa."""
+        """Largest pressure p_max = 2 w/(π a), Pa."""
         return 2 / math.pi * np.sqrt(line_load / self.spread)
 
     def softer(self, alpha: Array, beta: Array) -> LineContact:
-        """With so much more α and β, m²/N."""
+        """The same contact with α and β increased by the arguments, m²/N."""
         return LineContact(self.alpha + alpha, self.beta + beta, self.spread)
 
     def of_slice(self, length: Array | float) -> tuple[Array, Array]:
-        """a (m/N) and d (N) of the approach a f ln(d/f) under a force f (N) that is even on a
-        length, m."""
+        """Constants a, m/N, and d, N, of the approach a f ln(d/f) under a force f, N, that is
+        uniform on a length, m."""
         length = np.asarray(length, dtype=float)
         return self.beta / length, length * np.exp(self.alpha / self.beta)
 
     @property
     def largest_line_load(self) -> Array:
-        """w at which dδ/dw = 0, N/m."""
+        """Line load at which dδ/dw = 0, N/m."""
         return np.exp(self.alpha / self.beta - 1)
 
 
 def line_contact(first: ContactBody, second: ContactBody, radius: Array | float) -> LineContact:
-    """Law of two bodies pressed with a radius of relative curvature (n,) or a number, m."""
+    """Contact law of two bodies; radius: of relative curvature, m, a number or (n,)."""
     bodies = (first, second)
     total = sum(body.compliance for body in bodies)
     spread = np.asarray(4 * np.asarray(radius) * total / math.pi)
@@ -124,20 +122,17 @@ def line_contact(first: ContactBody, second: ContactBody, radius: Array | float)
 
 
 def relative_radius(first: Array | float, second: Array | float, *, internal: bool) -> Array:
-    """ρ = ρ_1 ρ_2/(ρ_2 ± ρ_1), − where the second body is hollow (a ring's flank), m."""
-    first_radius, second_radius = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
-    return (
-        first_radius
-        * second_radius
-        / (second_radius - first_radius if internal else second_radius + first_radius)
-    )
+    """Radius of relative curvature ρ_1 ρ_2/(ρ_2 ± ρ_1), m; minus where the second flank is concave
+    (a ring)."""
+    rho_1, rho_2 = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
+    return rho_1 * rho_2 / (rho_2 - rho_1 if internal else rho_2 + rho_1)
 
 
 @lru_cache
 def layer_constant(poisson: float) -> float:
     """κ of a line load on an elastic layer bonded to a rigid base, relative to its thickness.
 
-    A pressure cos(qx) sinks the surface of a layer of thickness h by (2 c/q) L(qh) cos(qx),
+    A pressure cos(qx) displaces the surface of a layer of thickness h by (2 c/q) L(qh) cos(qx),
 
         L(t) = (2k sinh 2t − 4t)/(2k cosh 2t + 1 + k² + 4t²),   k = 3 − 4ν,
 
@@ -149,12 +144,13 @@ def layer_constant(poisson: float) -> float:
         return float(layer_share(np.array(t), poisson))
 
     inner = scipy.integrate.quad(lambda t: share(t) / t, 0.0, 1.0, epsabs=1e-13)[0]
-    outer = scipy.integrate.quad(lambda t: (share(t) - 1) / t, 1.0, _ONE, epsabs=1e-13)[0]
+    outer = scipy.integrate.quad(lambda t: (share(t) - 1) / t, 1.0, _HALF_PLANE, epsabs=1e-13)[0]
     return float(0.5 - np.euler_gamma + inner + outer)
 
 
 def layer_share(t: Array, poisson: float) -> Array:
-    """L(t), any shape: what the surface of a layer yields to cos(qx), t = qh, over a half plane."""
+    """L(t), t = qh of any shape: compliance of a layer to a pressure cos(qx) over that of a half
+    plane."""
     k = 3 - 4 * poisson
     below = 2 * k * np.cosh(2 * t) + 1 + k**2 + 4 * t**2
     return np.asarray((2 * k * np.sinh(2 * t) - 4 * t) / below)

@@ -1,20 +1,20 @@
-"""Implausible values of a case that can be computed all the same: one sentence each.
+"""Warnings about implausible values of a case that can still be computed: one sentence each.
 
-Teeth as their tools make them:
+Teeth as cut by their tools:
 
-**Mate's tip on the root.** The mate's tip reaches the flank at the roll length |T_1 T_2 − ρ_a| (a
-planet's on a ring: T_1 T_2 + ρ_a). Below the start of the involute the root stands proud of it, and
-the tip touches there before its path of contact begins; where the tool has freed the flank, by
-undercut or protuberance, there is nothing to touch, and the path of contact is shorter.
+**Mate's tip on the root.** The mate's tip reaches the flank at the roll length |T_1 T_2 − ρ_a|
+(tip of a planet on a ring: T_1 T_2 + ρ_a). Below the start of the involute the root protrudes
+beyond it, and the tip touches there before its path of contact begins. Where undercut or
+protuberance has removed the flank there is no contact, and the path of contact is shorter.
 
-**Cutters.** A ring's flank is an involute up to its tip only where that lies beyond the cutter's
-base tangent point, ρ_a ≥ a_0 sin α_0. Corners of the cutter's tip must not pass through the ring's
-teeth, neither where it has its full depth nor on its way there (radial infeed): looked for in
-positions, as the cutter's tip circle and half angles tell (ISO 21771: tip trimming).
+**Cutters.** A ring's flank is an involute up to its tip only where the tip is beyond the cutter's
+base tangent point, ρ_a ≥ a_0 sin α_0. Corners of the cutter's tip must not cut the tips of the
+ring's teeth (tip trimming, ISO 21771), neither at full depth nor during radial infeed; this is
+checked at a number of positions.
 
-Limits are of what has been built. Tips of 0.2 modules: Niemann/Winter, Maschinenelemente II. The
-strongest case-hardened steel, endurance limits without any factor: σ_Hlim = 1650 N/mm²,
-σ_FE = 1050 N/mm² (ISO 6336-5:2016, ME).
+Limits are those of gears that have been built. Tips of 0.2 modules: Niemann/Winter,
+Maschinenelemente II. Endurance limits of the strongest case-hardened steel without any factor:
+σ_Hlim = 1650 N/mm², σ_FE = 1050 N/mm² (ISO 6336-5:2016, ME).
 """
 
 from __future__ import annotations
@@ -43,15 +43,15 @@ from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.case import Case
 from flexgear.model.stage_view import StageView
 
-NOTHING = 1e-5  # modules: a root that stands less proud, undercut that takes less off
-FITS = 5e-3  # of a centre distance: what rounded angles and diameters change it by
+NEGLIGIBLE = 1e-5  # modules of protrusion, undercut or trimming
+DISTANCE_TOLERANCE = 5e-3  # relative, for rounded angles and diameters
 TURNS, FEEDS = 721, 41  # positions of a cutter
-WIDEST = math.radians(75.0)  # turn of a cutter's tooth, beyond which it is clear of the ring
+LARGEST_TURN = math.radians(75.0)  # of a cutter's tooth, which is then clear of the ring
 
 
 def tooth_warnings(view: StageView) -> list[str]:
-    """Warnings about the gears of a stage; where base diameters or angles are given, about their
-    radii only."""
+    """Warnings about the teeth of a stage, or only about its radii where the case gives base
+    diameters or angles."""
     g = stage_geometry(view)
     if g.overridden:
         return [*_base_circles(view, g)]
@@ -61,23 +61,23 @@ def tooth_warnings(view: StageView) -> list[str]:
 def _base_circles(view: StageView, g: StageGeometry) -> Iterator[str]:
     for role in g.gear_meshes:
         distance = base_arm(g.base, role) / math.cos(g.working_angles[role])
-        if abs(distance / g.center_distance - 1.0) > FITS:
+        if abs(distance / g.center_distance - 1.0) > DISTANCE_TOLERANCE:
             yield (
                 f"{view.key('center_distance_mm')}: at {_mm(g.center_distance)} mm the base "
-                f"circles and working angle of {view.part(role)} and planet do not fit, which want "
-                f"{_mm(distance)} mm: the train rolls at other speeds than its teeth say, which "
-                "modes do not notice; transients and equilibria need radii that fit"
+                f"circles and working angle of {view.part(role)} and planet do not fit, which need "
+                f"{_mm(distance)} mm: speed ratios then differ from those of the tooth numbers. "
+                "Modes do not depend on that, but transients and equilibria need radii that fit"
             )
 
 
 def _undercut(view: StageView, g: StageGeometry) -> Iterator[str]:
     for role, tooth in g.gears.items():
-        least = NOTHING * view.stage.normal_module
-        if not tooth.tool.protuberance and tooth.root.missing > least:
-            begins, by = _mm(2 * tooth.form_radius), _um(tooth.root.missing)
+        least = NEGLIGIBLE * view.stage.normal_module
+        if not tooth.tool.protuberance and tooth.root.undercut > least:
+            start, depth = _mm(2 * tooth.form_radius), _um(tooth.root.undercut)
             yield (
-                f"{view.part(role)}: its tool undercuts the flank by {by} µm; the involute begins "
-                f"at {begins} mm; raise its profile shift"
+                f"{view.part(role)}: its tool undercuts the flank by {depth} µm; the involute "
+                f"begins at {start} mm; raise its profile shift"
             )
 
 
@@ -96,17 +96,17 @@ def _tips(view: StageView, g: StageGeometry) -> Iterator[str]:
                 f"the tip of {other} reaches {part} at {_mm(2 * radius)} mm, where the involute "
                 f"begins at {_mm(2 * form)} mm"
             )
-            if tooth.root.freed:
+            if tooth.root.is_undercut:
                 ratio = (gear_mesh.s_hi - gear_mesh.s_lo) / gear_mesh.base_pitch
                 yield (
-                    f"{where}: the profile does not cover the path of contact, whose ratio is "
-                    f"{ratio:.3f} with what is there"
+                    f"{where}: the profile does not cover the path of contact, which leaves a "
+                    f"contact ratio of {ratio:.3f}"
                 )
                 continue
-            proud = proud_of_tip(tooth, mate, gear_mesh.working_angle)
-            if proud > NOTHING * view.stage.normal_module:
+            height = root_protrusion(tooth, mate, gear_mesh.working_angle)
+            if height > NEGLIGIBLE * view.stage.normal_module:
                 yield (
-                    f"{where}: its root stands {_um(proud)} µm proud; lower {other}.addendum, or "
+                    f"{where}: its root protrudes {_um(height)} µm; lower {other}.addendum, or "
                     f"raise {part}.dedendum (1.4 with a tip radius of 0.39, ISO 53 profile D)"
                 )
 
@@ -119,12 +119,12 @@ def _cutters(view: StageView, g: StageGeometry) -> Iterator[str]:
     cutter = f"{view.part('ring')}.tool: a cutter of {tool.teeth} teeth"
     tangent = tool.distance * math.sin(tool.working_angle(ring.base_radius))
     if ring.roll_length(ring.tip_radius) < tangent:
-        yield f"{cutter} makes no involute up to the ring's tip; use more"
-    depth = trimmed(ring)
-    if depth > NOTHING * view.stage.normal_module:
+        yield f"{cutter} makes no involute up to the ring's tip; use more teeth"
+    depth = tip_trimming(ring)
+    if depth > NEGLIGIBLE * view.stage.normal_module:
         yield (
-            f"{cutter} takes up to {_um(depth)} µm off the ring's tips as it is fed in radially; "
-            "use fewer"
+            f"{cutter} cuts up to {_um(depth)} µm off the ring's tips during radial infeed; "
+            "use fewer teeth"
         )
 
 
@@ -141,21 +141,21 @@ def lowest_radius(tooth: ToothGeometry, mate: ToothGeometry, working_angle: floa
     return math.hypot(tooth.base_radius, lowest_contact(tooth, mate, working_angle))
 
 
-def proud_of_tip(tooth: ToothGeometry, mate: ToothGeometry, working_angle: float) -> float:
-    """By how much the root stands beyond the involute where the mate's tip reaches, 0 where that is
-    involute or freed, m."""
+def root_protrusion(tooth: ToothGeometry, mate: ToothGeometry, working_angle: float) -> float:
+    """Height of the root over the involute where the mate's tip touches it, m; 0 where the tip
+    touches the involute, or no flank because of undercut."""
     radius = lowest_radius(tooth, mate, working_angle)
-    if tooth.root.freed or tooth.outward * (tooth.form_radius - radius) <= 0.0:
+    if tooth.root.is_undercut or tooth.outward * (tooth.form_radius - radius) <= 0.0:
         return 0.0
-    return float(tooth.root.proud(radius))
+    return float(tooth.root.protrusion(radius))
 
 
-def trimmed(ring: ToothGeometry) -> float:
-    """Largest depth, along the arc, to which the corner of the cutter's tip enters a ring's tooth
-    at any turn and radial infeed, m; 0 where it stays clear."""
+def tip_trimming(ring: ToothGeometry) -> float:
+    """Largest depth, along the arc, to which the corner of the cutter's tip enters a ring tooth
+    at any rotation and radial infeed, m; 0 without contact."""
     tool = ring.tool
     assert isinstance(tool, CutterTool)
-    turn = np.linspace(-WIDEST, WIDEST, TURNS)[:, None]
+    turn = np.linspace(-LARGEST_TURN, LARGEST_TURN, TURNS)[:, None]
     depth = np.linspace(0.0, ring.root_radius - ring.tip_radius, FEEDS)
     corner = tool.profile.at(np.linspace(0.0, 1.0, 9))[0][:, None, None]
     rolled = np.exp(-1j * turn * tool.teeth / ring.teeth)
@@ -178,19 +178,19 @@ def _um(length: float) -> str:
 
 
 THINNEST_TIP = 0.2  # modules
-FLANK, ROOT = 1650e6, 1050e6  # Pa, endurance of the strongest case-hardened steel
-SHEAR = 650e6  # Pa, yield of quenched and tempered steel in torsion, 1100 N/mm² / √3
-APART = 100.0  # times that a bearing's stiffness or rating may differ from what its load suggests
+FLANK_LIMIT, ROOT_LIMIT = 1650e6, 1050e6  # Pa, endurance of the strongest case-hardened steel
+SHEAR_LIMIT = 650e6  # Pa, yield of quenched and tempered steel in torsion, 1100 N/mm² / √3
+FACTOR = 100.0  # by which a bearing's stiffness or rating may differ from an estimate for its load
 LEAST_GRAVITY, MOST_GRAVITY = 1.0, 100.0  # m/s²: the Moon's is 1.6, gearboxes are flown at 10 g
 
 
 def implausible(case: Case, flow: PowerFlow) -> list[str]:
-    """Sentences in the order of the stages; none for a case with nothing to doubt."""
-    doubts = list(_gravity(case))
+    """Warnings about implausible values of a case, in the order of its stages."""
+    warnings = list(_gravity(case))
     for stage in flow.stages:
-        before = f"{stage.name}: " if len(case.stages) > 1 else ""
-        doubts += [before + text for text in _of_stage(case.view(stage.name), stage)]
-    return doubts
+        prefix = f"{stage.name}: " if len(case.stages) > 1 else ""
+        warnings += [prefix + text for text in _of_stage(case.view(stage.name), stage)]
+    return warnings
 
 
 def _gravity(case: Case) -> Iterator[str]:
@@ -211,7 +211,7 @@ def _of_stage(view: StageView, stage: StageFlow) -> Iterator[str]:
 
 
 def _places(view: StageView, g: StageGeometry) -> Iterator[str]:
-    """Planets and gears that are in each other's way."""
+    """Warnings about planets that collide or do not assemble, and gears that do not fit."""
     module = view.stage.normal_module
     if g.planet_clearance < 0:
         yield (
@@ -224,7 +224,7 @@ def _places(view: StageView, g: StageGeometry) -> Iterator[str]:
             planet = int(np.argmax(misfit)) + 1
             yield (
                 f"the planets do not assemble: a tooth of planet {planet} is {misfit.max():.3g} "
-                "pitches off the gap of the sun, and they are computed as if it were cut to fit"
+                "pitches off the gap of the sun; they are computed as if its teeth were cut to fit"
             )
     for role, gear_mesh in g.gear_meshes.items() if g.overridden else ():
         name = _gear_mesh(view, role)
@@ -246,7 +246,7 @@ def _places(view: StageView, g: StageGeometry) -> Iterator[str]:
 
 
 def _backlash(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]:
-    """Errors that close the backlash, where contact is one-sided."""
+    """Warnings about errors that exceed the backlash, where contact is one-sided."""
     if view.gear_mesh.contact_law == "linear":
         return
     paths = stage_paths(view, stage.gear_mesh_forces)
@@ -256,7 +256,7 @@ def _backlash(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[s
         closed = float(errors_closing(drive, coast, 0.5 * view.stage.face_width).max())
         if closed > gear_mesh.backlash:
             yield (
-                f"errors of manufacture close up to {1e6 * closed:.4g} µm of a backlash of "
+                f"manufacturing errors close up to {1e6 * closed:.4g} µm of a backlash of "
                 f"{1e6 * gear_mesh.backlash:.4g} µm in the {_gear_mesh(view, role)}: both flanks "
                 "carry there; raise the backlash, or lower the errors"
             )
@@ -267,7 +267,7 @@ def _gear_mesh(view: StageView, role: str) -> str:
 
 
 def _teeth(view: StageView, g: StageGeometry) -> Iterator[str]:
-    """Thin tips, and what tools make, of true teeth."""
+    """Warnings about thin tips, and about the teeth that tools cut."""
     stage = view.stage
     for role, tooth in {} if g.overridden else g.gears.items():
         name = view.part(role)
@@ -282,42 +282,42 @@ def _teeth(view: StageView, g: StageGeometry) -> Iterator[str]:
 
 
 def _stress(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]:
-    """Nominal stress that no steel bears for long."""
+    """Warnings about nominal stresses above the endurance of any steel."""
     forces, torque = stage.gear_mesh_forces, "check torque, face width and module"
     for role in g.gear_meshes:
         pressure = pitch_point_pressure(view, g, role, forces[role])
-        if pressure > FLANK:
+        if pressure > FLANK_LIMIT:
             yield (
-                f"the flanks of the {_gear_mesh(view, role)} are pressed with "
-                f"{pressure / 1e6:.4g} MPa at rated torque, and the strongest case-hardened steel "
-                f"bears {FLANK / 1e6:.0f} for long; {torque}"
+                f"the contact pressure of the {_gear_mesh(view, role)} is {pressure / 1e6:.4g} MPa "
+                "at rated torque, and the strongest case-hardened steel endures "
+                f"{FLANK_LIMIT / 1e6:.0f}; {torque}"
             )
     for role, stress in largest_root_stress(view, forces).items():
-        if stress > ROOT:
+        if stress > ROOT_LIMIT:
             yield (
                 f"the nominal root stress of the {view.part(role)} is {stress / 1e6:.4g} MPa at "
-                f"rated torque, and the strongest case-hardened steel bears {ROOT / 1e6:.0f} for "
-                f"long; {torque}"
+                "rated torque, and the strongest case-hardened steel endures "
+                f"{ROOT_LIMIT / 1e6:.0f}; {torque}"
             )
 
 
 def _shaft(view: StageView, stage: StageFlow) -> Iterator[str]:
-    """Torsion of a sun's shaft, τ = 16 T d/(π (d⁴ − d_i⁴))."""
+    """Warnings about torsion of a sun's shaft, τ = 16 T d/(π (d⁴ − d_i⁴))."""
     if view.stage.form("sun") != "beam":
         return
     for k, part in enumerate(view.shaft.sections):
         d, inner = part.outer_diameter, part.inner_diameter
         shear = 16.0 * abs(stage.sun_torque) * d / (math.pi * (d**4 - inner**4))
-        if shear > SHEAR:
+        if shear > SHEAR_LIMIT:
             yield (
-                f"the sun's shaft is sheared with {shear / 1e6:.4g} MPa in section {k} at rated "
-                f"torque, and steel yields at {SHEAR / 1e6:.0f}; check its diameters"
+                f"the shear stress of the sun's shaft is {shear / 1e6:.4g} MPa in section {k} at "
+                f"rated torque, and steel yields at {SHEAR_LIMIT / 1e6:.0f}; check its diameters"
             )
 
 
 def _bearings(view: StageView, stage: StageFlow) -> Iterator[str]:
-    """Radial stiffness against that of a roller bearing for the load; softer supports than that of
-    suns and carriers, which may float, are none to doubt."""
+    """Warnings about radial stiffness far from that of a roller bearing for the load. Supports of
+    suns and carriers may be soft, as these members may float."""
     parallel = stage.kind == "parallel"
     load = abs(stage.sun_gear_mesh_force) if parallel else stage.planet_bearing_force
     if load == 0.0:
@@ -329,7 +329,7 @@ def _bearings(view: StageView, stage: StageFlow) -> Iterator[str]:
             continue
         carries = parallel or key == "planet_bearing"
         stiffness = max(bearing.stiffness[:2])
-        if stiffness > APART * usual or (carries and 0.0 < stiffness < usual / APART):
+        if stiffness > FACTOR * usual or (carries and 0.0 < stiffness < usual / FACTOR):
             yield (
                 f"{view.key(key)}.radial is {stiffness:.3g} N/m, and a roller bearing that "
                 f"carries the {load:.3g} N of a planet or pinion here has about {usual:.2g}; check "
@@ -338,13 +338,13 @@ def _bearings(view: StageView, stage: StageFlow) -> Iterator[str]:
 
 
 def _rating(view: StageView, stage: StageFlow) -> Iterator[str]:
-    """Dynamic rating of bearings against their nominal load."""
+    """Warnings about dynamic ratings of bearings that do not fit their nominal load."""
     for nominal in nominal_bearings(view, stage).values():
         bearing, hours = nominal.place.bearing, nominal.life_hours
         if bearing.dynamic_rating is None or hours is None or not math.isfinite(hours):
             continue
         ratio = bearing.dynamic_rating * bearing.count / nominal.equivalent
-        if not 1.0 <= ratio <= APART:
+        if not 1.0 <= ratio <= FACTOR:
             yield (
                 f"{nominal.place.key}.dynamic_rating is {ratio:.2g} times the load on it, with a "
                 f"life of {hours:.2g} h; check its unit"

@@ -1,4 +1,4 @@
-"""Load bins: speeds, torques and loads of the whole train in each load case, by its statics."""
+"""Load bins: speeds, torques and loads of all members of a train in each load case, by statics."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ if TYPE_CHECKING:
     from flexgear.model.case import Case
 
 HOUR = 3600.0  # s
-SAME = 0.01  # by which values that are given twice may differ; tables are rounded, and have losses
-MOST_TORQUE, LEAST_TORQUE = 50.0, 1 / 200  # of the rated one; N m for kN m is a factor of 1000
+TOLERANCE = 0.01  # relative, of redundant values: tables are rounded and include losses
+MOST_TORQUE, LEAST_TORQUE = 50.0, 1 / 200  # over rated torque; N m for kN m is a factor of 1000
+MOST_SPEED = 8.0  # over rated speed; r/min for rad/s is a factor of 9.5
 Stated = Mapping[str, tuple[str, float]]  # key and value by member
-MOST_SPEED = 8.0  # of the rated one; r/min for rad/s is a factor of 9.5
 
 
 @dataclass(frozen=True)
 class LoadBin:
-    """A steady state of a train with its duration.
+    """Steady state of a train with its duration.
 
-    hours: 0 of an extreme one. torque: N m from outside on the member of each port, positive about
-    +z. speed: rad/s of every member. loads: constant loads on members. extreme: whether it is a
-    static load without duration. back_driven: whether power may go against its rated sense.
-    source: where it was read, for messages.
+    hours: 0 of an extreme load; torque: external torque on the member of each port, N m, positive
+    about +z; speed: of every member, rad/s; loads: constant loads on members; extreme: whether it
+    is a static load without duration; back_driven: whether power may flow against its rated
+    direction; source: file and line for messages.
     """
 
     name: str
@@ -47,13 +47,13 @@ class LoadBin:
     source: str = ""
 
     def turns(self, speed: float) -> float:
-        """Turns in the bin of what turns at ``speed``, rad/s: 3600 h |ω| / 2π."""
+        """Number of turns at ``speed``, rad/s, in the bin: 3600 h |ω| / 2π."""
         return HOUR * self.hours * abs(speed) / (2.0 * math.pi)
 
 
 def case_in_bin(case: Case, load_bin: LoadBin) -> Case:
-    """The case with speeds and torques of the bin where it gives speeds and torques, and its
-    loads; without other load cases, which every result of the bin would have to carry."""
+    """Case with the speeds, torques and loads of a bin in place of its rated ones. It has no other
+    load cases, so that results of a bin do not store them."""
 
     def restated(port: Any) -> Any:
         values: dict[str, float | None] = {"power": None} if isinstance(port, Input) else {}
@@ -71,8 +71,9 @@ def case_in_bin(case: Case, load_bin: LoadBin) -> Case:
 
 
 def bins_of_load_cases(case: Case, more: Sequence[LoadCase] = ()) -> tuple[LoadBin, ...]:
-    """A bin for each load case of the case and of ``more``, in their order. Raises InputError for
-    speeds and torques that the train cannot have, a wrong sense and a wrong unit."""
+    """Load bins of the load cases of a case and of ``more``, in their order. Raises InputError for
+    speeds and torques that contradict the kinematics or statics of the train, and for values that
+    suggest a wrong sign or unit."""
     load_cases = (*case.load_cases, *more)
     if not load_cases:
         return ()
@@ -88,35 +89,35 @@ def _completed(
     rated: Mapping[str, float], ports: Mapping[str, float],
     refuse: Callable[[str, str, float, float], None],
 ) -> Array:  # fmt: skip
-    """x of linear equations A x = b, to which values are added until they have one solution.
+    """Solution x of equations A x = b, completed by stated values and then by values of ports.
 
-    places: in x, by member; stated: what a load case says; rated: of all members; ports: values
-    that the case gives, which follow the first stated one in rated proportion; refuse: is told
-    member, key and value of a stated one that does not agree with those before, and what they make
-    it.
+    rows, right: A and b; places: index in x by member; stated: values of a load case; rated: of all
+    members; ports: rated values of the ports, which are scaled by the ratio of the first stated
+    value to its rated one; refuse: called with member, key, value and implied value where a stated
+    value contradicts the equations before.
     """
 
-    def added(place: int, value: float) -> float:
-        """What x[place] is then: the value, unless it follows from the equations before."""
+    def add(place: int, value: float) -> float:
+        """Adds x[place] = value unless the equations determine x[place]; returns x[place]."""
         nonlocal rows, right
-        more = np.vstack([rows, np.eye(rows.shape[1])[None, place]])
-        if rank(more) == rank(rows):
+        extended = np.vstack([rows, np.eye(rows.shape[1])[None, place]])
+        if rank(extended) == rank(rows):
             return float(np.linalg.lstsq(rows, right, rcond=None)[0][place])
-        rows, right = more, np.append(right, value)
+        rows, right = extended, np.append(right, value)
         return value
 
     ratio = next((v / rated[m] for m, (_, v) in stated.items() if rated[m]), 1.0)
     for member, (key, value) in stated.items():
-        implied = added(places[member], value)
-        if abs(value - implied) > SAME * max(abs(value), abs(implied)):
+        implied = add(places[member], value)
+        if abs(value - implied) > TOLERANCE * max(abs(value), abs(implied)):
             refuse(member, key, value, implied)
     for member, value in ports.items():
-        added(places[member], value * ratio)
+        add(places[member], value * ratio)
     return np.asarray(np.linalg.solve(rows, right), dtype=np.float64)
 
 
 class _Train:
-    """Statics of a train whose ports carry other speeds and torques than the rated ones."""
+    """Statics of a train under the speeds and torques of load cases."""
 
     def __init__(self, case: Case, load_cases: Sequence[LoadCase]) -> None:
         self.case, self.members, self.load_cases = case, members_of(case), load_cases
@@ -129,7 +130,7 @@ class _Train:
         }
 
     def bin_of(self, k: int, load_case: LoadCase) -> LoadBin:
-        """The bin of load case number k."""
+        """Load bin of load case number k."""
         states = list(load_case.states(self.first))
         speed = self._speeds(k, states)
         self._check_loads(k, states)
@@ -159,7 +160,7 @@ class _Train:
         raise InputError(self.case.source, f"load_cases[{k}].{key}", problem, remedy)
 
     def _check_loads(self, k: int, states: list[tuple[str, str, MemberState]]) -> None:
-        """Refusal of forces and moments that are above all rated ones by a factor of a unit."""
+        """Raises InputError for forces and moments so large that their unit must be wrong."""
         stages = (s.gear_mesh_forces.values() for s in self.flow.stages)
         rated = {
             "force": (
@@ -170,15 +171,15 @@ class _Train:
             "moment": ("N m", "torque", max(map(abs, self.rated_torque.values()))),
         }
         for at, member, state in states:
-            for key, (unit, of, most) in rated.items():
+            for key, (unit, name, reference) in rated.items():
                 largest = max(map(abs, getattr(state, key) or (0.0,)))
-                if most and largest > MOST_TORQUE * most:
-                    problem = f"is {largest:.4g} {unit} on {member}, {largest / most:.4g} times"
-                    problem = f"{problem} the largest rated {of}, {most:.6g}"
+                if reference and largest > MOST_TORQUE * reference:
+                    problem = f"is {largest:.4g} {unit} on {member}, {largest / reference:.4g}"
+                    problem = f"{problem} times the largest rated {name}, {reference:.6g}"
                     self._refuse(k, f"{at}{key}", problem, f"check the unit: {unit} for k{unit}?")
 
     def _loads(self, states: list[tuple[str, str, MemberState]]) -> tuple[MemberLoad, ...]:
-        """Loads of a load case in place of the case's on the same members."""
+        """Loads of the case, replaced on members for which the load case has loads."""
         stated = [s for s in states if s[2].force is not None or s[2].moment is not None]
         loads = [load for load in self.case.loads if load.member not in {s[1] for s in stated}]
         none = (0.0, 0.0, 0.0)
@@ -192,7 +193,7 @@ class _Train:
         return tuple(loads)
 
     def _speeds(self, k: int, states: list[tuple[str, str, MemberState]]) -> dict[str, float]:
-        """Speeds of all members, from those stated and of rated proportion."""
+        """Speeds of all members from those of the load case, completed in rated proportion."""
         stated = {m: (f"{at}speed", s.speed) for at, m, s in states if s.speed is not None}
         for member, (key, value) in stated.items():
             rated = self.flow.speed[member]
@@ -217,11 +218,11 @@ class _Train:
         self, k: int, load_case: LoadCase, states: list[tuple[str, str, MemberState]],
         speed: Mapping[str, float], moments: Mapping[str, float],
     ) -> dict[str, float]:  # fmt: skip
-        """Torques of all ports from those stated, and of rated proportion, by
+        """Torques of all ports from those of the load case, completed in rated proportion:
 
-            Gᵀ λ + Pᵀ T = −M ,  T_m = stated
+            Gᵀ λ + Pᵀ T = −M
 
-        with the ties G and the rows P of the ports.
+        with the matrix G of the ties, P of the ports and the moments M of loads.
         """
         stated: dict[str, tuple[str, float]] = {}
         for at, member, state in states:
@@ -251,7 +252,8 @@ class _Train:
     def _check_torque(
         self, k: int, load_case: LoadCase, member: str, key: str, value: float, speed: float
     ) -> None:
-        """A torque that is rated elsewhere by a factor of a unit, or takes power the other way."""
+        """Raises InputError for a torque so large that its unit must be wrong, or whose power flows
+        against the rated direction."""
         rated, rated_speed = self.rated_torque[member], self.flow.speed[member]
         if not rated:
             return
@@ -268,7 +270,7 @@ class _Train:
             self._refuse(k, key, problem, remedy)
 
     def require_unit(self, bins: tuple[LoadBin, ...]) -> None:
-        """InputError where no bin comes near rated torque: kN m for N m."""
+        """Raises InputError where torques of all bins are far below rated: kN m for N m."""
         rated = self.rated_torque[self.first]
         largest = max(abs(b.torque[self.first]) for b in bins)
         if rated and 0.0 < largest < LEAST_TORQUE * abs(rated):

@@ -1,6 +1,6 @@
 """Nominal stresses of teeth without load factors: pressure at the pitch point, root stress.
 
-Nominal contact pressure of a gear mesh at its pitch point, without load factors.
+Contact pressure of a gear mesh at its pitch point:
 
     p = 2 w/(π a) of Hertz (``hertz``),   w = Z_ε² F cos β_b / b,
     Z_ε² = (4 − ε_α)/3 (1 − ε_β) + ε_β/ε_α,   1/ε_α where ε_β ≥ 1
@@ -8,7 +8,7 @@ Nominal contact pressure of a gear mesh at its pitch point, without load factors
 with the normal force F of one gear mesh, its face width b and the radius of relative curvature
 ρ_n = ρ_t/cos β_b at the pitch point: σ_H0 of ISO 6336-2:2019 without Z_β.
 
-Nominal tooth root stress after ISO 6336-3:2006, method B.
+Tooth root stress after ISO 6336-3:2006, method B:
 
     σ_F0 = F_t/(b m_n) · Y_F Y_S Y_β,   F_t = F_n cos β_b cos α_t
     Y_F = 6 (h_Fe/m_n) cos α_Fen / ((s_Fn/m_n)² cos α_n)
@@ -16,18 +16,18 @@ Nominal tooth root stress after ISO 6336-3:2006, method B.
     Y_β = 1 − min(ε_β, 1) · min(β, 30°)/120°
 
 of the virtual spur gear in the normal section, z_n = z/(cos² β_b cos β), with the whole load at the
-outer point of single contact. No load factor (K_A, K_v, K_Fβ, K_Fα), rim or deep tooth factor (Y_B,
-Y_DT) is in it: a figure to compare gears and programs by, not the stress of the case's own load
-distribution. The edition of 2019 further has f_ε in Y_F and 1/cos³ β in Y_β, which
-``contact_line_factor`` and ``helix_factor`` give:
+outer point of single contact. It includes no load factor (K_A, K_v, K_Fβ, K_Fα), rim or deep tooth
+factor (Y_B, Y_DT): it compares gears and programs, and is not the stress under the load
+distribution of a case. The edition of 2019 also has f_ε in Y_F (``contact_line_factor``) and
+1/cos³ β in Y_β (``helix_factor``):
 
-    f_ε = √(1/ε_αn) where ε_β ≥ 1, 1 for spur gears (0.7 where ε_αn ≥ 2), between them
+    f_ε = √(1/ε_αn) where ε_β ≥ 1; 1 for spur gears (0.7 where ε_αn ≥ 2); in between
     √(1 − ε_β + ε_β/ε_αn), or √((1 − ε_β)/2 + ε_β/ε_αn) where ε_αn ≥ 2;  ε_αn = ε_α/cos² β_b
 
 The critical section is where tangents at 30° to the tooth's middle line (60° for a ring) touch the
-root that the gear's tool leaves (``tool``). For a rack these are the standard's equations 10
-to 16. For a cutter the edition of 2006 has a rack in its place (``substitute_rack_section``), the
-edition of 2019 the cutter. The formula of Y_S is for 1 ≤ q_s < 8.
+root (``tool``); for a rack these are equations 10 to 16 of the standard. For a cutter the edition
+of 2006 has a substitute rack (``substitute_rack_section``), that of 2019 the cutter itself. The
+formula of Y_S holds for 1 ≤ q_s < 8.
 """
 
 from __future__ import annotations
@@ -60,17 +60,18 @@ if TYPE_CHECKING:
     from flexgear.model.stage_view import StageView
 
 
-_ITERATIONS = 30  # of θ, each a twentieth of the error before
+_ITERATIONS = 30  # of θ; each reduces the error about twentyfold
 
 
 def flank_load_share(gear_mesh: GearMeshGeometry) -> float:
-    """Z_ε² of ISO 6336-2."""
+    """Squared contact ratio factor Z_ε² of ISO 6336-2."""
     ratio, overlap = gear_mesh.transverse_contact_ratio, min(gear_mesh.overlap_ratio, 1.0)
     return max((4.0 - ratio) / 3.0 * (1.0 - overlap), 0.0) + overlap / ratio
 
 
 def pitch_point_pressure(view: StageView, g: StageGeometry, role: str, force: float) -> float:
-    """Pa; role: "sun" or "ring"; force: normal, of one gear mesh and half, N."""
+    """Nominal contact pressure at the pitch point, Pa. role: "sun" or "ring"; force: normal, of one
+    gear mesh of one half, N."""
     gear_mesh, gear, material = g.gear_meshes[role], g.gears[role], view.material
     curvature = [
         tooth.base_radius * math.tan(gear_mesh.working_angle) for tooth in (g.planet, gear)
@@ -78,7 +79,7 @@ def pitch_point_pressure(view: StageView, g: StageGeometry, role: str, force: fl
     cos_base = math.cos(g.base_helix_angle)
     radius = relative_radius(*curvature, internal=gear.internal) / cos_base
     share = flank_load_share(gear_mesh)
-    depth = gear.reference_radius  # which the pressure does not depend on
+    depth = gear.reference_radius  # has no effect on the pressure
     body = ContactBody(material.young_modulus, material.poisson_ratio, depth)
     line_load = abs(force) * cos_base / view.stage.face_width * share
     return float(line_contact(body, body, radius).pressure(line_load))
@@ -87,7 +88,7 @@ def pitch_point_pressure(view: StageView, g: StageGeometry, role: str, force: fl
 @dataclass(frozen=True)
 class RootStress:
     """Nominal root stress of one gear in one gear mesh, Pa, and its factors. lever: h_Fe, m;
-    load_angle: α_Fen, rad; form_factor, notch_factor, helix_factor: Y_F, Y_S, Y_β."""
+    load_angle: α_Fen, rad; form_factor: Y_F; notch_factor: Y_S; helix_factor: Y_β."""
 
     section: CriticalSection
     lever: float
@@ -99,13 +100,13 @@ class RootStress:
 
 
 def virtual_teeth(teeth: int, rack: Rack) -> float:
-    """z_n = z/(cos² β_b cos β)."""
+    """Number of teeth of the virtual spur gear, z_n = z/(cos² β_b cos β)."""
     return teeth / (math.cos(base_helix_angle(rack)) ** 2 * math.cos(rack.helix_angle))
 
 
 def virtual_tooth(tooth: ToothGeometry, gear: GearMember, rack: Rack) -> ToothGeometry:
-    """Tooth of the virtual spur gear, of the same tool in the normal section: d_n = m_n z_n, d_an =
-    d_n + d_a − d, and so for a cutter; its number of teeth is the nearest whole one."""
+    """Tooth of the virtual spur gear, cut by the same tool in normal section. d_n = m_n z_n, d_an =
+    d_n + d_a − d, likewise for a cutter; ``teeth`` of the result is rounded."""
     per_tooth = virtual_teeth(1, rack)
     tool = plain_tool(gear.tool)
     if isinstance(tooth.tool, CutterTool):
@@ -119,21 +120,21 @@ def virtual_tooth(tooth: ToothGeometry, gear: GearMember, rack: Rack) -> ToothGe
 
 
 def outer_single_contact(tooth: ToothGeometry, base_pitch: float, contact_ratio: float) -> float:
-    """Radius at which a tooth is loaded when its pair stands alone, ε_α − 1 base pitches from the
-    tip along the path of contact, m; ISO 6336-3:2006, equation 23 (d_en/2)."""
+    """Radius d_en/2 of the outer point of single pair contact, m: ε_α − 1 base pitches from the tip
+    along the path of contact. ISO 6336-3:2006, equation 23."""
     step = tooth.outward * base_pitch * (contact_ratio - 1.0)
     return math.hypot(tooth.base_radius, tooth.roll_length(tooth.tip_radius) - step)
 
 
 def helix_factor(overlap_ratio: float, helix_angle: float, edition: int = 2006) -> float:
-    """Y_β of ISO 6336-3; helix_angle rad; edition 2006, or 2019 with 1/cos³ β."""
+    """Helix factor Y_β of ISO 6336-3, with 1/cos³ β in the edition of 2019; helix_angle in rad."""
     tilt = min(math.degrees(helix_angle), 30.0) / 120.0
     factor = 1.0 - min(overlap_ratio, 1.0) * tilt
     return factor / math.cos(helix_angle) ** 3 if edition == 2019 else factor
 
 
 def contact_line_factor(gear_mesh: GearMeshGeometry, beta_b: float, edition: int) -> float:
-    """f_ε of ISO 6336-3:2019; 1 in the edition of 2006."""
+    """Factor f_ε of ISO 6336-3:2019, 1 in the edition of 2006; beta_b: base helix angle, rad."""
     if edition != 2019:
         return 1.0
     ratio = gear_mesh.transverse_contact_ratio / math.cos(beta_b) ** 2
@@ -146,8 +147,9 @@ def contact_line_factor(gear_mesh: GearMeshGeometry, beta_b: float, edition: int
 def substitute_rack_section(
     tooth: ToothGeometry, gear: GearMember, stage: Stage
 ) -> CriticalSection:
-    """Critical section of a ring by the rack that ISO 6336-3:2006 has in place of its cutter, with
-    z_n < 0 and lengths in modules:
+    """Critical section of a ring by the substitute rack of ISO 6336-3:2006, m.
+
+    With z_n < 0 and lengths in modules:
 
         ρ_fPv = ρ_fP + (x_0 + h_fP − ρ_fP)^1.95/(3.156 · 1.036^{z_0})
         E = π/4 − h_fP tan α_n + s_pr/cos α_n − (1 − sin α_n) ρ_fP/cos α_n
@@ -155,8 +157,8 @@ def substitute_rack_section(
         s_Fn = z_n sin(π/6 − θ) + q,  q = G/cos θ − ρ_fPv
         ρ_F = ρ_fPv + 2G²/(cos θ (z_n cos² θ − 2G))
 
-    and the distance −(z_n cos(π/6 − θ) + √3 q)/2 from the axis. h_fP: dedendum, or what the root
-    circle of a cutter of stated tip diameter leaves. Equations 10 to 16, 19, 21 there.
+    and the distance −(z_n cos(π/6 − θ) + √3 q)/2 from the axis. h_fP: dedendum, or that of the root
+    circle where the cutter's tip diameter is given. Equations 10 to 16, 19, 21 there.
     """
     m, alpha, tool = stage.normal_module, stage.pressure_angle, gear.tool
     assert isinstance(tooth.tool, CutterTool)
@@ -188,8 +190,8 @@ def root_stress(
     force: float,
     edition: int = 2019,
 ) -> RootStress:
-    """Nominal root stress of the gear ``tooth`` in a gear mesh of normal force ``force``, N along
-    the 3D normal; edition: 2006 has a rack in place of a ring's cutter."""
+    """Nominal root stress of a gear in one gear mesh. force: along the 3D normal, N; edition: of
+    ISO 6336-3, where 2006 has a substitute rack for a ring's cutter."""
     module, beta_b = stage.normal_module, base_helix_angle(stage)
     virtual = virtual_tooth(tooth, gear, stage)
     section = virtual.root.section
@@ -214,11 +216,9 @@ def root_stress(
 def stage_root_stress(
     view: StageView, g: StageGeometry, forces: Mapping[str, float]
 ) -> dict[tuple[str, str], RootStress]:
-    """Root stress by gear mesh ("sun", "ring") and gear; forces: normal, N, by gear mesh.
-
-    A gear mesh without force is left out, and so are all where base diameters or working angles are
-    given, as teeth then are not those of the gears.
-    """
+    """Nominal root stress by gear mesh ("sun", "ring") and gear; forces: normal, N, by gear mesh.
+    Gear meshes without force are left out. Empty where the case gives base diameters or working
+    angles, which do not belong to true teeth."""
     if g.overridden:
         return {}
     gears = gears_by_role(view.stage)
@@ -231,8 +231,7 @@ def stage_root_stress(
 
 
 def largest_root_stress(view: StageView, forces: Mapping[str, float]) -> dict[str, float]:
-    """Nominal root stress of each gear by its role, Pa: of a planet the larger of both its gear
-    meshes."""
+    """Largest nominal root stress by role of the gear, Pa; a planet has two gear meshes."""
     largest: dict[str, float] = {}
     for (_, part), stress in stage_root_stress(view, stage_geometry(view), forces).items():
         largest[part] = max(largest.get(part, 0.0), stress.stress)

@@ -1,30 +1,29 @@
 """Speeds, torques and powers of any case, from one linear system and its transpose.
 
-Branch powers are a flow between shafts (members joined to each other) and stages. Where a train
-branches and closes again, the flow may hold a directed cycle: a shaft or stage passes power on
-that comes back to it. *Circulating power* is what such cycles carry: each directed cycle is cut by
-its smallest branch until none is left, and the cut is what circulates. Without a closed loop, or
-where the parallel branches all lead from input to output (power split), it is zero. For one loop
-the value is unique; for loops that share branches, cycles with fewest branches are cut first.
-
-With the ties G of all members' speeds (members) and the rows S that pick the ports of given
-speed, the speeds are
+With the matrix G of the ties (``determinacy``) and the rows S that select the ports of given speed,
+the speeds are
 
     [G; S] ω = [0; ω_given] .
 
-Ties do no work, so their torques on the members are Gᵀ λ, and with the ports of unknown torque (U)
+Ties do no work, so their torques on the members are Gᵀ λ, and with the rows U of the ports of
+unknown torque
 
     [Gᵀ  Uᵀ] [λ; T_unknown] = −T_given − T_loads .
 
-Both are square where M = members − ties speeds and ports − M torques are given. λ of a stage is the
-torque in its teeth referred to the sun, λ of a joint what passes through it, λ of a held member
-what holds it. Power then balances for every stage, shaft and the whole train.
+Both systems are square if M = members − ties speeds and ports − M torques are given. λ of a stage
+is the torque in its teeth referred to the sun, λ of a joint the torque that it transmits, λ of a
+held member the reaction torque. Power balances for every stage, every shaft and the train.
 
-Speeds and mean forces of one stage, from the speeds and torques of its members.
+*Circulating power.* Branch powers are a flow between shafts (members joined to each other) and
+stages. In a train that branches and closes again, the flow may contain directed cycles, in which
+power returns to the shaft or stage that it left. Each cycle is reduced by its smallest branch power
+until none is left; the sum of these reductions is the circulating power. It is zero without a
+closed loop, or where all parallel branches lead from input to output (power split). For one loop
+the value is unique; of loops that share branches, those with the fewest branches are reduced first.
 
-All forces follow from the torques T that the rest of the train puts on the members; N planets, S
-sides (two if double-helical), base radii r_b, base helix angle β_b, working angles α, positive
-where the flanks carry that carry when the carrier drives (docs/conventions.md):
+Mean forces of one stage follow from the torques T of the rest of the train on its members; N
+planets, S sides (two if double-helical), base radii r_b, base helix angle β_b, working angles α;
+positive on the flanks that carry if the carrier drives (docs/conventions.md):
 
     normal      F_s = −T_s/(N S r_b,s cos β_b),  F_r = −T_r/(N S r_b,r cos β_b)
     tangential  on a working circle F cos β_b cos α; on the sun's reference circle −T_s/(N S r_s)
@@ -32,11 +31,11 @@ where the flanks carry that carry when the carrier drives (docs/conventions.md):
                 S cos β_b (|F_s| sin α_s − |F_r| sin α_r); axial forces cancel on a planet
     planet      ω_p − ω_c = −(r_b,r/r_b,p)(ω_c − ω_r); gear-mesh frequency z_r |ω_c − ω_r| / 2π
 
-Rolling power T_s (ω_s − ω_c) is what the teeth pass from sun to ring as seen from the carrier: the
-part that makes losses; the rest of a member's power turns with the carrier as a coupling does.
-Weight and centrifugal force of planets are left out. A parallel stage has its pinion in the place
-of the sun, its gear in that of the planet, and a carrier at rest; its forces have the other sign,
-F = T_pinion/(S r_b cos β_b), positive where the gear drives.
+Rolling power T_s (ω_s − ω_c) is the power that teeth transmit from sun to ring relative to the
+carrier, which causes losses; the rest is transmitted as by a coupling. Weight and centrifugal force
+of planets are neglected. In a parallel stage the pinion has the role of the sun and the gear that
+of the planet, on a carrier at rest; forces have the opposite sign, F = T_pinion/(S r_b cos β_b),
+positive if the gear drives.
 """
 
 from __future__ import annotations
@@ -69,14 +68,14 @@ if TYPE_CHECKING:
 class StageFlow:
     """Speeds rad/s, frequency Hz, torques N m, forces N, powers W of one stage.
 
-    sun_speed, …_torque, by the rest of the train on the member: a pinion's is the sun's, a gear's
-    the planet's; planet_speed:
-    absolute; planet_relative_speed: to the carrier. tangential_force (on the sun's reference
-    circle), sun_working_force, ring_working_force (tangential on the working circles), and
-    sun_gear_mesh_force, ring_gear_mesh_force (normal, along the 3D line of action) are of one
-    planet and side; planet_bearing_… of one planet: radial outward on the planet by its teeth,
-    tangential against the sense of rotation. stage_power: rolling power, > 0 from sun to ring.
-    circulating_power: part of the stage's power that runs round a closed loop of the train.
+    A pinion counts as sun, its gear as planet. Torques are those of the rest of the train on the
+    member. planet_speed: absolute; planet_relative_speed: relative to the carrier. tangential_force
+    (on the sun's reference circle), sun_working_force, ring_working_force (tangential on the
+    working circles), sun_gear_mesh_force, ring_gear_mesh_force (normal, along the 3D line of
+    action): of one planet and side. planet_bearing_radial, planet_bearing_tangential: force of the
+    teeth on one planet, outward and against the direction of rotation. stage_power: rolling power,
+    positive from sun to ring. circulating_power: part of the stage's power in closed loops of the
+    train.
     """
 
     name: str
@@ -103,7 +102,7 @@ class StageFlow:
 
     @property
     def gear_mesh_forces(self) -> dict[str, float]:
-        """Normal force of one gear mesh of "sun" and "ring", N; no ring in a parallel stage: 0."""
+        """Normal force of one gear mesh by "sun" and "ring" (0 in a parallel stage), N."""
         return {"sun": self.sun_gear_mesh_force, "ring": self.ring_gear_mesh_force}
 
     @property
@@ -118,10 +117,9 @@ def stage_flow(
     torque: dict[str, float],
     circulating: float = 0.0,
 ) -> StageFlow:
-    """Flow of a stage; speed and torque by part ("sun", "ring", "carrier" / "pinion", "gear").
-
-    speed rad/s, torque N m by the rest of the train on the member; circulating W.
-    """
+    """Speeds and mean forces of a stage. speed: rad/s, torque: of the rest of the train on the
+    member, N m, both by part ("sun", "ring", "carrier" or "pinion", "gear"); circulating: power in
+    closed loops, W."""
     stage, radii = view.stage, stage_radii(view)
     first = view.part("sun")
     carrier_speed = speed.get("carrier", 0.0)
@@ -131,14 +129,14 @@ def stage_flow(
         relative = -(radii.base["ring"] / radii.base["planet"]) * (carrier_speed - speed["ring"])
     sides = 2 if stage.double_helical else 1
     paths = stage.planets * sides
-    # pinion and gear of a parallel stage turn against each other, planet and sun's torques don't
+    # docs/conventions.md: forces of parallel stages have the opposite sign
     sign = 1.0 if stage.kind == "parallel" else -1.0
     in_plane = {"sun": sign * torque[first] / (paths * radii.base["sun"])}
     if "ring" in torque:
         in_plane["ring"] = -torque["ring"] / (paths * radii.base["ring"])
     cos_bb = math.cos(radii.base_helix_angle)
     working = {r: f * math.cos(radii.working_angles[r]) for r, f in in_plane.items()}
-    # teeth push apart, whichever flanks carry
+    # the radial component separates the gears on either flank
     radial = {r: abs(f) * math.sin(radii.working_angles[r]) for r, f in in_plane.items()}
     return StageFlow(
         name=stage.name,
@@ -174,12 +172,12 @@ def _gear_mesh_frequency(stage: Stage, speed: dict[str, float]) -> float:
 
 
 Node = tuple[Literal["shaft", "stage"], str]
-SMALL = 1e-9  # of the largest branch power
+NEGLIGIBLE = 1e-9  # of the largest branch power
 
 
 @dataclass
 class Branch:
-    """A flow of power (W, > 0) from the node ``tail`` to the node ``head``."""
+    """Positive power, W, that flows from the node ``tail`` to the node ``head``."""
 
     tail: Node
     head: Node
@@ -189,31 +187,31 @@ class Branch:
 def circulating_power(
     branch_power: dict[str, float], shaft_of: dict[str, str], stage_of: dict[str, str]
 ) -> tuple[float, dict[str, float]]:
-    """Circulating power, W: total over all closed loops, and by stage. branch_power: power into the
-    stage at each member; shaft_of, stage_of: the member's shaft and stage."""
+    """Circulating power, W, of all closed loops together, and by stage. branch_power: power into
+    the stage by member, W; shaft_of, stage_of: shaft and stage by member."""
     largest = max((abs(p) for p in branch_power.values()), default=0.0)
     branches = []
     for member, power in branch_power.items():
-        if abs(power) > SMALL * largest:
+        if abs(power) > NEGLIGIBLE * largest:
             shaft: Node = ("shaft", shaft_of[member])
             stage: Node = ("stage", stage_of[member])
             tail, head = (shaft, stage) if power > 0 else (stage, shaft)
             branches.append(Branch(tail, head, abs(power)))
-    total, through = 0.0, dict.fromkeys(stage_of.values(), 0.0)
+    total, by_stage = 0.0, dict.fromkeys(stage_of.values(), 0.0)
     while cycle := _shortest_cycle(branches):
-        cut = min(b.power for b in cycle)
-        total += cut
+        power = min(b.power for b in cycle)
+        total += power
         for branch in cycle:
-            branch.power -= cut
+            branch.power -= power
             kind, name = branch.head
             if kind == "stage":
-                through[name] += cut
-        branches = [b for b in branches if b.power > SMALL * largest]
-    return total, through
+                by_stage[name] += power
+        branches = [b for b in branches if b.power > NEGLIGIBLE * largest]
+    return total, by_stage
 
 
 def shafts(members: tuple[str, ...], joints: list[tuple[str, str]]) -> dict[str, str]:
-    """Each member's shaft, named after its first member."""
+    """Shaft by member: the first of the members that joints connect to it."""
     shaft = {member: member for member in members}
     for first, second in joints:
         low, high = sorted((shaft[first], shaft[second]), key=members.index)
@@ -222,37 +220,36 @@ def shafts(members: tuple[str, ...], joints: list[tuple[str, str]]) -> dict[str,
 
 
 def _shortest_cycle(branches: list[Branch]) -> list[Branch]:
-    """Branches of a directed cycle with the fewest branches; empty where there is none."""
+    """Directed cycle with the fewest branches; empty if there is no cycle."""
     cycles = (_cycle(branches, start) for start in branches)
     return min(filter(None, cycles), key=len, default=[])
 
 
 def _cycle(branches: list[Branch], start: Branch) -> list[Branch]:
-    """Shortest way along the flow that begins with a branch and comes back to its tail."""
-    ways, reached = deque([[start]]), {start.head}
-    while ways:
-        way = ways.popleft()
-        if way[-1].head == start.tail:
-            return way
+    """Shortest directed cycle that begins with the branch ``start``; empty if there is no cycle."""
+    paths, visited = deque([[start]]), {start.head}
+    while paths:
+        path = paths.popleft()
+        if path[-1].head == start.tail:
+            return path
         for branch in branches:
-            if branch.tail == way[-1].head and branch.head not in reached:
-                reached.add(branch.head)
-                ways.append([*way, branch])
+            if branch.tail == path[-1].head and branch.head not in visited:
+                visited.add(branch.head)
+                paths.append([*path, branch])
     return []
 
 
-NOISE = 1e-13
+NOISE = 1e-13  # speed over the largest that is rounding
 
 
 @dataclass(frozen=True)
 class PowerFlow:
-    """Steady flow of a train; positive about +z, rad/s, N m, W.
+    """Steady power flow of a train; positive about +z, rad/s, N m, W.
 
-    speed: of all members. torque, power: from outside on ports, held and loaded members; they sum
-    to zero power. branch_torque, branch_power: by the rest of the train on each member, so what
-    enters the member's stage there. joint_torque: by ``first`` on ``second``, in the order of the
-    joints. input_power: sum of all power that enters. circulating_power: see
-    flexgear.gears.power_flow.
+    speed: of all members. torque, power: external, on ports, held and loaded members; the powers
+    sum to zero. branch_torque, branch_power: of the rest of the train on each member, which enter
+    its stage there. joint_torque: of ``first`` on ``second``, in the order of the joints.
+    input_power: sum of all power that enters the train. circulating_power: in closed loops.
     """
 
     mobility: int
@@ -267,14 +264,14 @@ class PowerFlow:
     stages: tuple[StageFlow, ...]
 
     def stage(self, name: str) -> StageFlow:
-        """The stage of that name."""
+        """Flow of the stage of a name."""
         return next(s for s in self.stages if s.name == name)
 
 
 def power_flow(case: Case) -> PowerFlow:
-    """Speeds, torques, powers and mean forces of a case. A case of free vibration (no output) has
-    no loads, and without inputs no speeds. Raises InputError where the train has no or more than
-    one solution."""
+    """Speeds, torques, powers and mean forces of a case. A case without output (free vibration) has
+    no loads, and without inputs no speeds. Raises InputError where the train has no solution or
+    more than one."""
     members = members_of(case)
     ties = members.tie_rows
     if members.ports:
@@ -285,21 +282,21 @@ def power_flow(case: Case) -> PowerFlow:
     else:
         mobility, speeds = len(members.names) - rank(ties), np.zeros(len(members.names))
     if case.output is None:
-        outside, ties_torque = {p.member: 0.0 for p in members.ports}, np.zeros(len(ties))
+        external, ties_torque = {p.member: 0.0 for p in members.ports}, np.zeros(len(ties))
     else:
         require_torques(members, mobility)
-        outside, ties_torque = _torques(members)
+        external, ties_torque = _torques(members)
     speed = dict(zip(members.names, speeds.tolist(), strict=True))
     branch_torque = _branch_torques(members, ties_torque)
     branch_power = {m: t * speed[m] + 0.0 for m, t in branch_torque.items()}
-    power = {m: t * speed[m] + 0.0 for m, t in outside.items()}  # no −0
+    power = {m: t * speed[m] + 0.0 for m, t in external.items()}  # no −0
     stage_of: dict[str, str] = {m: m.stage for m in members.names}
     shaft_of = shafts(members.names, [(j.first, j.second) for j in case.joints])
-    circulating, through = circulating_power(branch_power, shaft_of, stage_of)
+    circulating, by_stage = circulating_power(branch_power, shaft_of, stage_of)
     return PowerFlow(
         mobility=mobility,
         speed=speed,
-        torque=outside,
+        torque=external,
         power=power,
         branch_torque=branch_torque,
         branch_power=branch_power,
@@ -315,7 +312,7 @@ def power_flow(case: Case) -> PowerFlow:
                 case.view(stage.name),
                 {part: speed[f"{stage.name}.{part}"] for part in stage.members},
                 {part: branch_torque[f"{stage.name}.{part}"] for part in stage.members},
-                through[stage.name],
+                by_stage[stage.name],
             )
             for stage in case.stages
         ),
@@ -323,7 +320,7 @@ def power_flow(case: Case) -> PowerFlow:
 
 
 def _speeds(members: Members, stated: Array) -> Array:
-    """Speeds (members, …) from those (F, …) of the ports of given speed."""
+    """Speeds of all members (members, …) from those of the ports of given speed (F, …), rad/s."""
     driven = [p for p in members.ports if p.speed is not None]
     matrix = np.vstack([members.tie_rows, members.port_rows(driven)])
     right = np.concatenate([np.zeros((len(members.ties), *stated.shape[1:])), stated])
@@ -332,48 +329,42 @@ def _speeds(members: Members, stated: Array) -> Array:
 
 
 def speed_ratios(case: Case) -> dict[str, Array]:
-    """Speed of every member, and of the planets as "<stage>.planet", per speed of each independent
-    rotation, (F,) in the order of the ports of given speed. InputError where the train has no or
-    more than one solution."""
+    """Ratios (F,) of the speed of a member to the speeds of the F ports of given speed, by member,
+    and of planets as "<stage>.planet". Raises InputError where the train has no solution or more
+    than one."""
     members = members_of(case)
     require_speeds(members, require_free_ties(members))
     count = sum(p.speed is not None for p in members.ports)
-    ratios = _speeds(members, np.eye(count))
-    of = dict(zip(map(str, members.names), ratios, strict=True))
+    ratios = dict(zip(map(str, members.names), _speeds(members, np.eye(count)), strict=True))
     for stage in case.stages:
         if stage.ring is not None and stage.planet is not None:
-            carrier, ring = of[f"{stage.name}.carrier"], of[f"{stage.name}.ring"]
+            carrier, ring = ratios[f"{stage.name}.carrier"], ratios[f"{stage.name}.ring"]
             teeth = stage.ring.teeth / stage.planet.teeth
-            of[f"{stage.name}.planet"] = carrier - teeth * (carrier - ring)
-    return of
+            ratios[f"{stage.name}.planet"] = carrier - teeth * (carrier - ring)
+    return ratios
 
 
 def _torques(members: Members) -> tuple[dict[str, float], Array]:
-    """Torques from outside by member, and λ of every tie."""
+    """External torques by member, and λ of every tie, N m."""
     unknown = [p for p in members.ports if p.torque is None]
-    stated = {p.member: p.torque for p in members.ports if p.torque is not None}
+    external = {p.member: p.torque or 0.0 for p in members.ports}
     right = np.zeros(len(members.names))
-    for torques in (stated, members.loads):
+    for torques in (external, members.loads):
         for member, value in torques.items():
             right[members.names.index(member)] -= value
     matrix = np.vstack([members.tie_rows, members.port_rows(unknown)]).T
     solution = np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
-    ties_torque = solution[: len(members.ties)]
-    outside = dict.fromkeys([p.member for p in members.ports], 0.0)
-    outside |= stated
-    outside |= {
-        p.member: float(t) for p, t in zip(unknown, solution[len(members.ties) :], strict=True)
-    }
-    for tie, value in zip(members.ties, ties_torque, strict=True):
-        if tie.kind == "held":
-            outside[tie.name] = outside.get(tie.name, 0.0) + float(value)
-    for member, value in members.loads.items():
-        outside[member] = outside.get(member, 0.0) + value
-    return outside, ties_torque
+    ties_torque, port_torques = np.split(solution, [len(members.ties)])
+    external.update(zip((p.member for p in unknown), port_torques.tolist(), strict=True))
+    by_tie = zip(members.ties, ties_torque.tolist(), strict=True)
+    reactions = [(tie.name, torque) for tie, torque in by_tie if tie.kind == "held"]
+    for member, torque in (*reactions, *members.loads.items()):
+        external[member] = external.get(member, 0.0) + torque
+    return external, ties_torque
 
 
 def _branch_torques(members: Members, ties_torque: Array) -> dict[str, float]:
-    """Torque by the rest of the train on each member: opposite to that of its stage, N m."""
+    """Torque of the rest of the train on each member, opposite to that of its stage, N m."""
     stage_rows = [k for k, tie in enumerate(members.ties) if tie.kind == "stage"]
     torques = -members.tie_rows[stage_rows].T @ ties_torque[stage_rows] + 0.0
     return dict(zip(members.names, torques.tolist(), strict=True))

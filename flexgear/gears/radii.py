@@ -1,14 +1,14 @@
 """Radii, centre distance and working angles of a stage.
 
 Reference radius r = m_n z / (2 cosβ), base radius r_b = r cos α_t unless a base diameter is given;
-R_c = (r_b,sun + r_b,planet)/cos α_s = (r_b,ring − r_b,planet)/cos α_r. Without a centre distance or
-working angle that is given, inv α_w = inv α_t + 2 tan α_n (x_1 + x_2)/(z_1 + z_2) at zero backlash,
-with the ring's z negative (ISO 21771). What a case gives wins over what follows from tooth numbers
-and profile shifts. Papers that print rounded or approximate values
-break these relations; that is allowed, because small motion needs only the arms (base radii), the
-directions (working angles) and the places of the planets (centre distance).
+R_c = (r_b,sun + r_b,planet)/cos α_s = (r_b,ring − r_b,planet)/cos α_r. If a case has neither centre
+distance nor working angles, inv α_w = inv α_t + 2 tan α_n (x_1 + x_2)/(z_1 + z_2) at zero backlash,
+with the ring's z negative (ISO 21771). Values of the case take precedence over those from tooth
+numbers and profile shifts. Rounded values from publications need not satisfy these relations, as
+small motion depends only on arms (base radii), directions (working angles) and positions of the
+planets (centre distance).
 
-A parallel stage has its pinion in the sun's roles and its gear in the planet's.
+In a parallel stage the pinion has the role of the sun and the gear that of the planet.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from flexgear.model.stage_view import StageView
 
 ROLES = ("sun", "planet", "ring")
-SAME_DISTANCE = 5e-4  # modules that two centre distances may differ by
+SAME_DISTANCE = 5e-4  # modules, largest difference of centre distances that count as equal
 
 
 @dataclass(frozen=True)
@@ -52,35 +52,35 @@ class StageRadii:
     base_helix_angle: float
 
     def rotation_radius(self, member: str) -> float:
-        """r of u = r θ of a member: base radius of a gear, centre distance of a carrier, m."""
+        """Radius r of u = r θ, m: base radius of a gear, centre distance of a carrier."""
         return self.center_distance if member == "carrier" else self.base[role_of(member)]
 
 
 def role_of(member: str) -> str:
-    """Role of a gear: a pinion has the sun's, its mate the planet's."""
+    """Role of a member: "sun" of a pinion, "planet" of its mate, else the member itself."""
     return {"pinion": "sun", "gear": "planet"}.get(member, member)
 
 
 def base_arm(base: Mapping[str, float], role: str) -> float:
-    """r_b1 ± r_b2 of the planet and "sun" or "ring" (−), m."""
+    """Sum of the base radii of planet and sun, or difference of ring and planet, m."""
     return base["ring"] - base["planet"] if role == "ring" else base[role] + base["planet"]
 
 
 def gears_by_role(stage: Stage) -> dict[str, MatedGear | PlanetGear]:
-    """Gears by "sun", "planet", "ring"; of a parallel stage pinion and gear in the first two."""
+    """Gears by role; a parallel stage has its pinion as "sun" and its gear as "planet"."""
     names = ROLES if stage.kind == "planetary" else ("pinion", "gear")
     return {role: getattr(stage, name) for role, name in zip(ROLES, names, strict=False)}
 
 
 def is_overridden(stage: Stage) -> bool:
-    """Whether a base diameter or a working angle takes the place of the gears' geometry."""
+    """Whether the case gives a base diameter or a working angle of the stage."""
     angles = (stage.sun_pressure_angle, stage.ring_pressure_angle)
     diameters = (gear.base_diameter for gear in gears_by_role(stage).values())
     return any(value is not None for value in (*angles, *diameters))
 
 
 def stage_radii(view: StageView) -> StageRadii:
-    """Radii and angles of a stage. InputError for gears that cannot mesh at their distance."""
+    """Radii and angles of a stage. Raises InputError for gears that do not mesh."""
     stage, gears = view.stage, gears_by_role(view.stage)
     cos = math.cos(transverse_angle(stage))
     reference = {role: reference_radius(gear.teeth, stage) for role, gear in gears.items()}
@@ -107,7 +107,7 @@ def _given_angles(stage: Stage) -> dict[str, float | None]:
 
 
 def _working_angle(view: StageView, role: str, arm: float, distance: float) -> float:
-    """Given, or cos α_w = (r_b1 ± r_b2)/R_c; rad."""
+    """Working angle of the case, or α_w of cos α_w = (r_b1 ± r_b2)/R_c, rad."""
     angle = _given_angles(view.stage)[role]
     if angle is not None:
         return angle
@@ -123,11 +123,9 @@ def _working_angle(view: StageView, role: str, arm: float, distance: float) -> f
 
 
 def _derived_distance(view: StageView, arms: dict[str, float]) -> float:
-    """R_c from a given working angle (the sun's first), else from the profile shifts; m.
-
-    True teeth have no backlash in both gear meshes at one distance; where base diameters are given
-    the sun's counts.
-    """
+    """R_c, m, from a given working angle (of the sun, else of the ring), else from profile shifts.
+    Profile shifts must give both gear meshes zero backlash at one distance; where the case gives
+    base diameters, that of the sun is used."""
     stage = view.stage
     for role, angle in _given_angles(stage).items():
         if angle is not None and role in arms:
@@ -145,7 +143,7 @@ def _derived_distance(view: StageView, arms: dict[str, float]) -> float:
 
 
 def _distance_of_shifts(view: StageView, role: str, arm: float) -> float:
-    """R_c at which the gear mesh has no backlash, m."""
+    """R_c at which profile shifts leave zero backlash, m."""
     gears = gears_by_role(view.stage)
     gear, planet = gears[role], gears["planet"]
     shifts = gear.profile_shift + planet.profile_shift

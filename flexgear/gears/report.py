@@ -1,31 +1,27 @@
-"""What ``flexgear check`` prints of the stages of a case: assembly, gears, gear meshes.
+"""Report of the stages of a case for ``flexgear check``: assembly, gears, gear meshes.
 
-Data only. Keys end in their unit, as those of case files do. Speeds and forces are the power
-flow's.
+Keys end in their unit, as in case files. Speeds and forces are those of the power flow. The report
+includes estimates of effects that gear-mesh models neglect:
 
-How large it would be what gear-mesh models leave out: friction, oval planets, bent pins.
-
-Estimates for ``flexgear check`` and the manual; nothing else reads them.
-
-**Friction** μ N lies across the line of action and turns round at the pitch point C. With the load
-spread evenly over the path of contact it takes of the power of a gear mesh the share
+**Friction** μ N acts across the line of action and reverses at the pitch point C. With a load that
+is uniform over the path of contact its share of the power of a gear mesh is
 
     μ (1/r_b,planet ± 1/r_b,gear) x̄ / cos β_b,   x̄ = mean of |s − s_C| over the path
 
-upper sign external, lower internal: at the distance x from C flanks slide with x |ω₁ ± ω₂|.
+(upper sign external), as the sliding speed at the distance x from C is x |ω₁ ± ω₂|.
 
-**A planet's rim** is a ring that does not stretch, of mean radius R, bending stiffness EI, with
-u = Σ aₙ cos nθ + bₙ sin nθ outward, v = −∫u dθ round the rim, section turned by ψ = (v − u')/R:
+**The rim of a planet** is an inextensible ring of mean radius R and bending stiffness EI with
+u = Σ aₙ cos nθ + bₙ sin nθ outward, v = −∫u dθ along the rim, and rotation ψ = (v − u')/R:
 
     U = (π E I / 2R³) Σ (n² − 1)² (aₙ² + bₙ²),   n ≥ 2      (Timoshenko, Strength of Materials II)
 
 Tooth forces act at the working circles r_w (v + (r_w − R) ψ along them), the pin presses on half of
-the bore by a cosine. Free but for these, so rollers that fill the bore would hold it rounder: what
-comes out is the most that a rim gives way along the lines of action. Planets that are flexible FE
-bodies ovalise in the model, so nothing of it is estimated for them.
+the bore with a cosine. The rim is otherwise free. Rollers in the bore would support it, so the
+result is an upper bound of the deflection along the lines of action. Planets that are flexible FE
+bodies deform in the model itself and have no estimate.
 
-**A pin** inside its planet is a beam built in at both plates, its force even over the seat: its
-middle against the seat's ends
+**The pin** of a planet is a beam clamped in both plates, with a uniform force over the seat;
+deflection of its middle relative to the ends of the seat
 
     δ = M c²/(8EI) − F c³/(384EI) + F c/(8 κ G A),   M = F (L/8 − c/8) + F c²/(24 L)
 
@@ -59,13 +55,14 @@ if TYPE_CHECKING:
 
 FRICTION = 0.05  # between ground, oiled flanks; 0.03 to 0.08 are usual
 RIM_KEYS = {r: f"free_planet_rim_gives_way_{r}_gear_mesh_um" for r in ("ring", "sun")}
-SHEAR = 0.9  # of a round section
-ORDERS = np.arange(2, 2001)
+SHEAR_FACTOR = 0.9  # κ of a round section
+ORDERS = np.arange(2, 2001)  # n
 
 
 def neglected_effects(view: StageView, forces: Mapping[str, float]) -> dict[str, float]:
-    """Sizes under the normal forces of one gear mesh of "sun" and "ring", N, with their units in
-    the keys; rims of planets with a bore that are no flexible FE bodies, pins of an FE carrier."""
+    """Estimates of neglected effects; units in the keys. forces: normal force of one gear mesh of
+    "sun" and "ring", N. Rims are those of planets with a bore that are no flexible FE bodies, pins
+    those of an FE carrier."""
     g, stage = stage_geometry(view), view.stage
     effects = {"coefficient_of_friction": FRICTION}
     for role in g.gear_meshes:
@@ -88,32 +85,28 @@ def neglected_effects(view: StageView, forces: Mapping[str, float]) -> dict[str,
 
 
 def friction_share(g: StageGeometry, role: str, coefficient: float) -> float:
-    """Share of a gear mesh's power that friction takes, with the load even over the path."""
+    """Friction loss over the power of a gear mesh, for a uniform load over the path."""
     gear, gear_mesh = g.gears[role], g.gear_meshes[role]
     pitch_point = g.planet.base_radius * math.tan(gear_mesh.working_angle)
-    lo, hi = gear_mesh.s_lo - pitch_point, gear_mesh.s_hi - pitch_point
-    mean = (hi * abs(hi) - lo * abs(lo)) / (2.0 * (hi - lo))
+    low, high = gear_mesh.s_lo - pitch_point, gear_mesh.s_hi - pitch_point
+    mean = (high * abs(high) - low * abs(low)) / (2.0 * (high - low))
     slip = 1.0 / g.planet.base_radius + gear.outward / gear.base_radius
     return coefficient * slip * mean / math.cos(g.base_helix_angle)
 
 
 def rim_rows(angle: float, radial: float, tangential: float, arm: float) -> Array:
-    """Displacement of a place of a ring per aₙ and bₙ, (2, orders), along (radial, tangential);
-    arm: r/R − 1 of its radius r against the ring's mean radius R."""
+    """Displacement per aₙ and bₙ, (2, orders), of a point of a ring in a direction. angle: θ of the
+    point, rad; radial, tangential: components of the direction; arm: r/R − 1 for the radius r of
+    the point."""
     n = ORDERS
     c, s = np.cos(n * angle), np.sin(n * angle)
-    along_a, along_b = -s / n, c / n  # v, round the rim
-    turned_a, turned_b = along_a + n * s, along_b - n * c  # R ψ = v − u'
-    return np.array(
-        [
-            radial * c + tangential * (along_a + arm * turned_a),
-            radial * s + tangential * (along_b + arm * turned_b),
-        ]
-    )
+    u, v = np.array([c, s]), np.array([-s, c]) / n
+    rotation = v + n * np.array([s, -c])  # R ψ = v − u'
+    return np.asarray(radial * u + tangential * (v + arm * rotation))
 
 
 def rim_compliance(bending: float, radius: float) -> Array:
-    """aₙ and bₙ per unit of their loads, (orders,), m/N; bending: EI, N m²."""
+    """Amplitudes aₙ and bₙ per unit of their loads, (orders,), m/N; bending: EI, N m²."""
     n = ORDERS.astype(float)
     return np.asarray(radius**3 / (math.pi * bending * (n**2 - 1.0) ** 2))
 
@@ -121,8 +114,8 @@ def rim_compliance(bending: float, radius: float) -> Array:
 def _planet_rim(
     view: StageView, g: StageGeometry, normal: Mapping[str, float], bore: float
 ) -> dict[str, float]:
-    """Displacement of the rim along each line of action, m, ring at θ = 0, sun at π;
-    bore: its radius."""
+    """Displacement of the rim along the line of action at "ring" (θ = 0) and "sun" (θ = π), m;
+    bore: radius, m."""
     width = view.stage.face_width * (2.0 if view.stage.double_helical else 1.0)
     height, radius = g.planet.root_radius - bore, 0.5 * (g.planet.root_radius + bore)
     bending = view.material.young_modulus * width * height**3 / 12.0
@@ -139,25 +132,28 @@ def _planet_rim(
 
 
 def _half_bore() -> Array:
-    """Load of a pin's unit force towards θ = −π/2, (2, orders): p = (2/π) cos(θ + π/2) per angle
-    over the half of the bore about it."""
+    """Load (2, orders) of a unit pin force towards θ = −π/2: p = (2/π) cos(θ + π/2) per angle over
+    half of the bore."""
     n, middle = ORDERS.astype(float), -0.5 * math.pi
     share = 2.0 / math.pi * 2.0 * np.cos(0.5 * math.pi * n) / (1.0 - n**2)
     return np.array([share * np.cos(n * middle), share * np.sin(n * middle)])
 
 
 def _pin(view: StageView, force: float) -> float:
-    """Displacement of the pin's middle against the ends of its seat, m."""
+    """Deflection of a pin, as in ``pin_sag``, under the force of its planet, N."""
     body, m = view.carrier, view.material
     seat = body.pin_seat_width or body.plate_gap
     area = 0.25 * math.pi * (body.pin_diameter**2 - body.pin_bore**2)
     second = math.pi * (body.pin_diameter**4 - body.pin_bore**4) / 64.0
     shear = m.young_modulus / (2.0 * (1.0 + m.poisson_ratio))
-    return pin_sag(force, body.plate_gap, seat, m.young_modulus * second, SHEAR * shear * area)
+    return pin_sag(
+        force, body.plate_gap, seat, m.young_modulus * second, SHEAR_FACTOR * shear * area
+    )
 
 
 def pin_sag(force: float, span: float, seat: float, bending: float, shear: float) -> float:
-    """δ of the module's docstring, m; bending: EI, N m²; shear: κ G A, N."""
+    """Deflection δ of the middle of a pin relative to the ends of its seat, m. force: F, N; span:
+    L, seat: c, m; bending: EI, N m²; shear: κ G A, N."""
     moment = force * (span - seat) / 8.0 + force * seat**2 / (24.0 * span)
     return (
         moment * seat**2 / (8.0 * bending)
@@ -171,10 +167,8 @@ Report = dict[str, dict[str, Any]]
 
 
 def case_reports(case: Case) -> dict[str, Report]:
-    """``stage_report`` by the name of the stage, "" of the only one.
-
-    Raises InputError, with the stage named, for gears that cannot mesh, collide or do not assemble.
-    """
+    """``stage_report`` by name of the stage, "" for a single stage. Raises InputError for gears
+    that do not mesh, collide or do not assemble."""
     return {
         flow.name if len(case.stages) > 1 else "": stage_report(
             case.view(flow.name), flow.gear_mesh_forces
@@ -184,14 +178,14 @@ def case_reports(case: Case) -> dict[str, Report]:
 
 
 def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:
-    """Sections "assembly", the gears, and "sun_gear_mesh", "ring_gear_mesh" (parallel stage:
-    "gear_mesh"), "missing_on_flanks" where some are no involutes, "faults" where teeth have some,
-    and "not_modelled" with the sizes of what gear-mesh models leave out.
+    """Report of a stage; forces as in ``stage_paths``.
 
-    Lengths of gears are diameters; stiffness is along the 3D normal and, in a double-helical stage,
-    of one half, as face width and contact ratios are; what errors close of the backlash is that of
-    the planet where they close most; forces as in ``stage_paths``. Stresses are nominal, without
-    load factors."""
+    Sections "assembly", one for each gear, "sun_gear_mesh" and "ring_gear_mesh" (parallel stage:
+    "gear_mesh"), "missing_on_flanks" if flanks are modified, "faults" if teeth have faults, and
+    "not_modelled" (``neglected_effects``). Stiffness is along the 3D normal; stiffness, face width
+    and contact ratios of a double-helical stage are those of one half. Backlash is reduced by
+    errors at the planet where they reduce it most. Stresses are nominal, without load factors.
+    """
     g, paths, stage = stage_geometry(view), stage_paths(view, forces), view.stage
     report: Report = {"assembly": _assembly(view, g)}
     for role, gear in g.gears.items():
@@ -207,10 +201,10 @@ def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:
         if forces[role]:
             pressure = pitch_point_pressure(view, g, role, forces[role])
             report[name]["nominal_contact_pressure_mpa"] = pressure / 1e6
-        for (of, part), stress in stresses.items():
-            if of == role:
+        for (stress_role, part), stress in stresses.items():
+            if stress_role == role:
                 report[name] |= _root(view.part(part), stress)
-    missing = {}  # least and most
+    missing = {}  # least and largest
     for flank in modified_flanks(view, paths):
         gap = 1e6 * flank.surface(POINTS)[2]
         missing[f"{flank.part}_{flank.name}_um"] = [float(gap.min()), float(gap.max())]
@@ -221,6 +215,7 @@ def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:
 
 
 def _assembly(view: StageView, g: StageGeometry) -> dict[str, Any]:
+    """Rows of centre distance, assembly of planets, angles and face width."""
     stage = view.stage
     rows: dict[str, Any] = {"center_distance_mm": 1e3 * g.center_distance}
     if stage.kind == "planetary":
@@ -245,6 +240,7 @@ def _assembly(view: StageView, g: StageGeometry) -> dict[str, Any]:
 
 
 def _gear(gear: ToothGeometry, base_radius: float) -> dict[str, Any]:
+    """Rows of the diameters and the tool of a gear."""
     rows: dict[str, Any] = {
         "teeth": gear.teeth,
         "reference_diameter_mm": 2e3 * gear.reference_radius,
@@ -256,7 +252,7 @@ def _gear(gear: ToothGeometry, base_radius: float) -> dict[str, Any]:
 
 
 def _tool(gear: ToothGeometry) -> dict[str, Any]:
-    """The tool of the teeth, and the root that it leaves."""
+    """Rows of the tool, and of the root that it cuts."""
     tool = gear.tool
     rows: dict[str, Any] = {"tool": "rack"}
     if isinstance(tool, CutterTool):
@@ -277,12 +273,12 @@ def _gear_mesh(
     path: GearMeshPath,
     errors: Sequence[PairErrors],
 ) -> dict[str, Any]:
-    """errors: of the drive and the coast flank, where backlash is between them."""
+    """Rows of a gear mesh; errors: of drive and coast flanks, none with linear contact."""
     gear_mesh, closed = g.gear_meshes[role], {}
     if errors:
         drive, coast = errors
-        most = errors_closing(drive, coast, path.half_face).max()
-        closed["errors_close_up_to_um"] = 1e6 * float(most)
+        largest = errors_closing(drive, coast, path.half_face).max()
+        closed["errors_close_up_to_um"] = 1e6 * float(largest)
     start = (path.s0 - path.s_lo) / path.base_pitch
     rows: dict[str, Any] = {
         "working_pressure_angle_deg": math.degrees(gear_mesh.working_angle),
@@ -294,10 +290,10 @@ def _gear_mesh(
         "backlash_um": 1e6 * path.backlash,
         "backlash_by": backlash_source(view, role),
         **closed,
-        "place_of_first_pair_in_pitches": _share(start[0]),
+        "place_of_first_pair_in_pitches": _fraction(start[0]),
     }
     if view.stage.kind == "planetary":
-        rows["phase_of_planets_in_pitches"] = [_share(x - start[0]) for x in start]
+        rows["phase_of_planets_in_pitches"] = [_fraction(x - start[0]) for x in start]
     rows["stiffness"] = view.gear_mesh.model
     rows["mean_stiffness_n_per_m"] = path.mean_stiffness
     low, high = _stiffness_range(path)
@@ -310,15 +306,15 @@ def _gear_mesh(
 
 
 def _root(gear: str, stress: RootStress) -> dict[str, Any]:
-    """Nominal root stress of a gear at rated torque and its factors (``nominal_stress``)."""
+    """Rows of the nominal root stress of a gear at rated torque, and its factors."""
     return {
         f"nominal_root_stress_iso_6336_3_{gear}_mpa": stress.stress / 1e6,
         f"form_and_notch_factor_{gear}": [stress.form_factor, stress.notch_factor],
     }
 
 
-def _share(x: float) -> float:
-    """x modulo 1, and 0 where x is an integer but for rounding."""
+def _fraction(x: float) -> float:
+    """x modulo 1, rounded so that it is 0 for an integer with rounding errors."""
     return round(float(x) % 1.0, 9) % 1.0
 
 

@@ -1,14 +1,13 @@
-"""The root of a tooth: the curve that its tool leaves between the involute and the root circle.
+"""Root of a tooth: the curve that the tool cuts between the involute and the root circle.
 
-Points G(t) with their normals (``tool``), from the root circle outward (t = 0) to what makes the
-flank (t = t_end). The involute begins at t_F, the last place where the curve comes out of the tooth
-that the involute alone would make,
+The curve G(t), with normals (``tool``), runs from the root circle (t = 0) to the flank (t = t_end).
+The involute begins at t_F, where the curve crosses it for the last time,
 
-    gap(t) = arg G − δ(|G|),   gap(t_F) = 0,   gap < 0 just below, gap ≥ 0 above it,
+    gap(t) = arg G − δ(|G|),   gap(t_F) = 0,   gap < 0 just below, gap ≥ 0 above,
 
-δ being the half angle of the involute, and below the base circle that at the base circle: there the
-tool has undercut the flank, or freed it by its protuberance. Without either the curve touches the
-involute at t_end. Curvature is dτ/ds with the angle τ between tangent and middle line, sin τ = ±n_x
+δ being the half angle of the involute, below the base circle that at the base circle. Then the tool
+has undercut the flank, possibly by its protuberance; otherwise the curve touches the involute at
+t_F = t_end. Curvature is dτ/ds with the angle τ between tangent and middle line, sin τ = ±n_x
 (lower sign internal).
 """
 
@@ -30,17 +29,17 @@ if TYPE_CHECKING:
 
 
 ROOT_SECTION = {False: math.radians(30.0), True: math.radians(60.0)}  # by internal, ISO 6336-3
-_PLACES = 600  # of the table by which arc lengths and places are found
-_TOUCHES = 1e-9  # of the pitch: gap below which the curve touches the involute, not crosses it
+_POINTS = 600  # of tables over t
+_TOUCHING = 1e-9  # of the pitch: gap below which the curve touches the involute, not crosses it
 _STEP = 1e-5  # of t, for derivatives
 _HALVINGS = 50
 
 
 @dataclass(frozen=True)
 class CriticalSection:
-    """The critical section of a tooth: thickness s_Fn, distance from the gear's centre along the
-    middle line, radius of curvature ρ_F of the root there; m, in the section (transverse or normal)
-    of the tooth's curve."""
+    """Critical section of a tooth root, in the plane (transverse or normal) of the tooth.
+    thickness: s_Fn; distance: from the gear's centre along the middle line; fillet_radius: radius
+    of curvature ρ_F; all m."""
 
     thickness: float
     distance: float
@@ -49,16 +48,14 @@ class CriticalSection:
 
 @dataclass(frozen=True)
 class ToothRoot:
-    """The root on the +θ side of a tooth on the x axis; symbols in the module's head.
-
-    Places t count from the root circle towards the tip. ValueError where the tool leaves no
-    involute.
-    """
+    """Root on the +θ side of a tooth on the x axis; symbols as in the module docstring. The
+    parameter t rises from the root circle towards the tip. Raises ValueError where the tool leaves
+    no involute."""
 
     tooth: ToothGeometry
 
     def at(self, t: Array | float) -> Points:
-        """G at t of any shape, m."""
+        """Points G at t of any shape, m, as x + i y."""
         tooth = self.tooth
         return tooth.tool.cut(np.asarray(t, dtype=float), tooth.rolling_radius)[0]
 
@@ -70,27 +67,27 @@ class ToothRoot:
 
     @property
     def end(self) -> float:
-        """t_end, where the curve ends in the flank."""
+        """Parameter t_end at which the curve meets the flank."""
         return self.tooth.tool.end(self.tooth.rolling_radius)
 
     @cached_property
     def form(self) -> float:
-        """t_F, where the involute begins. ValueError where the tool leaves no involute."""
+        """Parameter t_F at which the involute begins. Raises ValueError without involute."""
         tooth, end = self.tooth, self.end
-        t = np.linspace(0.0, end, _PLACES)
+        t = np.linspace(0.0, end, _POINTS)
         gap = self._gap(t) * tooth.reference_radius
-        touch = _TOUCHES * tooth.pitch_angle * tooth.reference_radius
-        missing = np.flatnonzero(gap < -touch)
-        if not len(missing):
+        touch = _TOUCHING * tooth.pitch_angle * tooth.reference_radius
+        undercut = np.flatnonzero(gap < -touch)
+        if not len(undercut):
             return float(end)
-        last = int(missing[-1])
-        if last == _PLACES - 1:
+        last = int(undercut[-1])
+        if last == _POINTS - 1:
             raise ValueError("the tool leaves no involute")
         return float(brentq(self._gap, t[last], t[last + 1], xtol=1e-14))
 
     @property
     def form_radius(self) -> float:
-        """d_Ff/2, where the involute begins, m."""
+        """Radius d_Ff/2 at which the involute begins, m."""
         return float(abs(self.at(self.form)))
 
     @property
@@ -99,30 +96,28 @@ class ToothRoot:
         return float(np.angle(self.at(0.0)))
 
     @property
-    def freed(self) -> bool:
-        """Whether the tool has removed part of the flank above the root: undercut, or
-        protuberance."""
+    def is_undercut(self) -> bool:
+        """Whether the tool has removed part of the flank, by undercut or its protuberance."""
         return self.form < self.end
 
     @cached_property
-    def missing(self) -> float:
-        """Largest width, normal to the involute, by which the flank is freed above the base circle,
-        m; 0 where it is not."""
-        if not self.freed:
+    def undercut(self) -> float:
+        """Largest depth of undercut above the base circle, normal to the involute, m."""
+        if not self.is_undercut:
             return 0.0
         inner, outer = sorted((self.tooth.root_radius, self.form_radius))
-        radius = np.linspace(max(inner, self.tooth.base_radius), outer, _PLACES)
-        return max(-float(self.proud(radius).min()), 0.0)
+        radius = np.linspace(max(inner, self.tooth.base_radius), outer, _POINTS)
+        return max(-float(self.protrusion(radius).min()), 0.0)
 
-    def proud(self, radius: Array | float) -> Array:
-        """Distance by which the root lies outside the involute at radii of any shape, normal to it,
-        m; negative where the flank is undercut, 0 from the form circle on."""
+    def protrusion(self, radius: Array | float) -> Array:
+        """Height of the root over the involute, normal to it, at radii of any shape, m; negative
+        where the flank is undercut, 0 beyond the form circle."""
         half = self.half_angle(radius) - self.tooth.half_angle(radius)
         return np.asarray(half * self.tooth.base_radius)
 
     def half_angle(self, radius: Array | float) -> Array:
-        """Half angle of flank and root at radii of any shape, rad; that of the curve's end on and
-        below the root circle."""
+        """Half angle of flank and root at radii of any shape, rad; below the root circle that at
+        the root circle."""
         tooth, rho = self.tooth, np.asarray(radius, dtype=float)
         half = np.array(tooth.half_angle(rho))
         below = tooth.outward * (rho - self.form_radius) < 0
@@ -138,11 +133,11 @@ class ToothRoot:
         return half
 
     def points(self, count: int, end: float | None = None) -> Array:
-        """(count + 1, 2) m from the form circle down to the root circle, or to the half angle
-        ``end``: at equal steps of arc length over its whole plus turn of the tangent over its
-        whole, so that short arcs of small radius have their share."""
-        stop = 0.0 if end is None or end >= self.end_angle else self._place_of(end)
-        t = np.linspace(self.form, stop, _PLACES)
+        """Points (count + 1, 2), m, from the form circle to the root circle, or to the half angle
+        ``end``. In equal steps of relative arc length plus relative rotation of the tangent, so
+        that short arcs of small radius are resolved."""
+        stop = 0.0 if end is None or end >= self.end_angle else self._parameter_at(end)
+        t = np.linspace(self.form, stop, _POINTS)
         steps = np.abs(np.diff(self.at(t)))
         turns = np.abs(np.diff(self.slope_angle(t)))
         share = steps / steps.sum() + turns / turns.sum()
@@ -151,15 +146,15 @@ class ToothRoot:
         return np.column_stack([point.real, point.imag])
 
     def slope_angle(self, t: Array | float) -> Array:
-        """τ at t of any shape, rad."""
+        """Angle τ between tangent and middle line at t of any shape, rad."""
         return np.arcsin(np.clip(self.slope(t), -1.0, 1.0))
 
     @cached_property
     def section_place(self) -> float:
-        """t of the root section: where the tangent makes 30° (external) or 60° (internal) with the
-        tooth's middle line, or where the involute ends if it is steeper there."""
+        """Parameter t of the critical section, whose tangent makes 30° (external) or 60° (internal)
+        with the tooth's middle line; t_F if the tangent is steeper everywhere."""
         steepest = math.sin(ROOT_SECTION[self.tooth.internal])
-        t = np.linspace(0.0, self.form, _PLACES)
+        t = np.linspace(0.0, self.form, _POINTS)
         steeper = np.flatnonzero(self.slope(t) > steepest)
         if not len(steeper) or steeper[0] != 0:
             return 0.0
@@ -173,7 +168,7 @@ class ToothRoot:
 
     @cached_property
     def section(self) -> CriticalSection:
-        """The critical section at ``section_place``."""
+        """Critical section at ``section_place``."""
         t = self.section_place
         point = complex(self.at(t))
         low, high = max(t - _STEP, 0.0), min(t + _STEP, self.form)
@@ -185,10 +180,10 @@ class ToothRoot:
         point = self.at(t)
         return np.asarray(np.angle(point)) - self.tooth.half_angle(np.abs(point).astype(float))
 
-    def _place_of(self, half_angle: float) -> float:
-        """t of a half angle near the root circle."""
+    def _parameter_at(self, half_angle: float) -> float:
+        """Parameter t at which the curve has a half angle, rad."""
 
-        def off(t: float) -> float:
+        def difference(t: float) -> float:
             return float(np.angle(self.at(t))) - half_angle
 
-        return float(brentq(off, 0.0, self.form, xtol=1e-14))
+        return float(brentq(difference, 0.0, self.form, xtol=1e-14))

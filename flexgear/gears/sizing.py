@@ -1,15 +1,17 @@
-"""A first proposal of planetary stages from ratio, torque and speed: teeth, module, face width.
+"""First proposal of planetary stages from ratio, torque and speed: teeth, module, face width.
 
-Ring teeth z_r = z_s + 2 z_p, or one more, so that planets are half a tooth smaller than there is
-room and the sun's gear mesh is spread to the ring's centre distance; (z_s + z_r)/N is whole, so
-that N planets at equal spacing find their teeth. All lengths here are in normal modules.
+Ring teeth are z_r = z_s + 2 z_p, or one more: then planets are half a tooth smaller than the room
+between sun and ring, and the centre distance of sun and planet is increased to that of the ring.
+(z_s + z_r)/N is an integer, so that N equally spaced planets assemble. Lengths of gears are in
+normal modules.
 
-Shifts: x_r = −x_p keeps ring and planet at their reference distance, and with the sum of sun and
-planet Σ that fits it, by ISO/TR 4467 with λ = 0.5 (1: the smaller, u = z_2/z_1)
+Profile shifts: with x_r = −x_p ring and planet mesh at their reference distance; the sum Σ of sun
+and planet that gives this distance is divided by ISO/TR 4467 with λ = 0.5 (1: the smaller gear,
+u = z_2/z_1),
 
     x_1 = λ (u − 1)/(u + 1) + Σ/(u + 1).
 
-Rules of thumb with their sources; they give a stage that can be computed, not one that is proven.
+Sizes follow from rules of thumb: the result is a stage that can be computed, not a proven design.
 With T_s the torque of the sun and k = z_r/z_s, the ring has k T_s and the carrier (1 + k) T_s,
 whichever of the three is held.
 """
@@ -20,7 +22,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from flexgear.gears.implausible import NOTHING, proud_of_tip
+from flexgear.gears.implausible import NEGLIGIBLE, root_protrusion
 from flexgear.gears.tooth import (
     PlainRack,
     ToothGeometry,
@@ -32,21 +34,21 @@ from flexgear.model.errors import InputError
 from flexgear.model.member import Gear
 
 PRESSURE_ANGLE = math.radians(20.0)  # ISO 53
-LEAST_TEETH, MOST_SUN, MOST_RING = 17, 160, 400  # the least is not undercut without shift
-USUAL_PINION = 23  # teeth: fewer bend more easily, more need a larger gear for the same module
-WRONG = 0.05  # that a ratio may be off; an exact one comes first
-ROOM = 0.25  # modules between the tips of neighbouring planets; a module and more is usual
-LEAST_RATIO = 1.1  # transverse contact ratio
-LEAST_TIP = 0.25  # modules
+LEAST_TEETH, MOST_SUN, MOST_RING = 17, 160, 400  # 17 teeth are not undercut without shift
+USUAL_PINION = 23  # teeth: fewer have weaker roots, more need larger gears at the same module
+RATIO_TOLERANCE = 0.05  # relative; exact ratios come first
+LEAST_CLEARANCE = 0.25  # modules between tips of neighbouring planets; one and more is usual
+LEAST_CONTACT_RATIO = 1.1  # transverse
+LEAST_TIP = 0.25  # modules, thickness
 LEAST_ADDENDUM = 0.8  # modules, of a ring that clears the roots of its planets
-ROOTS = ((1.25, 0.38), (1.4, 0.39))  # dedendum and tool's tip of a ring: ISO 53 profiles A and D
+ROOTS = ((1.25, 0.38), (1.4, 0.39))  # dedendum and tool's tip radius: ISO 53 profiles A and D
 
 
 @dataclass(frozen=True)
 class GearSet:
-    """Gears by "sun", "planet" and "ring", their teeth of one module, and the distance between
-    centres in normal modules. The ring's addendum is below 1 where its tip must clear the planets'
-    root, its dedendum deeper where the planets' tips must clear its root."""
+    """Gears by "sun", "planet" and "ring", their teeth, and the centre distance, for a module of 1.
+    The ring has a smaller addendum where its tip must clear the planets' roots, and a larger
+    dedendum where the planets' tips must clear its root."""
 
     gears: Mapping[str, Gear]
     teeth: Mapping[str, ToothGeometry]
@@ -59,50 +61,54 @@ class GearSet:
 
 
 def tooth_numbers(basic_ratio: float, planets: int, helix: float) -> Iterator[GearSet]:
-    """Tooth numbers that mesh and assemble for z_r/z_s about ``basic_ratio``, the best first: exact
-    ratio, no common divisor, a pinion of usual size, clearance between planets."""
+    """Gear sets that mesh and assemble with z_r/z_s near ``basic_ratio``, the best first. Exact
+    ratio, no common divisor, a pinion of usual size and clearance between planets are better;
+    helix: rad."""
     for _, sun, planet, ring in sorted(_candidates(basic_ratio, planets, helix)):
-        meshing = _meshing(sun, planet, ring, helix)
-        if meshing is not None:
-            yield meshing
+        gear_set = _gear_set(sun, planet, ring, helix)
+        if gear_set is not None:
+            yield gear_set
 
 
 def _candidates(
     basic_ratio: float, planets: int, helix: float
 ) -> Iterator[tuple[float, int, int, int]]:
+    """Cost and teeth of sun, planet and ring that assemble with clearance between planets."""
     for sun in range(LEAST_TEETH, MOST_SUN + 1):
-        about = sun * basic_ratio
-        low, high = math.ceil(about * (1 - WRONG)), math.floor(about * (1 + WRONG))
-        for ring in range(max(low, sun + 2 * LEAST_TEETH), min(high, MOST_RING) + 1):
+        exact = sun * basic_ratio
+        low = max(math.ceil(exact * (1 - RATIO_TOLERANCE)), sun + 2 * LEAST_TEETH)
+        for ring in range(low, min(math.floor(exact * (1 + RATIO_TOLERANCE)), MOST_RING) + 1):
             planet = (ring - sun) // 2
-            room = _room(planet, ring, planets, helix)
-            if (sun + ring) % planets == 0 and room >= ROOM:
-                cost = _cost(abs(ring / about - 1), sun, planet, ring)
-                yield cost + max(0.0, 1.0 - room), sun, planet, ring
+            clearance = _clearance(planet, ring, planets, helix)
+            if (sun + ring) % planets == 0 and clearance >= LEAST_CLEARANCE:
+                cost = _cost(abs(ring / exact - 1), sun, planet, ring)
+                yield cost + max(0.0, 1.0 - clearance), sun, planet, ring
 
 
-def _room(planet: int, ring: int, planets: int, helix: float) -> float:
-    """Between the tips of neighbouring planets without shift; less for one that they thicken."""
+def _clearance(planet: int, ring: int, planets: int, helix: float) -> float:
+    """Clearance between tips of neighbouring planets without profile shift, modules."""
     distance = (ring - planet) / math.cos(helix)
     return distance * math.sin(math.pi / planets) - planet / math.cos(helix) - 2.0
 
 
-def _cost(wrong: float, sun: int, planet: int, ring: int) -> float:
-    """One unit: a common divisor, ten teeth off the usual pinion, a thousandth off the ratio."""
+def _cost(ratio_error: float, sun: int, planet: int, ring: int) -> float:
+    """Cost of tooth numbers: 1 for a gear mesh with a common divisor, for ten teeth more or less
+    than the usual pinion, and for an error of the ratio of 0.001, plus 5 for any such error."""
     divisors = (math.gcd(sun, planet) > 1) + (math.gcd(ring, planet) > 1)
-    inexact = 0.0 if wrong < 1e-6 else 5.0 + 1e3 * wrong
+    inexact = 0.0 if ratio_error < 1e-6 else 5.0 + 1e3 * ratio_error
     return inexact + divisors + abs(min(sun, planet) - USUAL_PINION) / 10
 
 
-def _meshing(sun: int, planet: int, ring: int, helix: float) -> GearSet | None:
-    """With shifts and addendum; None where teeth interfere, are too thin or hardly overlap."""
+def _gear_set(sun: int, planet: int, ring: int, helix: float) -> GearSet | None:
+    """Gears with profile shifts and ring addendum; None if teeth interfere, are too thin, or have
+    too small a contact ratio."""
     rack = PlainRack(1.0, PRESSURE_ANGLE, helix)  # ISO 53 profile A of one module
     alpha, cosine = transverse_angle(rack), math.cos(helix)
     distance, reference = (ring - planet) / (2 * cosine), (sun + planet) / (2 * cosine)
     working = math.acos(reference * math.cos(alpha) / distance)
     total = (involute(working) - involute(alpha)) * (sun + planet)
     total /= 2 * math.tan(PRESSURE_ANGLE)
-    x_sun, x_planet = _shares(sun, planet, total)
+    x_sun, x_planet = _shift_split(sun, planet, total)
     gears = {
         "sun": Gear(teeth=sun, profile_shift=x_sun),
         "planet": Gear(teeth=planet, profile_shift=x_planet),
@@ -121,8 +127,8 @@ def _meshing(sun: int, planet: int, ring: int, helix: float) -> GearSet | None:
         hollow = teeth["ring"] = tooth_geometry(gears["ring"], rack, internal=True)
         if _is_clear(hollow, body, alpha):
             break
-    ratios = [_ratio(body, inner, working), _ratio(body, hollow, alpha)]
-    if min(ratios) < LEAST_RATIO or body.interferes_with(hollow, alpha):
+    ratios = [_contact_ratio(body, inner, working), _contact_ratio(body, hollow, alpha)]
+    if min(ratios) < LEAST_CONTACT_RATIO or body.interferes_with(hollow, alpha):
         return None
     pairs = ((body, inner, working), (inner, body, working), (body, hollow, alpha),
              (hollow, body, alpha))  # fmt: skip
@@ -130,12 +136,12 @@ def _meshing(sun: int, planet: int, ring: int, helix: float) -> GearSet | None:
 
 
 def _is_clear(tooth: ToothGeometry, mate: ToothGeometry, angle: float) -> bool:
-    """Whether the mate's tip stays off the tooth's root."""
-    return proud_of_tip(tooth, mate, angle) <= NOTHING
+    """Whether the mate's tip clears the root of the tooth."""
+    return root_protrusion(tooth, mate, angle) <= NEGLIGIBLE
 
 
-def _shares(sun: int, planet: int, total: float) -> tuple[float, float]:
-    """x_s and x_p of the sum ``total``; neither gear is undercut."""
+def _shift_split(sun: int, planet: int, total: float) -> tuple[float, float]:
+    """Profile shifts of sun and planet with the sum ``total``, without undercut."""
     small, large = sorted((sun, planet))
     u = large / small
     x = 0.5 * (u - 1) / (u + 1) + total / (u + 1)
@@ -144,15 +150,15 @@ def _shares(sun: int, planet: int, total: float) -> tuple[float, float]:
     return (x, other) if sun <= planet else (other, x)
 
 
-def _ratio(planet: ToothGeometry, gear: ToothGeometry, angle: float) -> float:
+def _contact_ratio(planet: ToothGeometry, gear: ToothGeometry, angle: float) -> float:
     low, high = planet.path_of_contact(gear, angle)
     return (high - low) / planet.base_pitch
 
 
 def _ring_addendum(planet: int, ring: int, x_planet: float, rack: PlainRack) -> float:
-    """1, or so much less that the ring's tip meets the planets' flank above what the rack's tip
-    rounding leaves: its roll length is at least that there, r_p sin α_t − (h_F − x_p)/sin α_t,
-    and the tangent distance (r_r − r_p) sin α_t."""
+    """Addendum of the ring: 1, or less so that its tip meets the planet's flank above the fillet.
+    Roll length of the ring's tip at least r_p sin α_t − (h_F − x_p)/sin α_t, where the fillet
+    begins on the planet, plus the tangent distance (r_r − r_p) sin α_t."""
     alpha, cosine = transverse_angle(rack), math.cos(rack.helix_angle)
     gear = Gear(teeth=planet)
     straight = gear.dedendum - gear.root_fillet * (1 - math.sin(rack.pressure_angle))
@@ -166,18 +172,19 @@ MODULES = (  # mm, DIN 780 series 1 and 2
     0.5, 0.6, 0.8, 1, 1.25, 1.5, 1.75, 2, 2.25, 2.5, 2.75, 3, 3.5, 4, 4.5, 5, 5.5, 6, 7, 8, 9, 10,
     11, 12, 14, 16, 18, 20, 22, 25, 28, 32, 36, 40, 45, 50,
 )  # fmt: skip
-FACTOR = 1.5  # application and load sharing together, on the nominal tooth load (chosen)
-FLANK = 6.0  # N/mm², K* = F/(b d1) (u + 1)/u of case-hardened gears, factors included
-ROOT = 450.0  # N/mm², permissible bending of case-hardened gears with safety 1.9 (σ_FE 860)
-FORM = 4.3  # Y_Fa Y_Sa of ISO 6336-3 for about 20 teeth
-WIDTH, NARROWEST = 1.0, 6.0  # face: over the pinion's diameter at most, over the module at least
-HELIX = {False: 30.0, True: 40.0}  # degrees at most: halves take each other's thrust
+LOAD_FACTOR = 1.5  # application and load sharing, on the nominal tooth load (chosen)
+FLANK_LIMIT = 6.0  # N/mm², K* = F/(b d1) (u + 1)/u of case-hardened gears, with load factor
+ROOT_LIMIT = 450.0  # N/mm², permissible bending of case-hardened gears with safety 1.9 (σ_FE 860)
+FORM_FACTOR = 4.3  # Y_Fa Y_Sa of ISO 6336-3 for about 20 teeth
+WIDEST = 1.0  # face width over the pinion's diameter
+NARROWEST = 6.0  # face width over the module
+LARGEST_HELIX = {False: 30.0, True: 40.0}  # degrees, by double_helical: thrusts of halves cancel
 HALF_GAP = 6.0  # modules between halves, for the tool to run out
 
 
 @dataclass(frozen=True)
 class Arrangement:
-    """Which member is held, which turns slowly and which fast."""
+    """Arrangement of a planetary stage: held, slow and fast member."""
 
     name: str
     held: str
@@ -185,11 +192,11 @@ class Arrangement:
     fast: str
 
     def ratio(self, basic: float) -> float:
-        """Speed of the fast over the slow member, without sign, for z_r/z_s = ``basic``."""
+        """Absolute speed ratio of fast to slow member for z_r/z_s = ``basic``."""
         return {"ring": 1 + basic, "carrier": basic, "sun": 1 + 1 / basic}[self.held]
 
     def basic_ratio(self, ratio: float) -> float:
-        """z_r/z_s, the inverse."""
+        """z_r/z_s for a speed ratio, the inverse of ``ratio``."""
         if self.held == "sun":
             return 1 / (ratio - 1) if ratio > 1 else math.inf
         return ratio - 1 if self.held == "ring" else ratio
@@ -200,8 +207,8 @@ class Arrangement:
 
 
 ARRANGEMENTS = {
-    one.name: one
-    for one in (
+    arrangement.name: arrangement
+    for arrangement in (
         Arrangement("planetary", held="ring", slow="carrier", fast="sun"),
         Arrangement("star", held="carrier", slow="ring", fast="sun"),
         Arrangement("solar", held="sun", slow="carrier", fast="ring"),
@@ -211,9 +218,9 @@ ARRANGEMENTS = {
 
 @dataclass(frozen=True)
 class StageRequest:
-    """ratio: of the fast over the slow member's speed, without sign; torque, N m, and speed, rad/s,
-    of the slow member; helix, rad; module, m, None: follows; double_helical: two halves of opposite
-    hand; arrangement: of ``ARRANGEMENTS``."""
+    """Requirements of a stage. ratio: absolute speed ratio of fast to slow member; torque, N m, and
+    speed, rad/s: of the slow member; helix: rad; module: m, None to choose it; double_helical: two
+    halves of opposite hand; arrangement: key of ``ARRANGEMENTS``."""
 
     ratio: float
     planets: int
@@ -226,18 +233,18 @@ class StageRequest:
 
     @property
     def kind(self) -> Arrangement:
-        """Which member is held."""
+        """Arrangement of the members."""
         return ARRANGEMENTS[self.arrangement]
 
     @property
     def halves(self) -> int:
-        """Gear meshes beside each other along the axis."""
+        """Number of halves."""
         return 2 if self.double_helical else 1
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """Gears; normal module and face width (of a half of a double-helical stage), m."""
+    """Proposed stage: gears, normal module, m, and face width (of one half), m."""
 
     request: StageRequest
     gear_set: GearSet
@@ -246,17 +253,17 @@ class Proposal:
 
     @property
     def basic_ratio(self) -> float:
-        """z_r/z_s."""
+        """Ratio z_r/z_s of tooth numbers."""
         return self.gear_set.gears["ring"].teeth / self.gear_set.gears["sun"].teeth
 
     @property
     def ratio(self) -> float:
-        """Ratio of the proposal."""
+        """Absolute speed ratio of fast to slow member."""
         return self.request.kind.ratio(self.basic_ratio)
 
     @property
     def center_distance(self) -> float:
-        """m."""
+        """Centre distance, m."""
         return self.gear_set.distance * self.module
 
     @property
@@ -270,34 +277,34 @@ class Proposal:
 
     @property
     def ring_tip_diameter(self) -> float:
-        """m."""
+        """Tip diameter of the ring, m."""
         return 2 * self.module * self.gear_set.teeth["ring"].tip_radius
 
     @property
     def half_gap(self) -> float:
-        """Between the halves of a double-helical stage, m."""
+        """Gap between the halves of a double-helical stage, m."""
         return HALF_GAP * self.module
 
     @property
     def gear_width(self) -> float:
-        """Width of the whole gears, both halves of a double-helical stage included, m."""
+        """Width of the gears, of both halves and the gap of a double-helical stage, m."""
         return (
             2 * self.face_width + self.half_gap if self.request.double_helical else self.face_width
         )
 
     @property
     def sun_torque(self) -> float:
-        """N m."""
+        """Torque of the sun, N m."""
         return self.request.kind.sun_torque(self.request.torque, self.basic_ratio)
 
     @property
     def ring_torque(self) -> float:
-        """N m, of both halves."""
+        """Torque of the ring, of both halves, N m."""
         return self.basic_ratio * self.sun_torque
 
     @property
     def carrier_torque(self) -> float:
-        """N m."""
+        """Torque of the carrier, N m."""
         return (1 + self.basic_ratio) * self.sun_torque
 
     @property
@@ -307,8 +314,7 @@ class Proposal:
 
 
 def proposals(request: StageRequest) -> Iterator[Proposal]:
-    """Stages that assemble and fit their centre distance, the best first; InputError where there
-    are none."""
+    """Stages that assemble and carry the torque, the best first. Raises InputError without any."""
     _require_possible(request)
     basic, last = request.kind.basic_ratio(request.ratio), None
     for gear_set in tooth_numbers(basic, request.planets, request.helix):
@@ -320,12 +326,12 @@ def proposals(request: StageRequest) -> Iterator[Proposal]:
         "new", "--planets",
         f"no tooth numbers give ratio {request.ratio:g} with {request.planets} planets that "
         "assemble and clear each other",
-        _room_for(request),
+        _advice(request),
     )  # fmt: skip
 
 
-def _room_for(request: StageRequest) -> str:
-    """Advice for planets that do not fit: the ratio at which their pitch circles touch."""
+def _advice(request: StageRequest) -> str:
+    """Advice for planets without room: the ratio at which their pitch circles touch."""
     sine = math.sin(math.pi / request.planets)
     if request.planets == 2:
         return "take another ratio, or three planets"
@@ -335,21 +341,22 @@ def _room_for(request: StageRequest) -> str:
 
 
 def _require_possible(request: StageRequest) -> None:
-    steepest = HELIX[request.double_helical]
+    """Raises InputError for values of a request outside their limits."""
+    largest_helix = LARGEST_HELIX[request.double_helical]
     low, high = sorted(request.kind.ratio(basic) for basic in (2.0, 9.0))
     usual = f"{low:.3g} to {high:.3g} is usual of a {request.arrangement} stage"
-    between = sorted(request.kind.ratio(basic) for basic in (1.5, 11.0))
+    least, most = sorted(request.kind.ratio(basic) for basic in (1.5, 11.0))
     limits: dict[str, tuple[float, float, float, str]] = {
-        "--ratio": (request.ratio, between[0], between[1], usual),
+        "--ratio": (request.ratio, least, most, usual),
         "--planets": (request.planets, 2, 12, "3 to 5 is usual"),
         "--torque-nm": (request.torque, 1.0, 5e7, f"give that of the {request.kind.slow}"),
         "--speed-rpm": (
             request.speed * 30 / math.pi, 0.1, 2e4, f"give that of the {request.kind.slow}",
         ),
         "--helix-deg": (
-            math.degrees(request.helix), 5.0 if request.double_helical else 0.0, steepest,
-            f"0 for spur gears, up to {HELIX[False]:g} for helical, 5 to {HELIX[True]:g} for "
-            "double-helical ones",
+            math.degrees(request.helix), 5.0 if request.double_helical else 0.0, largest_helix,
+            f"0 for spur gears, up to {LARGEST_HELIX[False]:g} for helical, 5 to "
+            f"{LARGEST_HELIX[True]:g} for double-helical ones",
         ),
     }  # fmt: skip
     for key, (value, low, high, remedy) in limits.items():
@@ -358,10 +365,11 @@ def _require_possible(request: StageRequest) -> None:
 
 
 def _size(request: StageRequest, gear_set: GearSet) -> tuple[float, float]:
-    """Module and face width, m: the smallest module whose face is not too wide for its pinion."""
+    """Module and face width, m, with the smallest module whose face is not too wide for the
+    pinion. Raises InputError if there is none."""
     for module in MODULES if request.module is None else (request.module * 1e3,):
         pinion = gear_set.pinion * module / math.cos(request.helix)
-        width, widest = _width(request, gear_set, module), max(WIDTH * pinion, NARROWEST * module)
+        width, widest = _width(request, gear_set, module), max(WIDEST * pinion, NARROWEST * module)
         if width <= widest:
             step = 1.0 if width > 10 else 0.1
             return module * 1e-3, math.ceil(width / step - 1e-9) * step * 1e-3
@@ -369,19 +377,19 @@ def _size(request: StageRequest, gear_set: GearSet) -> tuple[float, float]:
         raise InputError("new", "--torque-nm", "is more than any module takes", "use more planets")
     raise InputError(
         "new", "--module-mm",
-        f"{module:g} mm needs a face of {width:.0f} mm, and {widest:.0f} mm is as wide as it goes",
+        f"{module:g} mm needs a face of {width:.0f} mm, and {widest:.0f} mm is the largest allowed",
         "raise it, or leave it out",
     )  # fmt: skip
 
 
 def _width(request: StageRequest, gear_set: GearSet, module: float) -> float:
-    """Face width, mm, that carries flank and root and is not narrower than six modules."""
+    """Face width, mm, sufficient for flank and root, and at least ``NARROWEST`` modules."""
     sun, planet, ring = (gear_set.gears[role].teeth for role in ("sun", "planet", "ring"))
     pinion, wheel = sorted((sun, planet))
-    u, shares = wheel / pinion, request.planets * request.halves
+    u, paths = wheel / pinion, request.planets * request.halves
     torque = request.kind.sun_torque(request.torque, ring / sun)
-    torque *= FACTOR / shares * 1e3 * pinion / sun
+    torque *= LOAD_FACTOR / paths * 1e3 * pinion / sun
     diameter = module * pinion / math.cos(request.helix)
     force = 2 * torque / diameter
-    flank = force * (u + 1) / u / (diameter * FLANK)
-    return max(flank, force * FORM / (module * ROOT), NARROWEST * module)
+    flank = force * (u + 1) / u / (diameter * FLANK_LIMIT)
+    return max(flank, force * FORM_FACTOR / (module * ROOT_LIMIT), NARROWEST * module)

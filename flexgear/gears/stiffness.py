@@ -1,43 +1,43 @@
 """Stiffness of tooth pairs and gear meshes: laws along the path of contact, contact lines, waves.
 
-k'(ξ) is the stiffness per unit face width along the 3D line of action, ξ ∈ [0, 1] the place on the
-path of contact. A pair whose contact line has s(z) = s + t z holds
+k'(ξ) is the stiffness per unit face width along the 3D line of action, ξ ∈ [0, 1] the position on
+the path of contact. A pair with the contact line s(z) = s + t z has stiffness and centre
 
     k(s) = ∫ k'(ξ(s + t z)) dz,   z_c(s) = ∫ k' z dz / k,
 
-over the part of the face inside the path. Both follow exactly from the running integrals of k'
-and k' ξ on a fine grid, so a spur pair is the limit t → 0 of the same rule.
+over the part of the face on the path. Both follow exactly from the running integrals of k' and k' ξ
+on a fine grid; a spur pair is the limit t → 0.
 
-The stiffness of a whole gear mesh is a periodic wave over one base pitch, of which x is the share
-from s = s_lo on; pairs are on the path for s − s_lo ∈ [0, ε p_b] modulo p_b. With k̄ the mean of the
-wave and ε_α, ε_β transverse contact and overlap ratio:
+The stiffness of a whole gear mesh is a periodic wave over one base pitch, x = (s − s_lo)/p_b; pairs
+are on the path for s − s_lo ∈ [0, ε p_b] modulo p_b. With k̄ the mean of the wave and ε_α, ε_β
+transverse contact and overlap ratio:
 
     constant      k̄
     rectangular   k̄ + Δ [n(x) − ε_α],  n(x) pairs on the path, Δ = k̄/ε_α
     fourier       k̄ + Δ ε_α Σ_{h=1…H} c_h cos 2πh (x − ε_α/2),
                   c_h = 2 sin(πhε_α)/(πhε_α) · sin(πhε_β)/(πhε_β)
 
-A case may give the step Δ, or the amplitudes and phases of all terms (``harmonic_wave``). The last
-of the waves above is n(x), smeared over the face by the helix: the total length of contact lines of
-a helical gear mesh, and the rectangular wave for ε_β = 0. n(x) is
-ε + Σ 2 sin(πhε)/(πh) cos 2πh(x − ε/2). Hu et al. 2023, eq. 4 is the same for ε_β = 0 with
-k_single = k̄/ε_α = k_max − k_min and the origin in the middle of the stretch with two pairs
-(1 < ε < 2), which makes the sign (−1)^h; its print has (−1)^{-1} for that and the carrier's
-frequency in place of the gear mesh's.
+A case may give the step Δ, or the amplitudes and phases of all terms (``harmonic_wave``). The wave
+"fourier" is n(x) averaged over the face of a helical gear mesh, proportional to the total length of
+its contact lines; for ε_β = 0 it is the series of the rectangular wave,
+n(x) = ε + Σ 2 sin(πhε)/(πh) cos 2πh(x − ε/2). Hu et al. 2023, eq. 4 is the same for ε_β = 0 with
+k_single = k̄/ε_α = k_max − k_min and the origin in the middle of the double-contact zone
+(1 < ε < 2), which gives the sign (−1)^h; the print has (−1)^{-1}, and the carrier's frequency in
+place of the gear-mesh frequency.
 
 Mean after ISO 6336-1:2006, 9.3.2: c_γ = c' (0.75 ε_α + 0.25) per face width.
 
-Per-pair models have the shape of their law; a mean that is given scales it. Waves (constant,
-rectangular, fourier) have pairs of one stiffness per length of contact line, k' = k̄/(ε_α b), whose
-sum has the mean k̄: the one that the case gives, else c_γ b of ISO 6336-1.
+Models "per_pair", "face_load" and "lumped" have the shape of their law, scaled by a mean that the
+case may give. Waves (constant, rectangular, fourier) have pairs of constant stiffness per length of
+contact line, k' = k̄/(ε_α b), with the mean k̄ of the case, else c_γ b of ISO 6336-1.
 
-What the ring's FE mesh holds is not counted again: of a law k' the share σ(ξ) of the compliance
-(Weber and Banaschek's split) that is in the FE mesh is taken out, k'/(1 − σ). With the tie "flank"
-σ is the ring's tooth and its foundation; with "root" it is the foundation (the rim below the
-tooth), which is taken out of the law "weber-banaschek" only: ISO's c' and tables stay as they are.
+The compliance of FE bodies is not counted twice: k' becomes k'/(1 − σ), where σ(ξ) is the share of
+the compliance (after Weber and Banaschek) that the FE mesh includes. With the tie "flank" σ is the
+tooth and its foundation; with "root" it is the foundation (the rim below the tooth), and only for
+the law "weber-banaschek": ISO's c' and tables are not changed.
 
-``force`` is the normal force (N) of one gear mesh of "sun" or "ring" at rated load. Only
-Weber–Banaschek's split depends on it, by the logarithm of Hertz's contact.
+``force`` is the normal force, N, of one gear mesh of "sun" or "ring" at rated load. Only the law of
+Weber and Banaschek depends on it, by the logarithm of Hertz's contact.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy  # which loads its parts as they are named
+import scipy  # loads a subpackage at its first use
 
 from flexgear.arrays import Array
 from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry
@@ -58,15 +58,15 @@ if TYPE_CHECKING:
     from flexgear.model.stage_view import StageView
 
 
-Law = Callable[[Array], Array]
-STEEL_YOUNG = 206e9  # ISO 6336-1 refers c' to steel
+Law = Callable[[Array], Array]  # k'(ξ), N/m²
+STEEL_YOUNG = 206e9  # Pa; c' of ISO 6336-1 is that of steel
 
 
 def iso_theoretical_stiffness(
     virtual_teeth: tuple[float, float], shifts: tuple[float, float]
 ) -> float:
-    """c'_th = 1/q' per unit face width, N/m²; ISO 6336-1:2006, 9.3. virtual_teeth: z_n, ∞ of a
-    ring; shifts; planet (or pinion) first."""
+    """Theoretical single stiffness c'_th = 1/q' per unit face width, N/m²; ISO 6336-1:2006, 9.3.
+    virtual_teeth: z_n, ∞ of a ring; shifts: profile shifts; planet or pinion first."""
     z1, inverse2, (x1, x2) = virtual_teeth[0], 1.0 / virtual_teeth[1], shifts
     q = (
         0.04723 + 0.15551 / z1 + 0.25791 * inverse2 - 0.00635 * x1 - 0.11654 * x1 / z1
@@ -76,9 +76,12 @@ def iso_theoretical_stiffness(
 
 
 def iso_transverse_stiffness(view: StageView, role: str, theoretical: float) -> float:
-    """c' = c'_th C_M C_R C_B cosβ E/E_steel with "sun" or "ring", of force and deflection along the
-    transverse line of action, N/m²; C_M = 0.8, C_R = 1, C_B = [1 + 0.5 (1.2 − h_fP/m)] [1 − 0.02
-    (20° − α_n)] with the mean h_fP of both gears. ISO 6336-1:2006, 9.3."""
+    """Single stiffness c' of a gear mesh of "sun" or "ring" along the transverse line of action,
+    N/m²; ISO 6336-1:2006, 9.3.
+
+        c' = c'_th C_M C_R C_B cosβ E/E_steel,   C_M = 0.8,   C_R = 1,
+        C_B = [1 + 0.5 (1.2 − h_fP/m)] [1 − 0.02 (20° − α_n)],   h_fP: mean of both gears
+    """
     stage, gears = view.stage, gears_by_role(view.stage)
     dedendum = 0.5 * (gears["planet"].dedendum + gears[role].dedendum)
     basic = (1 + 0.5 * (1.2 - dedendum)) * (1 - 0.02 * (20 - math.degrees(stage.pressure_angle)))
@@ -87,21 +90,21 @@ def iso_transverse_stiffness(view: StageView, role: str, theoretical: float) -> 
 
 
 def parabola(peak: float, end_ratio: float) -> Law:
-    """k'(ξ) = peak [1 − (1 − end_ratio)(2ξ − 1)²], zero outside [0, 1]."""
+    """Law k'(ξ) = peak [1 − (1 − end_ratio)(2ξ − 1)²]."""
     return lambda xi: peak * (1 - (1 - end_ratio) * (2 * xi - 1) ** 2)
 
 
 def table_law(places: Array, values: Array) -> Law:
-    """k'(ξ) by linear interpolation of a table; values N/m²."""
+    """Law k'(ξ) by linear interpolation of a table: places ξ, values N/m²."""
     return lambda xi: np.interp(xi, places, values)
 
 
 def pair_stiffness(
     law: Law, s: Array, s_lo: float, s_hi: float, slope: float, half_face: float, grid: int = 2001
 ) -> tuple[Array, Array]:
-    """k(s) N/m and z_c(s) m for path coordinates ``s`` (n,) at mid-face."""
+    """Stiffness k, N/m, and its centre z_c, m, of pairs at path coordinates s (n,) at mid-face."""
     length = s_hi - s_lo
-    if abs(slope) * half_face < 1e-9 * length:  # spur: whole face at one place
+    if abs(slope) * half_face < 1e-9 * length:  # spur: the whole face has one path coordinate
         xi = (s - s_lo) / length
         inside = (xi >= 0) & (xi <= 1)
         return np.where(inside, 2 * half_face * law(np.clip(xi, 0, 1)), 0.0), np.zeros_like(s)
@@ -135,10 +138,10 @@ def stiffness_wave(
     samples: int = SAMPLES,
     depth: float = 1.0,
 ) -> Array:
-    """The wave at x = j/samples, (samples,) N/m, by ``model``; its mean is ``mean``.
+    """Stiffness (samples,) at x = j/samples, N/m, of the wave ``model`` with the mean ``mean``.
 
-    depth: Δ ε_α/k̄, of the step Δ that one pair more adds. Samples of the rectangular wave are means
-    over cells of 1/samples round x, so that the mean is kept whatever the contact ratio. Raises
+    depth: Δ ε_α/k̄ for the step Δ of one more pair. Samples of the rectangular wave are means over
+    cells of width 1/samples about x, so that the mean is exact at any contact ratio. Raises
     ValueError for a model that is no wave.
     """
     x = np.arange(samples) / samples
@@ -149,7 +152,7 @@ def stiffness_wave(
         pairs = pairs_on_path(x - half, x + half, contact_ratio)
         return mean * (1 + depth * (pairs / contact_ratio - 1))
     if model == "fourier":
-        # more terms than half the samples cannot be told apart
+        # higher orders would be aliased by the samples
         orders = np.arange(1.0, min(harmonics, (samples - 1) // 2) + 1)
         waves = np.cos(2 * np.pi * np.outer(x - contact_ratio / 2, orders))
         coefficients = wave_coefficients(contact_ratio, overlap_ratio, orders)
@@ -158,8 +161,8 @@ def stiffness_wave(
 
 
 def harmonic_wave(mean: float, shares: Array, phases: Array, turns: Array) -> Array:
-    """k̄ [1 + Σ_h a_h cos(2π h t + φ_h)] at the numbers t (n,) of base pitches, N/m; shares: a_h
-    (H,), phases: φ_h (H,) rad."""
+    """Stiffness (n,) k̄ [1 + Σ_h a_h cos(2π h t + φ_h)], N/m. turns: t (n,), position in base
+    pitches; shares: a_h (H,); phases: φ_h (H,), rad."""
     orders = np.arange(1.0, len(shares) + 1)
     return mean * (1 + np.cos(2 * np.pi * np.outer(turns, orders) + phases) @ shares)
 
@@ -174,21 +177,19 @@ def pairs_on_path(low: Array, high: Array, contact_ratio: float) -> Array:
 
 
 def wave_coefficients(contact_ratio: float, overlap_ratio: float, orders: Array) -> Array:
-    """c_h of the orders h, over the mean; np.sinc(x) is sin(πx)/(πx)."""
+    """Coefficients c_h of orders h, relative to the mean; np.sinc(x) is sin(πx)/(πx)."""
     return 2 * np.sinc(orders * contact_ratio) * np.sinc(orders * overlap_ratio)
 
 
 def iso_mean_stiffness(peak: float, contact_ratio: float, face_width: float) -> float:
-    """c_γ b, N/m along the 3D normal; peak: c' per face width along it, N/m².
-
-    ISO gives the factor for ε_α ≥ 1.2 and says that below c_γ may be up to a tenth smaller.
-    """
+    """Mean stiffness c_γ b along the 3D normal, N/m; peak: c' per face width along it, N/m². ISO
+    gives the factor for ε_α ≥ 1.2; below that c_γ may be up to a tenth smaller."""
     return peak * (0.75 * contact_ratio + 0.25) * face_width
 
 
 def iso_numbers(view: StageView, role: str) -> tuple[tuple[int, int], tuple[float, float]]:
-    """Teeth and profile shifts of a gear mesh, index 1 of ISO first: the planet beside a ring, the
-    smaller of two external gears; no shift counts on a ring."""
+    """Teeth and profile shifts of a gear mesh, in the order of ISO's indices 1 and 2. Gear 1 is the
+    planet with a ring, or the smaller of two external gears; the shift of a ring is not used."""
     gears = gears_by_role(view.stage)
     first, second = gears["planet"], gears[role]
     if role != "ring" and second.teeth < first.teeth:
@@ -198,11 +199,9 @@ def iso_numbers(view: StageView, role: str) -> tuple[tuple[int, int], tuple[floa
 
 
 def iso_peak(view: StageView, role: str) -> float:
-    """Peak c' of one pair with "sun" or "ring" per face width along the 3D normal, N/m².
-
-    ISO's c' refers force and deflection to the transverse line of action; along the 3D one it is
-    larger by 1/cos²β_b. z_n = z/cos³β, ∞ of a ring.
-    """
+    """Peak stiffness c' of one pair of "sun" or "ring", per face width along the 3D normal, N/m².
+    ISO's c' holds along the transverse line of action; along the 3D line it is larger by 1/cos²β_b.
+    z_n = z/cos³β, ∞ of a ring."""
     stage, cube = view.stage, math.cos(view.stage.helix_angle) ** 3
     (first, second), shifts = iso_numbers(view, role)
     virtual = first / cube, math.inf if role == "ring" else second / cube
@@ -212,13 +211,14 @@ def iso_peak(view: StageView, role: str) -> float:
 
 
 def line_load(view: StageView, g: StageGeometry, role: str, force: float) -> float:
-    """w = |F| cosβ_b/(ε_α b), N/m: the gear-mesh force over the mean length of contact."""
+    """Line load w = |F| cosβ_b/(ε_α b), N/m: force over the mean length of contact lines."""
     length = g.gear_meshes[role].transverse_contact_ratio * view.stage.face_width
     return abs(force) * math.cos(g.base_helix_angle) / length
 
 
 def compliance(view: StageView, g: StageGeometry, role: str, force: float) -> PairCompliance:
-    """Weber–Banaschek split of the planet with "ring" or "sun". InputError without load."""
+    """Compliance of planet and "ring" or "sun" after Weber and Banaschek. Raises InputError without
+    load."""
     if force == 0:
         raise view.refuse(
             "gear_mesh.pair_stiffness",
@@ -236,38 +236,38 @@ def compliance(view: StageView, g: StageGeometry, role: str, force: float) -> Pa
 
 
 def pair_law(view: StageView, g: StageGeometry, role: str, force: float) -> Law:
-    """k'(ξ) of the planet with "ring" or "sun", N/m² along the 3D normal, without what FE bodies of
-    the two hold."""
-    law = _whole_law(view, g, role, force)
+    """Law k'(ξ) of planet and "ring" or "sun", N/m² along the 3D normal, without the compliance
+    that FE bodies of the two include."""
+    law = _full_law(view, g, role, force)
     split_law = view.gear_mesh.pair_stiffness == "weber-banaschek"
     sides: tuple[tuple[Side, str], ...] = (("planet", "planet"), ("gear", role))
     with_root = split_law and view.gear_mesh.model in PER_PAIR_MODELS
-    taken = [
+    fe_sides = [
         (side, tie)
         for side, name in sides
         if (tie := view.fe_tie(name)) == "flank" or (tie and with_root)
     ]
-    if not taken:
+    if not fe_sides:
         return law
     split = compliance(view, g, role, force)
-    held = sum(split.share(side, tie) for side, tie in taken)
-    return table_law(split.xi, law(split.xi) / (1.0 - held))
+    share = sum(split.share(side, tie) for side, tie in fe_sides)
+    return table_law(split.xi, law(split.xi) / (1.0 - share))
 
 
 def mean_stiffness(view: StageView, g: StageGeometry, role: str, force: float) -> float:
-    """Mean of one gear mesh (of one half, if double-helical), N/m along the 3D normal."""
+    """Mean stiffness of one gear mesh, or of one half, along the 3D normal, N/m."""
     return law_mean(pair_law(view, g, role, force), view, g, role)
 
 
 def law_mean(law: Law, view: StageView, g: StageGeometry, role: str) -> float:
-    """Mean over a base pitch of all pairs together, ε_α b ∫ k'(ξ) dξ, N/m."""
+    """Mean stiffness of all pairs over a base pitch, ε_α b ∫ k'(ξ) dξ, N/m."""
     xi = np.linspace(0.0, 1.0, 2001)
     mean = float(np.trapezoid(law(xi))) / (len(xi) - 1)
     return g.gear_meshes[role].transverse_contact_ratio * view.stage.face_width * mean
 
 
-def _whole_law(view: StageView, g: StageGeometry, role: str, force: float) -> Law:
-    """k'(ξ) with all that both teeth and their foundations give."""
+def _full_law(view: StageView, g: StageGeometry, role: str, force: float) -> Law:
+    """Law k'(ξ) of both teeth with their foundations, scaled to a mean of the case."""
     stiffness: float | None = view.gear_mesh.of(role, "stiffness")
     if view.gear_mesh.model not in PER_PAIR_MODELS:
         ratio, width = g.gear_meshes[role].transverse_contact_ratio, view.stage.face_width
@@ -281,6 +281,7 @@ def _whole_law(view: StageView, g: StageGeometry, role: str, force: float) -> La
 
 
 def _shape(view: StageView, g: StageGeometry, role: str, force: float) -> Law:
+    """Law k'(ξ) by the key ``pair_stiffness``."""
     options = view.gear_mesh
     if options.pair_stiffness == "weber-banaschek":
         split = compliance(view, g, role, force)

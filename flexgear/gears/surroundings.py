@@ -1,4 +1,4 @@
-"""Rim and supports, carrier, shaft, bearings and inertias of a proposed stage; SI."""
+"""Rim, ring support, carrier, shaft, bearings and inertias of a proposed stage; SI."""
 
 from __future__ import annotations
 
@@ -9,26 +9,27 @@ from flexgear.gears.bearings.basic_life import roller_bearing_stiffness
 from flexgear.gears.sizing import Proposal
 
 STEEL, DENSITY = 2.06e11, 7850.0  # Pa, kg/m³
-BOLTS = {  # nominal diameter: stress area, m (ISO 724, ISO 898-1)
+BOLTS = {  # stress area, m², by nominal diameter, m (ISO 724, ISO 898-1)
     5e-3: 14.2e-6, 6e-3: 20.1e-6, 8e-3: 36.6e-6, 10e-3: 58.0e-6, 12e-3: 84.3e-6, 16e-3: 157e-6,
     20e-3: 245e-6, 24e-3: 353e-6, 30e-3: 561e-6, 36e-3: 817e-6, 42e-3: 1121e-6, 48e-3: 1473e-6,
     56e-3: 2030e-6, 64e-3: 2676e-6, 72e-3: 3460e-6,
 }  # fmt: skip
-CLAMP = 0.65 * 940e6  # Pa, preload of grade 10.9 over the stress area (VDI 2230)
+PRELOAD = 0.65 * 940e6  # Pa, of grade 10.9 over the stress area (VDI 2230)
 FRICTION, SAFETY = 0.12, 1.5
 LEAST_BOLTS, MOST_BOLTS = 8, 40
-RIM, THICKEST_RIM = 3.0, 3.5  # modules: 3.5 and more are full by ISO 6336-3
-BOLTED_RIM = 2.2  # diameters of a bolt in the middle of the rim
+RIM, THICKEST_RIM = 3.0, 3.5  # modules: ISO 6336-3 reduces no strength from 3.5 modules
+BOLTED_RIM = 2.2  # rim thickness over bolt diameter, bolts in the middle of the rim
 SPACING = 3.0  # diameters between bolts, for the wrench
 SHEAR = 1e8  # Pa, in the sun's shaft
-TWIST = 1e-3  # rad at rated torque of splines and of flanges that hold
-SECONDS = 0.05  # rated power times this is the kinetic energy of what hangs on a port
+TWIST = 1e-3  # rad, of the spline at rated torque
+SECONDS = 0.05  # kinetic energy of the machine at a port over rated power
 
 
 @dataclass(frozen=True)
 class Bolting:
-    """Bolts on their circle in the middle of the rim; m, N/m, N m/rad. friction: share of the
-    ring's torque that it holds with safety; pins take the rest."""
+    """Bolts on a circle in the middle of the rim; m, N/m, N m/rad. axial, across, tilt: stiffnesses
+    of one bolt; friction: share of the ring's torque that friction transmits with ``SAFETY``; pins
+    take the rest."""
 
     number: int
     diameter: float
@@ -42,7 +43,7 @@ class Bolting:
 
 @dataclass(frozen=True)
 class Splined:
-    """Outer spline over most of the face; m, N/m, N m/rad."""
+    """Outer spline of the ring, over 0.8 of the face width; m, N/m, N m/rad."""
 
     rim: float
     half_width: float
@@ -52,29 +53,30 @@ class Splined:
 
 
 def ring_support(p: Proposal) -> Bolting | Splined:
-    """Support of the ring, or of one half, with a rim of 3 to 3.5 modules: the thinnest bolts in
-    it, 8 to 40, whose friction carries the torque with safety 1.5 (VDI 2230); else the thickest
-    with fitted pins; else an outer spline where bolts have no room."""
-    torque, best = p.ring_torque / p.request.halves, None
+    """Support of the ring, or of one half, with a rim of 3 to 3.5 modules. The thinnest bolts, 8 to
+    40, whose friction carries the torque with safety 1.5 (VDI 2230); else the thickest bolts that
+    fit, with pins; an outer spline if no bolts fit into the rim."""
+    torque, bolting = p.ring_torque / p.request.halves, None
     for diameter, area in BOLTS.items():
         rim = max(RIM * p.module, BOLTED_RIM * diameter)
         if rim > THICKEST_RIM * p.module * (1 + 1e-9):
             break
         circle = p.root_diameter("ring") + rim
         most = min(MOST_BOLTS, math.floor(math.pi * circle / (SPACING * diameter)))
-        each = FRICTION * CLAMP * area * circle / 2 / SAFETY
-        number = min(max(math.ceil(torque / each), LEAST_BOLTS), most)
+        bolt_torque = FRICTION * PRELOAD * area * circle / 2 / SAFETY
+        number = min(max(math.ceil(torque / bolt_torque), LEAST_BOLTS), most)
         axial = STEEL * math.pi / 4 * 3 * diameter**2 / p.face_width  # sleeve of two diameters
-        share = min(number * each / torque, 1.0)
-        best = Bolting(
+        share = min(number * bolt_torque / torque, 1.0)
+        bolting = Bolting(
             number, diameter, circle, rim, axial, 0.5 * axial, axial * diameter**2, share
         )
         if share == 1.0:
             break
-    return best or _splined(p, torque)
+    return bolting or _splined(p, torque)
 
 
 def _splined(p: Proposal, torque: float) -> Splined:
+    """Outer spline of a ring, or of one half, with its torque, N m."""
     rim = max(RIM * p.module, 1.2e-3)
     half_width = 0.4 * p.face_width
     torsion = 2 * torque / TWIST
@@ -84,8 +86,8 @@ def _splined(p: Proposal, torque: float) -> Splined:
 
 @dataclass(frozen=True)
 class Hub:
-    """Hub of a ring that turns: a flange a third as wide as the gear; SI. z: of its centre from the
-    middle of the gear."""
+    """Hub of a rotating ring: a flange a third as wide as the gear; SI. z: position of its centre,
+    from the middle of the gear."""
 
     mass: float
     inertia: float
@@ -94,7 +96,7 @@ class Hub:
 
 
 def ring_hub(p: Proposal, rim: float) -> Hub:
-    """Hub of a ring with that rim, m."""
+    """Hub of a ring with a rim of that thickness, m."""
     radius, width = 0.5 * p.root_diameter("ring") + rim, p.gear_width / 3
     mass = DENSITY * math.pi * radius**2 * width
     tilt = mass * (radius**2 / 4 + width**2 / 12)
@@ -103,7 +105,7 @@ def ring_hub(p: Proposal, rim: float) -> Hub:
 
 @dataclass(frozen=True)
 class CarrierSize:
-    """Lengths of an FE carrier and of the planets' bore, m."""
+    """Dimensions of an FE carrier and the planets' bore, m."""
 
     plate_diameter: float
     plate: float
@@ -119,8 +121,8 @@ class CarrierSize:
 
 
 def carrier_size(p: Proposal) -> CarrierSize:
-    """Two plates round the planets: pins fill the planets' bore but for the bearing, the plates
-    enclose the pins and pass through the ring, webs take most of the room between planets."""
+    """Dimensions of a carrier with two plates. Pin and bearing fill the planets' bore, plates
+    enclose the pins and pass through the ring, webs take most of the space between planets."""
     m, a = p.module, p.center_distance
     root = p.root_diameter("planet")
     bore = min(0.7 * root, root - 5.4 * m)  # ISO 6336-3: the rim is full from 1.2 tooth heights on
@@ -148,22 +150,23 @@ def carrier_size(p: Proposal) -> CarrierSize:
 
 
 def _web(p: Proposal, edge: float, clearance: float) -> float:
-    """Most of the free width between two planets at the plates' edge, m."""
-    a, clear = p.center_distance, p.planet_tip_radius + clearance
-    turn = math.acos(min(1.0, (edge**2 + a**2 - clear**2) / (2 * edge * a)))
-    free = 2 * edge * math.sin(math.pi / p.request.planets - turn)
+    """Width of a web, m: 0.8 of the space between two planets at the edge of the plates, and at
+    most 0.7 tip radii of a planet."""
+    a, radius = p.center_distance, p.planet_tip_radius + clearance
+    angle = math.acos(min(1.0, (edge**2 + a**2 - radius**2) / (2 * edge * a)))
+    free = 2 * edge * math.sin(math.pi / p.request.planets - angle)
     return min(0.8 * free, 0.7 * p.planet_tip_radius)
 
 
 def bearing_stiffness(p: Proposal) -> float:
-    """Radial stiffness of a planet bearing at its load, N/m: half of a roller bearing's, for the
-    compliance of pin and seat."""
+    """Radial stiffness of a planet bearing under its load, N/m: half that of a roller bearing, to
+    include the compliance of pin and seat."""
     return 0.5 * roller_bearing_stiffness(p.pin_force, p.gear_width)
 
 
 def port_inertia(p: Proposal) -> float:
-    """Polar inertia at the slow member whose energy is the rated power of 0.05 s, but at most that
-    of a hundred steel discs as large as the ring, kg m²."""
+    """Polar inertia of the machine at the slow member, kg m²: its energy is rated power times
+    0.05 s, at most that of a hundred steel discs of the size of the ring."""
     radius = p.module * p.gear_set.teeth["ring"].reference_radius
     disc = 0.5 * math.pi * DENSITY * p.gear_width * radius**4
     return min(2 * SECONDS * p.request.torque / p.request.speed, 100 * disc)

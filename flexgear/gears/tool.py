@@ -1,16 +1,16 @@
-"""Tools that generate teeth, and the root that they leave, in the transverse plane.
+"""Tools that generate teeth, and the root curve that they cut, in the transverse plane.
 
 Frame of a tool's tooth as complex numbers: the real axis along the middle of the tooth towards its
 tip, from the rolling line of a rack or from the centre of a cutter; the imaginary axis towards the
-flank that is looked at. Its profile is, from the end of the tip land on,
+cutting flank. The profile that begins at the end of the tip land is
 
     P(t) = C + ρ e^{iψ},   ψ = ψ_0 + t (ψ_1 − ψ_0),  0 ≤ t ≤ 1      tip rounding, normal n = e^{iψ}
     P(t) = P(1) + (t − 1) L i n,   1 ≤ t ≤ 2                           flank of the protuberance
 
-The rounding touches the tip line (circle) and the flank that makes the finished gear, moved outward
-by the protuberance less the grinding allowance, s_pr = pr_P0 − q. A rack of helical gears has this
-profile in the normal section, and in the transverse one everything along the imaginary axis over
-cos β (its rounding is an ellipse there); a cutter has it in its transverse section.
+The rounding touches the tip line (circle) and the flank that makes the finished gear, offset
+outward by the protuberance less the grinding allowance, s_pr = pr_P0 − q. A rack of helical gears
+has this profile in the normal section; in the transverse section lengths along the imaginary axis
+are divided by cos β (its rounding is an ellipse there). A cutter has it in its transverse section.
 
 A point of the tool cuts when its normal passes through the pitch point (law of gearing):
 
@@ -19,10 +19,10 @@ A point of the tool cuts when its normal passes through the pitch point (law of 
               external   G = e^{iγ} (a_0 − P e^{iφ}) e^{iφ r_w0/r_w}
               internal   G = e^{iγ} conj[(a_0 + P e^{iφ}) e^{−iφ r_w0/r_w}]
 
-X: displacement of the rack, φ: turn of the cutter from where its tooth stands in the middle of the
-gear's space; r, r_w, r_w0: rolling radii; a_0 = r_w ± r_w0; γ: half a pitch. G is the root on the
-+θ side of the gear's tooth that stands on the real axis. Sources: ISO 21771:2007 for a cutter's
-data; the rest follows from the law of gearing.
+X: displacement of the rack, φ: rotation of the cutter, 0 with its tooth in the middle of a space of
+the gear; r, r_w, r_w0: rolling radii; a_0 = r_w ± r_w0; γ: half a pitch. G is the root on the +θ
+side of the gear's tooth on the real axis. Sources: ISO 21771:2007 for the data of cutters; the rest
+follows from the law of gearing.
 """
 
 from __future__ import annotations
@@ -44,13 +44,13 @@ if TYPE_CHECKING:
 
 
 Points = NDArray[np.complex128]
-RAMP = 2.0  # length of the protuberance's flank over what reaches the finished one
-LEAST_ROUNDING = 1e-3  # over the pitch, below which a tool's tip is a point
+RAMP = 2.0  # length of the protuberance's flank over its length up to the finished flank
+LEAST_ROUNDING = 1e-3  # of the stated tip radius; with less a tool's tip is a point
 
 
 @dataclass(frozen=True)
 class PlainTool:
-    """Data of a tool, as ``Tool`` of a case has them, for gears without a case; m, rad."""
+    """Plain numbers of a tool with the meaning of ``Tool``, for gears without a case; m, rad."""
 
     teeth: float | None = None
     profile_shift: float = 0.0
@@ -64,14 +64,14 @@ PLAIN_TOOL = PlainTool()
 
 
 def plain_tool(data: Tool) -> PlainTool:
-    """The data of a tool as plain numbers."""
+    """Plain numbers of a tool of a case."""
     return PlainTool(**{f.name: getattr(data, f.name) for f in fields(PlainTool)})
 
 
 @dataclass(frozen=True)
 class Profile:
-    """Tip rounding and protuberance of a tool; symbols in the module's head. centre: C; radius: ρ;
-    first, last: ψ_0 and ψ_1; ramp: L, 0 without protuberance."""
+    """Tip rounding and protuberance of a tool. centre: C; radius: ρ; first, last: ψ_0 and ψ_1;
+    ramp: L, 0 without protuberance."""
 
     centre: complex
     radius: float
@@ -81,11 +81,11 @@ class Profile:
 
     @property
     def end(self) -> float:
-        """Largest t."""
+        """Largest parameter t of the profile."""
         return 2.0 if self.ramp else 1.0
 
     def at(self, t: Array) -> tuple[Points, Points]:
-        """P and n at t of any shape."""
+        """Points P and normals n at t of any shape."""
         normal = np.exp(1j * (self.first + np.minimum(t, 1.0) * (self.last - self.first)))
         along = np.maximum(np.asarray(t) - 1.0, 0.0) * self.ramp
         return self.centre + (self.radius + 1j * along) * normal, normal
@@ -93,9 +93,12 @@ class Profile:
 
 @dataclass(frozen=True)
 class RackTool:
-    """A rack. pitch: along the rolling line, normal section, m; half_tooth: half the thickness of
-    its tooth there, on the rolling line, m; depth: of its tip line below that; tip_radius: ρ;
-    protuberance: s_pr, m; protuberance_angle, pressure_angle (normal), helix_angle: rad."""
+    """Rack that generates a gear, in normal section.
+
+    pitch: along the rolling line, m; half_tooth: half the thickness of a tooth on the rolling line,
+    m; depth: distance from the rolling line to the tip line, m; tip_radius: ρ, m; pressure_angle
+    (normal), helix_angle, protuberance_angle: rad; protuberance: s_pr, m.
+    """
 
     pitch: float
     half_tooth: float
@@ -108,7 +111,7 @@ class RackTool:
 
     @cached_property
     def profile(self) -> Profile:
-        """In the normal section."""
+        """Profile in the normal section."""
         alpha, down = self.pressure_angle, self.depth - self.tip_radius
         normal = (self.protuberance - self.tip_radius) / math.cos(alpha)
         return _profile(
@@ -117,16 +120,16 @@ class RackTool:
 
     @property
     def land(self) -> float:
-        """Half of the tip land, m; below zero where the rounding does not fit."""
+        """Half of the tip land, m; negative if the rounding does not fit."""
         return self.profile.centre.imag
 
     def end(self, rolling_radius: float) -> float:
-        """Largest t of the profile that cuts."""
+        """Largest parameter t of the profile that cuts."""
         return self.profile.end
 
     def cut(self, t: Array, rolling_radius: float) -> tuple[Points, Points]:
-        """Points G of the gear's root (its tooth on the real axis) and the gear's outward normals
-        there."""
+        """Points G of the gear's root, m, for a tooth on the real axis, and outward normals. t: of
+        any shape; rolling_radius: of the gear, m."""
         point, normal = self.profile.at(t)
         cos = math.cos(self.helix_angle)
         point = point.real + 1j * point.imag / cos
@@ -139,10 +142,12 @@ class RackTool:
 
 @dataclass(frozen=True)
 class CutterTool:
-    """A shaper cutter, transverse section. teeth: z_0; base_radius: r_b0; tip_circle: d_a0/2, m;
-    base_half_angle: of its tooth at the base circle, rad; rounding: ρ_a0, m; distance: a_0, m;
-    internal: whether it cuts a ring; pitch_angle: of the gear, rad; protuberance: s_pr in the
-    transverse section, m; protuberance_angle: rad."""
+    """Shaper cutter in transverse section.
+
+    teeth: z_0; base_radius: r_b0, m; tip_circle: d_a0/2, m; base_half_angle: half angle of a tooth
+    at the base circle, rad; tip_radius: ρ_a0, m; distance: a_0, m; internal: whether the gear is a
+    ring; pitch_angle: of the gear, rad; protuberance: s_pr, m; protuberance_angle: rad.
+    """
 
     teeth: float
     base_radius: float
@@ -157,7 +162,8 @@ class CutterTool:
 
     @cached_property
     def profile(self) -> Profile:
-        """Parallels of an involute are involutes of the same base circle."""
+        """Profile in transverse section: the centre of the rounding is on an involute, which is
+        parallel to the flank and has the same base circle."""
         base, radius = self.base_radius, self.tip_circle - self.tip_radius
         roll = math.sqrt(max(radius**2 - base**2, 0.0))
         angle = self.base_half_angle - (roll / base - math.atan2(roll, base))
@@ -167,18 +173,18 @@ class CutterTool:
         return _profile(self, cmath.rect(radius, angle), alpha, angle)
 
     def working_angle(self, gear_base_radius: float) -> float:
-        """α_0, cos α_0 = (r_b ± r_b0)/a_0, rad."""
+        """Working angle α_0 of cutter and gear, cos α_0 = (r_b ± r_b0)/a_0, rad."""
         sign = -1.0 if self.internal else 1.0
         return math.acos((gear_base_radius + sign * self.base_radius) / self.distance)
 
     @property
     def land(self) -> float:
-        """Half of the tip land, m; below zero where the rounding does not fit."""
+        """Half of the tip land, m; negative if the rounding does not fit."""
         centre = self.profile.centre
         return math.atan2(centre.imag, centre.real) * self.tip_circle
 
     def end(self, rolling_radius: float) -> float:
-        """Largest t of the profile that cuts: further on normals pass by the pitch point."""
+        """Largest parameter t of the profile that cuts; normals beyond miss the pitch point."""
         profile, reach = self.profile, 0.999999 * self._rolling(rolling_radius)
         centre = complex(profile.centre)
         lever = abs(centre) * math.sin(profile.last - math.atan2(centre.imag, centre.real))
@@ -187,12 +193,11 @@ class CutterTool:
         return math.asin(reach / abs(centre)) / (profile.last - profile.first)
 
     def _rolling(self, rolling_radius: float) -> float:
-        """r_w0 to r_w of the gear."""
+        """Rolling radius r_w0 of the cutter for that of the gear, r_w, m."""
         return (rolling_radius - self.distance) if self.internal else self.distance - rolling_radius
 
     def cut(self, t: Array, rolling_radius: float) -> tuple[Points, Points]:
-        """Points and normals of the root curve as of ``RackTool``; rolling_radius: r_w of the gear,
-        m."""
+        """Points G of the gear's root, m, and outward normals; arguments as in ``RackTool.cut``."""
         point, normal = self.profile.at(t)
         cutter_radius = self._rolling(rolling_radius)
         lever = (np.conj(normal) * point).imag / cutter_radius
@@ -211,20 +216,20 @@ GeneratingTool = RackTool | CutterTool
 def _profile(
     tool: GeneratingTool, centre: complex, flank_angle: float, first: float = 0.0
 ) -> Profile:
-    """Rounding about ``centre`` from ψ_0 = ``first`` on; flank_angle: between the finished flank
-    and the middle line where the rounding meets it, rad."""
+    """Profile with a rounding about ``centre`` that begins at ψ_0 = ``first``; flank_angle: between
+    the finished flank and the middle line where the rounding meets it, rad."""
     rho, spr = tool.tip_radius, tool.protuberance
     slope, ramp = (tool.protuberance_angle if spr > 0.0 else flank_angle), 0.0
     if flank_angle > slope:
-        # from where the rounding ends the finished flank is ``free`` away along its normal
-        free = spr - rho * (1.0 - math.cos(flank_angle - slope))
-        ramp = RAMP * max(free, 0.0) / math.sin(flank_angle - slope)
+        # distance of the finished flank from the end of the rounding, along the flank's normal
+        distance = spr - rho * (1.0 - math.cos(flank_angle - slope))
+        ramp = RAMP * max(distance, 0.0) / math.sin(flank_angle - slope)
     return Profile(centre, rho, first, math.pi / 2 - slope, ramp)
 
 
 def rounded(tool: GeneratingTool, tip_radius: float) -> GeneratingTool | None:
-    """The tool with this tip radius, or that of its full round where that does not fit;
-    None where its tip is a point."""
+    """Tool with the tip radius, m, or with a full round tip if that is smaller; None if the tip is
+    a point."""
     tool = replace(tool, tip_radius=tip_radius)
     if tool.land >= 0.0:
         return tool

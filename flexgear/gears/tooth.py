@@ -1,7 +1,7 @@
-"""One tooth in the transverse plane: circles, thickness, involute flanks, and the tool's root.
+"""One tooth in the transverse plane: circles, thickness, involute flanks, and the root.
 
-The only place that knows the involute. With normal module m_n, normal pressure angle α_n, helix
-angle β, and for a ring ISO's negative tooth number, so that x > 0 thickens every tooth:
+With normal module m_n, normal pressure angle α_n, helix angle β, and for a ring ISO's negative
+tooth number, so that x > 0 thickens every tooth:
 
     tan α_t = tan α_n / cos β,   r = z m_n / (2 cos β),   r_b = r cos α_t
     s = m_n (π/2 + 2 x tan α_n) / cos β      transverse thickness at the reference circle
@@ -9,10 +9,10 @@ angle β, and for a ring ISO's negative tooth number, so that x > 0 thickens eve
     δ(ρ) = s/(2 r) ∓ (inv α_ρ − inv α_t),   cos α_ρ = r_b/ρ,   inv α = tan α − α
 
 δ is the half angle of the tooth at the radius ρ: it falls outward on an external tooth and grows
-outward on a ring's, which is the space of an external gear.
+outward on a tooth of a ring, which has the shape of a space of an external gear.
 
-The root is what the tool leaves (``tool``): a rack of tip height h_f and tip radius ρ_f m_n, or a
-cutter of z_0 teeth at the distance a_0,
+The root is cut by the tool (``tool``): a rack of tip height h_f and tip radius ρ_f m_n, or a cutter
+of z_0 teeth at the distance a_0,
 
     inv α_0 = inv α_t + 2 tan α_n (x + x_0)/(z + z_0),   a_0 = (r_b ± r_b0)/cos α_0
     d_f = 2 a_0 ∓ d_a0      (a ring has z < 0 and the lower sign)
@@ -38,7 +38,7 @@ from flexgear.model.section import Refusal
 
 
 class Rack(Protocol):
-    """Basic rack of all gears of a stage; m and rad, pressure angle in the normal section."""
+    """Basic rack of the gears of a stage in normal section; m and rad."""
 
     @property
     def normal_module(self) -> float: ...
@@ -50,7 +50,7 @@ class Rack(Protocol):
 
 @dataclass(frozen=True)
 class PlainRack:
-    """A rack without a case; m, or any unit of length, and rad."""
+    """Basic rack by plain numbers; m, or any unit of length, and rad."""
 
     normal_module: float
     pressure_angle: float
@@ -58,8 +58,8 @@ class PlainRack:
 
 
 class Blank(Protocol):
-    """Data of the teeth of one gear; all but the number (not integer for a virtual gear) are
-    multiples of the normal module."""
+    """Data of the teeth of one gear, lengths in normal modules; a virtual gear may have a number of
+    teeth that is no integer."""
 
     @property
     def teeth(self) -> float: ...
@@ -76,7 +76,7 @@ class Blank(Protocol):
 
 
 def involute(angle: float) -> float:
-    """inv α = tan α − α, rad."""
+    """inv α = tan α − α of one angle, rad."""
     return math.tan(angle) - angle
 
 
@@ -86,7 +86,8 @@ def involutes(angles: Array) -> Array:
 
 
 def inverse_involute(value: float) -> float:
-    """α with inv α = value, by Newton's rule from α ≈ (3 v)^{1/3}."""
+    """Angle α, rad, with inv α = value, by Newton's method from α ≈ (3 value)^{1/3}. Raises
+    ValueError for a negative value."""
     if value < 0:
         raise ValueError("an involute function below zero has no angle")
     angle = min((3 * value) ** (1 / 3), 1.4)
@@ -99,19 +100,19 @@ def inverse_involute(value: float) -> float:
 
 
 def transverse_angle(rack: Rack) -> float:
-    """α_t at the reference circle, tan α_t = tan α_n / cos β, rad."""
+    """Transverse pressure angle α_t at the reference circle, tan α_t = tan α_n / cos β, rad."""
     return math.atan(math.tan(rack.pressure_angle) / math.cos(rack.helix_angle))
 
 
 def base_helix_angle(rack: Rack) -> float:
-    """β_b, sin β_b = sin β cos α_n, rad."""
+    """Base helix angle β_b, sin β_b = sin β cos α_n, rad."""
     return math.asin(math.sin(rack.helix_angle) * math.cos(rack.pressure_angle))
 
 
 @dataclass(frozen=True)
 class ToothOutline:
-    """Half of a tooth. x, y: (n,) m, from tip to root section, x falling outside and rising inside,
-    the first flank_points on the flank."""
+    """Outline of half a tooth from the tip to the root section. x along the middle line, y across:
+    (n,) m; the first ``flank_points`` points are on the flank."""
 
     tooth: ToothGeometry
     x: Array
@@ -126,11 +127,8 @@ class ToothOutline:
 
 @dataclass(frozen=True)
 class ToothGeometry:
-    """The tooth of one gear; formulas in the module's head.
-
-    Radii and ``thickness`` (transverse, at the reference circle) m; transverse_angle: α_t at the
-    reference circle, rad; tool: what cuts it.
-    """
+    """Tooth of one gear; formulas in the module docstring. Radii, and transverse ``thickness`` at
+    the reference circle, m; transverse_angle: α_t at the reference circle, rad."""
 
     teeth: int
     internal: bool
@@ -144,39 +142,39 @@ class ToothGeometry:
 
     @property
     def rolling_radius(self) -> float:
-        """Radius of the circle that rolls on the tool's rolling line or circle, m."""
+        """Radius of the gear's rolling circle in generation by the tool, m."""
         if isinstance(self.tool, RackTool):
             return self.reference_radius
         return self.base_radius / math.cos(self.tool.working_angle(self.base_radius))
 
     @property
     def pitch_angle(self) -> float:
-        """2π/z, rad."""
+        """Pitch angle 2π/z, rad."""
         return 2.0 * math.pi / self.teeth
 
     @property
     def base_pitch(self) -> float:
-        """p_b = 2π r_b / z, m."""
+        """Transverse base pitch p_b = 2π r_b / z, m."""
         return self.pitch_angle * self.base_radius
 
     @property
     def outward(self) -> float:
-        """+1 where the tip is outside the root, −1 on a ring."""
+        """Radial direction from root to tip: +1 outward, −1 inward (ring)."""
         return -1.0 if self.internal else 1.0
 
     def pressure_angle(self, radius: Array | float) -> Array:
-        """α_ρ, cos α_ρ = r_b/ρ, rad; 0 below the base circle."""
+        """Pressure angle α_ρ, cos α_ρ = r_b/ρ, rad; 0 below the base circle."""
         return np.arccos(np.minimum(1.0, self.base_radius / np.asarray(radius, dtype=float)))
 
     def half_angle(self, radius: Array | float) -> Array:
-        """δ(ρ) on the involute, rad; below the base circle as on it, where flanks are radial."""
+        """Half angle δ(ρ) of the involute, rad; constant below the base circle (radial flank)."""
         alpha = self.pressure_angle(radius)
         half = self.thickness / (2 * self.reference_radius)
         return half - self.outward * (involutes(alpha) - involute(self.transverse_angle))
 
     @cached_property
     def base_half_angle(self) -> float:
-        """Half angle at the base circle, where flanks begin: s/(2 r) ± inv α_t, rad."""
+        """Half angle at the base circle, s/(2 r) ± inv α_t, rad."""
         half = self.thickness / (2 * self.reference_radius)
         return half + self.outward * involute(self.transverse_angle)
 
@@ -201,11 +199,11 @@ class ToothGeometry:
         return arm * math.tan(working_angle)
 
     def path_of_contact(self, mate: ToothGeometry, working_angle: float) -> tuple[float, float]:
-        """Span s_lo … s_hi of the path of contact with ``mate``, counted on the line of action from
-        this gear's base tangent point (s is the radius of curvature of its flank), m.
+        """Ends s_lo and s_hi of the path of contact with ``mate``, m.
 
-        With a ring from the ring's tip to this gear's tip, with an external gear from its tip to
-        this gear's tip; flanks end at ``usable_roll``.
+        s is the distance on the line of action from this gear's base tangent point, equal to the
+        radius of curvature of its flank. The path runs from the mate's tip to this gear's tip, but
+        not beyond ``usable_roll`` of either flank.
         """
         between = self.tangent_distance(mate, working_angle)
         tip, mate_tip = self.roll_length(self.tip_radius), mate.roll_length(mate.tip_radius)
@@ -220,38 +218,38 @@ class ToothGeometry:
 
     @property
     def is_cut(self) -> bool:
-        """Whether the involute is the tool's: a case may state another base diameter."""
+        """Whether base and reference circle fit each other: a case may give any base diameter."""
         base = self.reference_radius * math.cos(self.transverse_angle)
         return abs(self.base_radius - base) < 1e-9 * base
 
     @cached_property
     def root(self) -> ToothRoot:
-        """The curve below the involute that the tool makes."""
+        """Root curve that the tool cuts below the involute."""
         base = self.reference_radius * math.cos(self.transverse_angle)
         return _root(self if self.is_cut else replace(self, base_radius=base))
 
     @property
     def form_radius(self) -> float:
-        """Where the involute begins, d_Ff/2, m. ValueError where the tool leaves none."""
+        """Radius d_Ff/2 at which the involute begins, m. Raises ValueError without involute."""
         return self.root.form_radius
 
     @property
     def usable_roll(self) -> float:
-        """Roll length at which the flank ends towards the root, m: where the tool has freed it,
-        else at the base circle, a ring's at its root circle, though its root may stand proud."""
-        if self.is_cut and self.root.freed:
+        """Roll length of the root end of the flank, m: at the form circle of an undercut flank,
+        else at the base circle, or at the root circle of a ring."""
+        if self.is_cut and self.root.is_undercut:
             return self.roll_length(self.form_radius)
         return self.roll_length(self.root_radius) if self.internal else 0.0
 
     def profile(self, flank: int, root: int) -> Array:
-        """(flank + root + 1, 2) m, one side from the tip to the root circle."""
+        """Points (flank + root + 1, 2), m, of one side from the tip to the root circle."""
         radius = np.linspace(self.tip_radius, self.form_radius, flank + 1)[:-1]
         half = self.half_angle(radius)
         upper = radius[:, None] * np.column_stack([np.cos(half), np.sin(half)])
         return np.concatenate([upper, self.root.points(root)])
 
     def outline(self, points: int = 160) -> ToothOutline:
-        """Flank and root from the tip to the root section, ``points`` of them on the flank."""
+        """Outline from the tip to the root section with ``points`` points on the flank."""
         root = self.root
         below = root.at(np.linspace(root.form, root.section_place, points // 3))[1:]
         radius = np.linspace(self.tip_radius, self.form_radius, points)
@@ -267,12 +265,12 @@ def _root(tooth: ToothGeometry) -> ToothRoot:
 
 
 def reference_radius(teeth: float, rack: Rack) -> float:
-    """r = z m_n / (2 cos β), m."""
+    """Reference radius r = z m_n / (2 cos β), m."""
     return rack.normal_module * teeth / (2 * math.cos(rack.helix_angle))
 
 
 def tooth_geometry(blank: Blank, rack: Rack, *, internal: bool = False) -> ToothGeometry:
-    """The tooth of a gear. Refusal for a tool that cannot cut it, with a key of the gear."""
+    """Tooth of a gear. Raises Refusal, with a key of the gear, for a tool that cannot cut it."""
     module, x = rack.normal_module, blank.profile_shift
     at, r = transverse_angle(rack), reference_radius(blank.teeth, rack)
     out = -1.0 if internal else 1.0
@@ -306,13 +304,13 @@ def tooth_geometry(blank: Blank, rack: Rack, *, internal: bool = False) -> Tooth
 
 
 def _thickness(shift: float, rack: Rack) -> float:
-    """s of a gear or a cutter, m."""
+    """Transverse thickness s at the reference circle of a gear or a cutter, m."""
     half = math.pi / 2 + 2 * shift * math.tan(rack.pressure_angle)
     return rack.normal_module * half / math.cos(rack.helix_angle)
 
 
 def _rack_tool(blank: Blank, rack: Rack) -> RackTool:
-    """Rack with its rolling line at the gear's reference circle."""
+    """Rack whose rolling line touches the gear's reference circle."""
     if blank.tool.tip_diameter is not None or blank.tool.profile_shift:
         raise Refusal(
             "tool.teeth", "is missing beside data of a cutter", "add it, or take these out"
@@ -331,11 +329,9 @@ def _rack_tool(blank: Blank, rack: Rack) -> RackTool:
 
 
 def _cutter(blank: Blank, rack: Rack, internal: bool, root: float) -> CutterTool:
-    """Cutter of a gear; root: radius of the root circle, m, where no tip diameter is stated.
-
-    Without a number of teeth it has half of the ring's: more than any planet, so that it makes the
-    ring's flank as far up and down as planets reach, and few enough not to trim the ring's tips.
-    """
+    """Cutter of a gear. root: radius of the root circle, m, used without a tip diameter. The
+    default number of teeth is half the ring's: more than that of any planet, so that the cutter
+    makes the ring's flank wherever planets touch it, and too few to trim the ring's tips."""
     teeth = math.floor(blank.teeth / 2) if blank.tool.teeth is None else blank.tool.teeth
     out, at = -1.0 if internal else 1.0, transverse_angle(rack)
     r, r0 = (reference_radius(z, rack) for z in (blank.teeth, teeth))

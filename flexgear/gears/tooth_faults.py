@@ -1,22 +1,22 @@
-"""Effect of tooth faults on tooth pairs: depth of pits, missing and softer pairs.
+"""Effect of tooth faults on tooth pairs: gaps of pits and wear, missing teeth, cracked roots.
 
-A pit or wear of depth d over a patch of a flank is a gap beside those of modified flanks, along the
-normal N, at every slice of a contact line (mean over the slice's width). Its edges are not rounded
-by contact, nor sharper than a slice. A missing tooth takes the stiffness of its pairs away, on and
-off the path of contact. A cracked root makes slices yield by ΔC f more under forces f,
+A pit or wear of depth d on a patch of a flank adds a gap, along the normal N, to every slice of a
+contact line (mean over the width of the slice); contact does not round its edges. A missing tooth
+removes the stiffness of its pairs, on and off the path of contact. A cracked root adds ΔC f to the
+deflection of slices under forces f. For independent slices, with a uniform load along the line,
 
-    k_j → k_j/(1 + k_j c_j),   c_j = Σ_i ΔC_ji f_i/f_j, the load taken even along the line,
+    k_j → k_j/(1 + k_j c_j),   c_j = Σ_i ΔC_ji f_i/f_j;
 
-where slices are springs beside each other; where they bend each other ΔC adds to the flexibility
-between them (``gears.slices.bent``). ΔC is that of ``structures.tooth_influence.of_case``.
+for coupled slices ΔC is added to their flexibility (``gears.slices.with_flexibility``). ΔC is that
+of ``structures.tooth_influence.of_case``.
 
-Pairs that are one spring have of their slices
+A pair that is one spring has, from its slices,
 
     k = Σ_T k_j,   z_c = Σ_T k_j z_j/k,   gap = Σ_T k_j d_j/k,   T = {j: d_j < δ},
 
-which is their law F(δ) and its slope exactly where they have approached by δ, the deflection of the
-gear mesh under its mean load: slices over a pit deeper than that carry nothing. Where all of a line
-lies over deeper pits, T are the slices over the shallowest.
+which is exact in force and slope at the approach δ, the deflection of the gear mesh under its mean
+load: slices over a deeper pit do not touch. If all pits on a line are deeper, T are the slices over
+the shallowest.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ import numpy as np
 from flexgear.arrays import Array, Ints
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.paths import PLACES, flank_name
+from flexgear.gears.paths import AVERAGED_SLICES, flank_name
 from flexgear.gears.radii import role_of
 from flexgear.gears.slices import Line, Slices, cut
 from flexgear.gears.stiffness import pair_law
@@ -41,28 +41,26 @@ from flexgear.model.faults import Fault, stage_of_fault
 if TYPE_CHECKING:
     from flexgear.model.stage_view import StageView
 
-WITHIN_SLICE = 8  # places over which depth is averaged
-MOST_CUT = 0.8  # of the root section, that a crack may cut
-SAME_DEPTH = 1e-9
+POINTS_IN_SLICE = 8  # over which the depth is averaged
+LARGEST_CRACK = 0.8  # of the root section
+SAME_DEPTH = 1e-9  # relative difference of depths that count as equal
 NOT_ASSESSED = (
-    "ratings, nominal and root stresses are those of sound teeth, lives those of sound races; that "
-    "faults grow is not modelled"
+    "ratings, nominal and root stresses are those of sound teeth, lives those of sound races; "
+    "growth of faults is not modelled"
 )
 
-Numbered = tuple[int, Fault]  # place among the case's faults
-Softness = Callable[[GearMeshPath, Slices], Array]  # ΔC (S, K, K) m/N between slices
+Numbered = tuple[int, Fault]  # fault with its index in the case
+CrackFlexibility = Callable[[GearMeshPath, Slices], Array]  # ΔC (S, K, K), m/N
 
 
 @dataclass(frozen=True)
 class FaultGroups:
-    """Teeth of a kind of gear mesh with the same faults, from 0: of the gear, and (planet, tooth)
-    of the planets, with the faults that act on its flanks.
+    """Groups of teeth with equal faults in one kind of gear mesh.
 
-    With A groups of teeth of the gear, tables of pairs lie side by side from the first one of the
-    kind on: of sound teeth, of the gear's groups 1 … A, and the same again for every group of
-    planets' teeth. A pair takes the table
+    gear: teeth of the gear by faults; planets: (planet, tooth) by faults; all from 0. With A groups
+    on the gear, the table of a pair has the number
 
-        first + a + (1 + A) b ,   a, b: groups of its teeth, 0 of sound ones.
+        first + a + (1 + A) b ,   a, b: groups of its teeth on gear and planet, 0 for sound teeth.
     """
 
     gear: dict[tuple[Numbered, ...], tuple[int, ...]]
@@ -70,7 +68,7 @@ class FaultGroups:
 
     @property
     def of_pairs(self) -> list[tuple[Numbered, ...]]:
-        """Faults of pairs in the order of their tables; none of the first."""
+        """Faults of pairs by number of their table; none in the first."""
         return [
             (*of_gear, *of_planet)
             for of_planet in ((), *self.planets)
@@ -78,39 +76,38 @@ class FaultGroups:
         ]
 
     def gear_table(self, teeth: int) -> Ints:
-        """What each tooth of the gear adds to the number of the table (teeth,)."""
+        """Contribution a (teeth,) of each tooth of the gear to the number of the table."""
         out = np.zeros(teeth, dtype=np.int64)
         for a, group in enumerate(self.gear.values(), 1):
             out[list(group)] = a
         return out
 
     def planet_table(self, planet: int, teeth: int) -> Ints:
-        """What each tooth of a planet adds to it (teeth,)."""
+        """Contribution (1 + A) b (teeth,) of each tooth of a planet to the number of the table."""
         out = np.zeros(teeth, dtype=np.int64)
         for b, group in enumerate(self.planets.values(), 1):
-            out[[tooth for of, tooth in group if of == planet]] = b * (1 + len(self.gear))
+            out[[tooth for k, tooth in group if k == planet]] = b * (1 + len(self.gear))
         return out
 
 
 def faults_of_stage(view: StageView) -> list[Numbered]:
-    """Faults of a stage's teeth that change something. InputError where one does not fit its
-    tooth."""
-    faults = [
+    """Faults of the teeth of a stage that have an effect."""
+    return [
         (k, fault)
         for k, fault in enumerate(view.case.faults)
-        if stage_of_fault(view.case, fault).name == view.name and not fault.of_bearing
+        if stage_of_fault(view.case, fault).name == view.name
+        if not (fault.of_bearing or fault.is_sound)
     ]
-    return [(k, fault) for k, fault in faults if not fault.is_sound]
 
 
 def faulty_gears(view: StageView) -> set[str]:
-    """ "sun", "planet", "ring" where teeth have faults; pinion and gear count as sun and planet."""
+    """Roles "sun", "planet", "ring" of gears with faulty teeth; a pinion counts as sun."""
     return {role_of(fault.gear) for _, fault in faults_of_stage(view)}
 
 
 def fault_report(view: StageView, paths: Sequence[GearMeshPath]) -> dict[str, str]:
-    """A line for each fault of a stage by its number in the case, and that ratings leave them out.
-    InputError where one does not fit its tooth."""
+    """One line for each fault of a stage by its number in the case, and a note on ratings. Raises
+    InputError for a fault that does not fit its tooth."""
     for path in paths:
         fault_groups(view, path)
     lines = {
@@ -122,7 +119,8 @@ def fault_report(view: StageView, paths: Sequence[GearMeshPath]) -> dict[str, st
 
 
 def fault_groups(view: StageView, path: GearMeshPath) -> FaultGroups:
-    """Groups of equal faults of the gear meshes of a path."""
+    """Groups of teeth with equal faults on a path. Raises InputError for a fault that does not fit
+    its tooth."""
     roles = path.kind.gear, "planet"
     of_teeth: dict[str, dict[tuple[int, int], list[Numbered]]] = {role: {} for role in roles}
     for number, fault in faults_of_stage(view):
@@ -147,7 +145,7 @@ def fault_groups(view: StageView, path: GearMeshPath) -> FaultGroups:
 
 
 def tooth_of(path: GearMeshPath, role: str) -> ToothGeometry:
-    """The tooth of "planet", or of its mate."""
+    """Tooth geometry of "planet", or of its mate."""
     return path.off_path.planet if role == "planet" else path.off_path.gear
 
 
@@ -156,49 +154,47 @@ def with_faults(
     path: GearMeshPath,
     force: float,
     faults: Sequence[Numbered],
-    softness: Softness | None,
+    cracks: CrackFlexibility | None,
 ) -> GearMeshPath:
-    """A path of pairs with these faults, before flexibility between slices is added.
-
-    force: of the gear mesh, N; softness: compliance of all cracks among the faults; None without
-    cracks, or where it is added to the flexibility between slices.
-    """
+    """Path whose pairs have these faults, without flexibility between slices. force: of the gear
+    mesh, N; cracks: flexibility of all cracks among the faults, None without cracks, or where it is
+    added to the flexibility between slices."""
     if not faults:
         return path
-    lines, springs = path.slices, path.slices is None
+    lines = path.slices
     if lines is None:
         ends = (path.s_lo, path.s_hi)
         law = pair_law(view, stage_geometry(view), path.kind.gear, force)
-        lines = cut(law, Line(ends, ends, path.slope, path.half_face), PLACES)
-    missing = any(fault.kind == "missing_tooth" for _, fault in faults)
-    soft = np.zeros_like(lines.z) if softness is None else _even_load(softness(path, lines), lines)
-    stiffness = np.zeros_like(soft) if missing else lines.stiffness / (1 + lines.stiffness * soft)
+        lines = cut(law, Line(ends, ends, path.slope, path.half_face), AVERAGED_SLICES)
+    stiffness = lines.stiffness
+    if any(fault.kind == "missing_tooth" for _, fault in faults):
+        stiffness = np.zeros_like(lines.z)
+    elif cracks is not None:
+        stiffness = stiffness / (1 + stiffness * _crack_compliance(cracks(path, lines), lines))
     depth = sum((_depth(view, path, lines, fault) for _, fault in faults), np.zeros_like(lines.z))
-    if springs:
+    if path.slices is None:
         return _as_spring(path, lines, stiffness, depth, abs(force) / path.mean_stiffness)
-    changed = replace(lines.with_stiffness(stiffness), gap=lines.gap + depth)
-    return replace(path, slices=changed)
+    return replace(path, slices=replace(lines.with_stiffness(stiffness), gap=lines.gap + depth))
 
 
-def _even_load(flexibility: Array, lines: Slices) -> Array:
-    """c_j (S, K) m/N under a load even along z: ΔC w/w_j, w the slices' widths."""
+def _crack_compliance(flexibility: Array, lines: Slices) -> Array:
+    """Compliance c_j (S, K) under a uniform load along z, m/N: ΔC w/w_j, w widths of slices."""
     wide = lines.width > 0.0
-    motion = np.einsum("sij,sj->si", flexibility, lines.width)
-    return np.divide(motion, lines.width, out=np.zeros_like(motion), where=wide)
+    deflection = np.einsum("sij,sj->si", flexibility, lines.width)
+    return np.divide(deflection, lines.width, out=np.zeros_like(deflection), where=wide)
 
 
 def _as_spring(
     path: GearMeshPath, lines: Slices, stiffness: Array, depth: Array, approach: float
 ) -> GearMeshPath:
-    """Pairs as one spring, tangent to the law of their slices at an approach, m."""
+    """Path with pairs as one spring, tangent to the law of their slices at an approach, m."""
     shallowest = depth.min(axis=1, keepdims=True)
     touching = (depth < approach) | (depth <= shallowest * (1.0 + SAME_DEPTH))
     stiffness = np.where(touching, stiffness, 0.0)
     k, before = stiffness.sum(axis=1), lines.stiffness.sum(axis=1)
-    held = k > 0.0
 
     def mean(values: Array, out: Array) -> Array:
-        return np.divide((stiffness * values).sum(axis=1), k, out=out, where=held)
+        return np.divide((stiffness * values).sum(axis=1), k, out=out, where=k > 0.0)
 
     share = np.divide(k, before, out=np.zeros_like(k), where=before > 0.0)
     shift = mean(lines.z, lines.centre.copy()) - lines.centre
@@ -212,15 +208,15 @@ def _as_spring(
 
 
 def _depth(view: StageView, path: GearMeshPath, lines: Slices, fault: Fault) -> Array:
-    """Depth (S, K) m of a pit or wear, mean over each slice."""
+    """Depth (S, K) of a pit or wear, m, mean over each slice."""
     if fault.kind not in ("spall", "wear"):
         return np.zeros_like(lines.z)
     role = "planet" if fault.gear == view.part("planet") else path.kind.gear
     tooth, total = tooth_of(path, role), np.zeros_like(lines.z)
-    first, last = sorted(map(tooth.roll_length, _diameters(tooth, fault)))
+    first, last = sorted(map(tooth.roll_length, _radii(tooth, fault)))
     low, high = _ends_along_face(path, fault)
-    for k in range(WITHIN_SLICE):
-        z = lines.z + lines.width * ((k + 0.5) / WITHIN_SLICE - 0.5)
+    for k in range(POINTS_IN_SLICE):
+        z = lines.z + lines.width * ((k + 0.5) / POINTS_IN_SLICE - 0.5)
         s = np.clip(lines.s[:, None] + path.slope * z, *lines.span)
         roll = np.nan_to_num(path.off_path.rolls(s)[0 if role == "planet" else 1], nan=-1.0)
         inside = (roll >= first) & (roll <= last) & (z >= low) & (z <= high)
@@ -228,11 +224,11 @@ def _depth(view: StageView, path: GearMeshPath, lines: Slices, fault: Fault) -> 
         if fault.kind == "wear":
             shape = 1.0 - ((2.0 * roll - first - last) / (last - first)) ** 2
         total += np.where(inside, shape, 0.0)
-    return (fault.depth or 0.0) / WITHIN_SLICE * total
+    return (fault.depth or 0.0) / POINTS_IN_SLICE * total
 
 
-def _diameters(tooth: ToothGeometry, fault: Fault) -> tuple[float, float]:
-    """Radii between which a pit or wear lies, m."""
+def _radii(tooth: ToothGeometry, fault: Fault) -> tuple[float, float]:
+    """Radial range of a pit or wear, m."""
     ends = sorted((tooth.form_radius, tooth.tip_radius))
     low = ends[0] if fault.start_diameter is None else 0.5 * fault.start_diameter
     high = ends[1] if fault.end_diameter is None else 0.5 * fault.end_diameter
@@ -240,7 +236,7 @@ def _diameters(tooth: ToothGeometry, fault: Fault) -> tuple[float, float]:
 
 
 def _ends_along_face(path: GearMeshPath, fault: Fault) -> tuple[float, float]:
-    """z between which a pit or wear lies, m; the left half is counted outward, towards −z."""
+    """Range of a pit or wear along z, m; on the left half the case counts towards −z."""
     half = path.half_face
     low = -half if fault.face_start is None else fault.face_start
     high = half if fault.face_end is None else fault.face_end
@@ -248,18 +244,18 @@ def _ends_along_face(path: GearMeshPath, fault: Fault) -> tuple[float, float]:
 
 
 def _require_on_tooth(view: StageView, numbered: Numbered, tooth: ToothGeometry) -> None:
-    """InputError where a patch is outside the flank, or a crack cuts too much of the root."""
+    """Raises InputError for a patch outside the flank and a crack too deep for the root."""
     number, fault = numbered
     if fault.kind == "root_crack":
         section = tooth.root.section.thickness
-        across = fault.deepest * np.sin(fault.angle)
-        if across >= MOST_CUT * section:
+        depth = fault.deepest * np.sin(fault.angle)
+        if depth >= LARGEST_CRACK * section:
             raise InputError(
                 view.case.source,
                 f"faults[{number}].depth{'s' if fault.depths else ''}_mm",
-                f"{1e3 * fault.deepest:g} mm cut {100 * across / section:.0f} % of the root "
+                f"{1e3 * fault.deepest:g} mm cut {100 * depth / section:.0f} % of the root "
                 f"section of {1e3 * section:.4g} mm",
-                f"at most {100 * MOST_CUT:.0f} %; beyond, take a missing_tooth",
+                f"at most {100 * LARGEST_CRACK:.0f} %; beyond, take a missing_tooth",
             )
     if fault.kind not in ("spall", "wear"):
         return
@@ -273,7 +269,7 @@ def _require_on_tooth(view: StageView, numbered: Numbered, tooth: ToothGeometry)
                 f"{1e3 * value:g} mm is outside the flank",
                 f"between {1e3 * ends[0]:.6g} and {1e3 * ends[1]:.6g} mm",
             )
-    if not np.subtract(*_diameters(tooth, fault)) < 0.0:
+    if not np.subtract(*_radii(tooth, fault)) < 0.0:
         raise InputError(
             view.case.source, f"faults[{number}].start_diameter_mm", "leaves nothing of the flank",
             f"between {1e3 * ends[0]:.6g} and {1e3 * ends[1]:.6g} mm",

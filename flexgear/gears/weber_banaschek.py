@@ -1,26 +1,25 @@
-"""Deflection of a tooth pair from the real tooth profiles, split by where it arises.
+"""Compliance of a tooth pair by its tooth profiles: bending, foundation and contact.
 
-For a line load w (N/m) at the flank, compliances per unit face width in m²/N, along the transverse
-line of action, all in plane strain. The load's line crosses the tooth's middle line at
-x_P = r_b/cos α'. Contact is the approach of the flank to that point, the rest its motion under the
+Compliances per unit face width, m²/N, for a line load w, N/m, along the transverse line of action,
+in plane strain. The line of the load crosses the middle line of the tooth at x_P = r_b/cos α'. The
+contact part is the approach of the flank to that point, the other parts its displacement under the
 load there: u(x) is the lever from a section at x to x_P, and the integrals over the tooth run from
-x_P to the root section. (From the section of the load they would count twice what lies between,
-shear above all: at mid-height a quarter of an external tooth's part, two fifths of an internal
-one's.) Where the line crosses below the root section, the tooth has no part.
+x_P to the root section. (From the section of the load on they would count the stretch in between
+twice, mainly its shear: at mid-height a quarter of the part of an external tooth, two fifths of an
+internal one.) If the line crosses below the root section, the tooth has no part.
 
     bending     cos²α' 12 (1-ν²)/E ∫ u²/(2y)³ dx
     shear       cos²α' 1.2/G ∫ dx/(2y)
     axial       sin²α' (1-ν²)/E ∫ dx/(2y)
     foundation  cos²α' (1-ν²)/E [16.67/π (u_f/s_f)² + 2 (1-2ν)/(1-ν) u_f/s_f
                                  + 4.82/π (1 + tan²α'/(2.4 (1+ν)))]
-    contact     line contact (``hertz``) of both flanks, to the points where the load's line
-                crosses the teeth's middle lines
+    contact     secant of line contact (``hertz``) at the line load, of both flanks, to the points
+                where the load's line crosses the teeth's middle lines
 
 u_f, s_f: lever (negative below the root section) and thickness of the root section.
-The contact part is the secant at the line load given.
-The foundation is a half plane held 1.3 s_f below the root section. Against plane-strain finite
-elements held there, tooth and foundation together are 0 … 7 % too soft on external gears and
-3 … 15 % on an internal one, whose root widens fast and turns less than a half plane does
+The foundation is a half plane fixed 1.3 s_f below the root section. Compared with plane-strain
+finite elements fixed there, tooth and foundation together are 0 … 7 % too soft on external gears
+and 3 … 15 % on an internal one, whose root widens fast and rotates less than a half plane
 (``validation/weber_banaschek``).
 Sources: Weber & Banaschek 1953 (Schriftenreihe Antriebstechnik 11); O'Donnell 1960, J. Appl. Mech.
 27:461 and Cornell 1981, J. Mech. Des. 103:447 for the foundation's coefficients in plane strain.
@@ -45,7 +44,7 @@ POINTS = 101  # along the path of contact
 
 @dataclass(frozen=True)
 class ToothCompliance:
-    """One tooth: (n,) arrays m²/N. bending holds bending, shear and axial shortening."""
+    """Compliance of one tooth, (n,) m²/N; ``bending`` includes shear and axial compression."""
 
     bending: Array
     foundation: Array
@@ -53,7 +52,7 @@ class ToothCompliance:
 
 @dataclass(frozen=True)
 class PairCompliance:
-    """A pair along its path: xi (n,) share of the path of contact; the rest m²/N (n,)."""
+    """Compliance of a pair, (n,) m²/N, at positions xi (n,) ∈ [0, 1] on the path of contact."""
 
     xi: Array
     planet: ToothCompliance
@@ -67,8 +66,8 @@ class PairCompliance:
         return teeth + self.planet.foundation + self.gear.foundation + self.contact
 
     def share(self, side: Side, tie: Literal["root", "flank"]) -> Array:
-        """Share of one side in the total that an FE body holds which is tied at the roots of its
-        teeth, their foundation, or at their flanks, the teeth as well."""
+        """Share (n,) of the total compliance that an FE body of one side includes. tie: "root",
+        which includes the foundation, or "flank", the tooth as well."""
         tooth = self.planet if side == "planet" else self.gear
         return (tooth.foundation + (tooth.bending if tie == "flank" else 0.0)) / self.total
 
@@ -76,7 +75,7 @@ class PairCompliance:
 def tooth_compliance(
     outline: ToothOutline, radius: Array, young: float, poisson: float
 ) -> ToothCompliance:
-    """Compliances of one tooth for loads at radii (n,) m on its flank."""
+    """Compliance of one tooth under loads at radii (n,), m, on its flank."""
     tooth = outline.tooth
     plane = (1 - poisson**2) / young
     shear = 2 * (1 + poisson) / young
@@ -87,11 +86,11 @@ def tooth_compliance(
     x_cross = tooth.base_radius / np.cos(angle)
     bending = np.empty_like(radius)
     for n, (cross, a) in enumerate(zip(x_cross, angle, strict=True)):
-        x, y = _below(outline, float(cross))
-        lever, half = x - cross, y
-        bend = abs(float(np.trapezoid(lever**2 / (2 * half) ** 3, x)))
+        x, half = _outline_below(outline, float(cross))
+        lever = x - cross
+        flexure = abs(float(np.trapezoid(lever**2 / (2 * half) ** 3, x)))
         inverse = abs(float(np.trapezoid(1 / (2 * half), x)))
-        bending[n] = math.cos(a) ** 2 * (12 * plane * bend + 1.2 * shear * inverse)
+        bending[n] = math.cos(a) ** 2 * (12 * plane * flexure + 1.2 * shear * inverse)
         bending[n] += math.sin(a) ** 2 * plane * inverse
     ratio = tooth.outward * (x_cross - outline.x[-1]) / outline.root_thickness
     foundation = (
@@ -136,8 +135,9 @@ def pair_compliance(
     )
 
 
-def _below(outline: ToothOutline, at: float) -> tuple[Array, Array]:
-    """Profile from a section to the root section; the section alone where it lies below that."""
+def _outline_below(outline: ToothOutline, at: float) -> tuple[Array, Array]:
+    """Outline x and y, m, from the section at x = ``at`` to the root section; one point if ``at``
+    is below the root section."""
     order = -outline.tooth.outward
     keep = order * outline.x > order * at
     y = float(np.interp(order * at, order * outline.x, outline.y))
@@ -145,6 +145,6 @@ def _below(outline: ToothOutline, at: float) -> tuple[Array, Array]:
 
 
 def middle_depth(tooth: ToothGeometry, radius: Array) -> Array:
-    """Distance from the contact at radii (n,) along the load's line to the tooth's middle line,
-    m."""
+    """Distance (n,) along the load's line from contact at radii (n,) to the middle line of the
+    tooth, m."""
     return radius * np.sin(tooth.half_angle(radius)) / np.cos(tooth.load_angle(radius))

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 import psutil  # type: ignore[import-untyped]
 
-from flexgear.coupling.connections import bend_each_other
+from flexgear.coupling.connections import has_coupled_slices
 from flexgear.coupling.pace import case_pace
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.case import Case
@@ -95,7 +95,7 @@ def _make_influences(view: StageView, progress: Progress) -> None:
     """Influences of a stage's teeth, where its slices bend each other, and of loads on their roots,
     where these are asked for, into the cache."""
     influences = {
-        "influence of a tooth": (bend_each_other(view), tooth_influence),
+        "influence of a tooth": (has_coupled_slices(view), tooth_influence),
         "root of a tooth": (view.gear_mesh.root_stress == "fe", root_of_case),
     }
     for label, (applies, make) in influences.items():

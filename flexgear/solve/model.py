@@ -23,7 +23,7 @@ from flexgear.arrays import Array
 from flexgear.coupling.build import build_system, require_workable
 from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.coupling.modal import (
-    EQUAL,
+    SAME_FREQUENCY,
     ModalSystem,
     chosen_modal,
     elastic_modes,
@@ -323,7 +323,7 @@ def _require_alike(case: Case, modal: ModalSystem) -> None:
     omega = np.sort(modal.omega[modal.omega > 0.0])
     ratios = damping.rate(omega) / (2.0 * omega)
     for i in range(min(len(damping.ratios), len(omega) - 1)):
-        equal = omega[i + 1] - omega[i] <= EQUAL * omega[i + 1]
+        equal = omega[i + 1] - omega[i] <= SAME_FREQUENCY * omega[i + 1]
         if equal and not np.isclose(ratios[i], ratios[i + 1]):
             raise InputError(
                 case.source, "damping.ratios",

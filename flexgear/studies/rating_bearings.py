@@ -29,7 +29,7 @@ from flexgear.gears.bearings.bearing import (
 from flexgear.gears.bearings.equivalent_load import LEAST_E, equivalent_load, static_load
 from flexgear.gears.bearings.nominal import bearing_speed
 from flexgear.gears.bearings.reference_life import (
-    LAWS,
+    LIFE_LAWS,
     Lubrication,
     Ring,
     Rolling,
@@ -123,7 +123,7 @@ class _Place(NamedTuple):
     def exponent(self) -> float:
         """Exponent of the load in the damage; 4 for rows of rollers."""
         if isinstance(self.rows, RollingBearing):
-            return LAWS[type(self.rows.rows[0])].turning
+            return LIFE_LAWS[type(self.rows.rows[0])].rotating
         return EXPONENTS[self.kind]
 
 

@@ -162,7 +162,7 @@ def test_its_walls_and_the_bearings_are_springs_in_series(tmp_path):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (lambda at: at.pop("stage.bolt_03"), "lacks stage.bolt_03 -- name the node"),
+        (lambda at: at.pop("stage.bolt_03"), "lacks stage.bolt_03 -- give this name to the node"),
         (lambda at: at.update({"stage.carrier_far": (0.9, 0.0, 0.4)}),
          "stage.carrier_far is .* mm from where the first support of its stage puts it"),
     ],

@@ -86,7 +86,7 @@ def test_a_series_is_run_with_the_step_that_is_asked_for():
     asked = small(**RAMP, solver__time_step_s=1e-6)
     assert case_pace(asked).series_time_step == 1e-6 and not windows(asked)
     (line,) = too_coarse(case_pace(asked), asked.solver)
-    assert "solver.time_step_s = 1e-06 is taken under the series that stage.carrier" in line
+    assert "solver.time_step_s = 1e-06 is the step during the series of stage.carrier" in line
     assert case_pace(asked).figures["series_time_step_s"] == 1e-6
     both = small(**RAMP, solver__time_step_s=1e-6, solver__step_time_step_s=2e-7)
     assert [w.time_step for w in windows(both)] == [2e-7]

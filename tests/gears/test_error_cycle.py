@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from flexgear.gears.error_cycle import (
-    HORIZON,
+    MAX_CYCLES,
     ErrorCycle,
     TrainTurn,
     error_cycle,
@@ -84,7 +84,7 @@ def test_sources_of_errors():
     assert error_sources(GearErrors(ring_gear_mesh=1e-5), housing=True) == ("housing",)
 
 
-def sample_angles(stage, per_gear_mesh, most=HORIZON):
+def sample_angles(stage, per_gear_mesh, most=MAX_CYCLES):
     """Angles of a stage that is a train by itself."""
     return sample_train_angles([TrainTurn(error_cycle(stage), Fraction(1))], 0, per_gear_mesh, most)
 
@@ -165,7 +165,7 @@ def test_endless_train_keeps_its_phases():
     cycle = ErrorCycle(9207, 93)
     turns = [TrainTurn(cycle, Fraction(1)), TrainTurn(cycle, Fraction(999_983, 999_979))]
     s = sample_train_angles(turns, 0, 2, most=100)
-    assert not s.complete and s.gear_mesh.max() < HORIZON
+    assert not s.complete and s.gear_mesh.max() < MAX_CYCLES
 
 
 def test_rates_from_speeds():

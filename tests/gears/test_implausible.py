@@ -84,7 +84,7 @@ RATED = {"stage.planet_bearing.rolling": "roller"}
         (
             "nrel-5mw",
             {"stages.stage_3.face_width_mm": "3"},
-            ["stage_3: the flanks of the gear mesh"],
+            ["stage_3: the contact pressure of the gear mesh"],
         ),
     ],
 )

@@ -234,7 +234,7 @@ def test_what_does_not_fit_is_one_line(tmp_path, keys, said):
 
 def test_a_gear_mesh_without_paths_has_no_modified_flanks(tmp_path):
     keys = {"sun.modifications.lead_crowning_um": 5, "gear_mesh.model": '"constant"'}
-    with pytest.raises(InputError, match="'constant' follows no pair along its path"):
+    with pytest.raises(InputError, match="'constant' does not follow pairs along the path"):
         paths(modified(tmp_path, keys))
 
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.implausible import lowest_contact, tooth_warnings, trimmed
+from flexgear.gears.implausible import lowest_contact, tip_trimming, tooth_warnings
 from flexgear.gears.tool import PlainTool
 from flexgear.gears.tooth import base_helix_angle, inverse_involute, involute
 from flexgear.model.load import load_case
@@ -88,7 +88,7 @@ def test_outline_runs_smoothly_to_the_root_section(gear, internal):
     steps = np.diff(np.column_stack([line.x, line.y]), axis=0)
     angle = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
     joint = line.flank_points - 1
-    if not tooth.root.freed:
+    if not tooth.root.is_undercut:
         assert abs(angle[joint] - angle[joint - 1]) < math.radians(2)
     assert tooth.outline(160).root_thickness == pytest.approx(line.root_thickness, rel=1e-9)
 
@@ -197,9 +197,9 @@ def test_the_involute_begins_where_the_tools_flank_ends(name):
     end = envelope.tool_of(cut_gear(gear, gear, internal=internal)).flank_end
     roll = tooth.roll_length(tooth.form_radius)
     if name == "undercut":
-        assert tooth.root.freed and end < 0 < roll
+        assert tooth.root.is_undercut and end < 0 < roll
     else:
-        assert not tooth.root.freed and roll == pytest.approx(end, rel=1e-9)
+        assert not tooth.root.is_undercut and roll == pytest.approx(end, rel=1e-9)
 
 
 @settings(max_examples=40, deadline=None)
@@ -213,8 +213,8 @@ def test_a_rack_undercuts_below_the_textbooks_shift(teeth, shift):
     if abs(shift - least) < 6e-3:
         return
     root = gear.tooth().root
-    assert root.freed == (shift < least)
-    assert (root.missing > 0) == (shift < least)
+    assert root.is_undercut == (shift < least)
+    assert (root.undercut > 0) == (shift < least)
 
 
 def test_protuberance_frees_the_flank_by_what_the_grinding_leaves():
@@ -224,7 +224,7 @@ def test_protuberance_frees_the_flank_by_what_the_grinding_leaves():
     )
     for gear in (small, large):
         left = gear.tool.protuberance - gear.tool.grinding_allowance
-        assert gear.tooth().root.missing == pytest.approx(left, rel=0.05)
+        assert gear.tooth().root.undercut == pytest.approx(left, rel=0.05)
     assert small.tooth().form_radius < large.tooth().form_radius
     equal = unit(40, tool=PlainTool(protuberance=0.03, grinding_allowance=0.03))
     assert equal.tooth().root.section == unit(40).tooth().root.section
@@ -299,14 +299,14 @@ def test_radii_that_are_given_close_at_the_centre_distance():
     view = load_case("lin-parker", keys).view()
     sun, ring = tooth_warnings(view)
     wanted = 1e3 * view.stage.normal_module * (29 + 21) / 2  # 24.6° is the rack's angle, too
-    assert f"want {wanted:.2f} mm" in sun
-    assert f"want {wanted:.2f} mm" in ring
+    assert f"need {wanted:.2f} mm" in sun
+    assert f"need {wanted:.2f} mm" in ring
     spread = load_case("lin-parker", {"stage.center_distance_mm": "88.6"}).view()
     assert not tooth_warnings(spread)  # within rounding of printed values
 
 
 def test_a_rings_tip_on_the_root_of_a_planet():
-    """In micrometres as the brute-force tooth stands proud where the ring's tip comes; none with
+    """In micrometres as the brute-force tooth protrudes where the ring's tip comes; none with
     the remedy that is told."""
     view = load_case("wind-5mw", {**PROFILE_A, **SPUR}).view()
     (text,) = tooth_warnings(view)
@@ -323,9 +323,9 @@ def test_a_rings_tip_on_the_root_of_a_planet():
     gear = gear_of(view, "planet")
     radius = math.hypot(gear.base_radius, reach)
     cut = envelope.half_angles(gear, np.array([radius - 1e-6, radius]))[1]
-    proud = 1e6 * gear.base_radius * (cut - float(gear.half_angle(radius)))
-    assert 5 < proud < 60
-    assert f"stands {proud:.1f} µm proud" in text
+    height = 1e6 * gear.base_radius * (cut - float(gear.half_angle(radius)))
+    assert 5 < height < 60
+    assert f"protrudes {height:.1f} µm" in text
     assert "planet.dedendum" in text
     assert not tooth_warnings(load_case("wind-5mw", SPUR).view())
 
@@ -351,4 +351,4 @@ def test_a_cutter_trims_rings_with_less_than_18_teeth_more(teeth):
     """The textbook's difference for radial infeed, 20° and full depth."""
     for more, trims in ((16, True), (18, False)):
         gear = Gear(teeth, 0.0, root_fillet=0.2, tool=PlainTool(teeth=teeth - more))
-        assert (trimmed(gear.tooth(internal=True)) > 0.01 * gear.normal_module) == trims
+        assert (tip_trimming(gear.tooth(internal=True)) > 0.01 * gear.normal_module) == trims

@@ -9,7 +9,7 @@ import pytest
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
-from flexgear.gears.slices import Nominal, bent
+from flexgear.gears.slices import NominalLoad, with_flexibility
 from flexgear.gears.stiffness import compliance
 from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
@@ -100,7 +100,7 @@ def test_even_load_at_the_pitch_point_against_weber_and_banaschek():
     found = approach.mean() * width / (5 * even)
     assert found == pytest.approx(np.interp(xi, theory.xi, theory.total), rel=0.08)
     # what the contact element takes as its nominal stiffness is the tangent there
-    nominal = Nominal(5 * even / width, path.base_pitch)
-    lines = bent(path.slices, c, bends.beside, (scale, limit), nominal)
+    nominal = NominalLoad(5 * even / width, path.base_pitch)
+    lines = with_flexibility(path.slices, c, bends.beside, (scale, limit), nominal)
     assert lines.stiffness[at].sum() == pytest.approx(1.05 * width / found, rel=0.06)
     assert lines.centre[at] == pytest.approx(0.0, abs=1e-6 * width)

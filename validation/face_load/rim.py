@@ -170,7 +170,7 @@ def pairs_at(ring: Ring, share: float) -> Pairs:
 
 
 def _by_rows(pairs: Pairs, rims: Array, whole: Array) -> Array:
-    """The rim's flexibility with that between pairs by their resultants, as ``rows_yield``."""
+    """Flexibility of the rim, between pairs by their resultants as in ``neighbour_flexibility``."""
     k = len(pairs.z) // pairs.count
     tall, pressed = np.zeros((2, len(pairs.z), 2 * pairs.count))
     for p in range(pairs.count):

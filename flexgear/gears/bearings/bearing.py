@@ -1,11 +1,11 @@
-"""A whole rolling bearing: rows side by side, equilibrium under a load, ratings of all rows.
+"""Rolling bearing of one or several rows: equilibrium under a load, ratings of all rows.
 
 The load (5,) is (F_x, F_y, F_z, M_x, M_y) at the middle of the bearing, the motion (5,) its
-conjugate (x, y, z, r_x, r_y); see ``rows``. Equilibrium minimises Π = Σ energy(u) − load · u by
-Newton's method, damped (Levenberg, Marquardt) so that Π falls, in unknowns that are scaled by the
-approach which the load makes; without damping in the end, so that it converges as Newton's does.
+conjugate (x, y, z, r_x, r_y); see ``rows``. Equilibrium minimises the potential
+Π = Σ energy(u) − load · u by Newton's method with Levenberg–Marquardt damping, which ensures that Π
+falls and vanishes near the solution. Unknowns are scaled by the approach expected under the load.
 
-The bearing that a case describes, with what its catalogue data leaves out estimated by rule.
+Ratings that a case leaves out are estimated, in N and mm:
 
     C    ISO 281:2007 by f_c in closed form (Harris, Kotzalas 2006, ch. 11): rollers
          b_m 207.9 λν γ^(2/9) (1 − γ)^(29/27)/(1 + γ)^(1/4) (1 + (1.04 t)^4.5)^(−2/9)
@@ -18,9 +18,7 @@ The bearing that a case describes, with what its catalogue data leaves out estim
     C_0  ISO 76:2006, rollers: 44 (1 − γ) i Z L_we D_we cos α; balls: i Z cos α/5 times the load
          under which a raceway has 4200 MPa (E 207 GPa), of which that standard's f_0 follows
     C_u  ISO 281:2007, annex B, simplified: C_0/8.2 of rollers, C_0/22 of balls,
-         times (100/D_pw)^0.3 and (100/D_pw)^0.5 from D_pw = 100 mm on
-
-in N and mm.
+         for D_pw > 100 mm times (100/D_pw)^0.3 and (100/D_pw)^0.5
 """
 
 from __future__ import annotations
@@ -47,25 +45,24 @@ from flexgear.gears.bearings.rows import (
     RollerRow,
     Row,
     RowState,
-    roller_stiffness,
     standard_drops,
 )
 from flexgear.model.bearings import Bearing, RollingElements
 from flexgear.model.errors import FlexgearError
 
 COMPONENTS = ("x", "y", "z", "rx", "ry")
-FILM = {"a_ISO": "is 0.1 for a viscosity ratio below 0.1, where ISO 281 states none"}
-CLOSURE = 1e-9  # of an equilibrium, over the load
-ROUNDED_CLOSURE = 1e-5  # where rounding ends it: closings far below the distance of grooves
+THIN_FILM = {"a_ISO": "is 0.1 for a viscosity ratio below 0.1, where ISO 281 states none"}
+TOLERANCE = 1e-9  # of the residual over the load
+ROUNDING = 1e-5  # residual over the load, where approaches are too small beside groove distances
 LEAST_DAMPING = 1e-14  # keeps the step finite where no element is loaded
-ITERATIONS = 1000
+MAX_ITERATIONS = 1000
 
 
 @dataclass(frozen=True)
 class RollingBearing:
-    """rows: all of them along the axis, of equal bearings side by side if there are several;
-    ratings: of one bearing. estimates: rules by which keys of the case were estimated; with any of
-    them the figures of life and safety are to have no verdict."""
+    """One bearing, or several equal ones side by side on one seat. rows: rows of all bearings along
+    the axis; ratings: of one bearing; estimates: rule by which a key of the case was estimated, by
+    key. A life or safety that rests on an estimate is reported without a verdict."""
 
     rows: tuple[Row, ...]
     ratings: Ratings
@@ -73,7 +70,7 @@ class RollingBearing:
 
     @property
     def of_rollers(self) -> bool:
-        """Whether its elements are rollers."""
+        """Whether the rolling elements are rollers."""
         return isinstance(self.rows[0], RollerRow)
 
     def states(self, motion: Array, first: float = 0.0) -> list[RowState]:
@@ -83,9 +80,9 @@ class RollingBearing:
 
 @dataclass(frozen=True)
 class BearingRating:
-    """motion: (5,), m and rad; rows: figures of every row; basic_life, modified_life: of all rows
-    together, revolutions; static_safety: the least; estimates: those of the bearing that its
-    figures rest on, and of the film."""
+    """Life and static safety of a bearing in one state. motion: (5,), m and rad; rows: ratings of
+    every row; basic_life, modified_life: of all rows together, revolutions; static_safety: least of
+    all rows; estimates: rules behind estimated values, by name of the value."""
 
     motion: Array
     rows: tuple[RowRating, ...]
@@ -96,12 +93,12 @@ class BearingRating:
 
     @property
     def pressure(self) -> float:
-        """Largest of all rows, Pa."""
+        """Largest contact pressure of all rows, Pa."""
         return max(row.pressure for row in self.rows)
 
 
 def direction(vector: Array) -> float:
-    """Angle of the radial part of a load or motion (5,), rad, where the first element stands."""
+    """Angle of the radial part of a load or motion (5,), rad."""
     return math.atan2(vector[1], vector[0])
 
 
@@ -110,10 +107,10 @@ def equilibrium(
     load: Array,
     held: Mapping[str, float] | None = None,
 ) -> Array:
-    """Motion (5,) under a load (5,), N and N m, the first element under it.
+    """Motion (5,) under a load (5,), N and N m, with the first element in direction of the load.
 
-    held: components whose motion is prescribed, m or rad, in place of their load. Cylindrical
-    rollers cannot take a thrust: there z is held at 0 unless said. FlexgearError without
+    held: prescribed motion by component, m or rad, in place of the load. Cylindrical roller
+    bearings take no axial load: z is 0 unless ``held`` has it. Raises FlexgearError without
     equilibrium.
     """
     load = np.asarray(load, dtype=float)
@@ -129,46 +126,44 @@ def equilibrium(
     first, scale = direction(load), _scale(bearing, load)
     size = max(float(np.abs(scale * load)[free].max(initial=0.0)), 1e-12 * float(scale[0]))
 
-    def at(u: Array) -> tuple[float, Array, Array]:
+    def evaluate(u: Array) -> tuple[float, Array, Array]:
+        """Π, its gradient and Hessian over the free components, all scaled."""
         states = bearing.states(u, first)
         energy = sum(s.energy for s in states) - float(load @ (free * u))
-        out_of_balance = np.sum([s.force for s in states], axis=0) - load
+        residual = np.sum([s.force for s in states], axis=0) - load
         tangent = scale[:, None] * np.sum([s.tangent for s in states], axis=0) * scale
-        balance = (scale * out_of_balance)[free] / size
-        return energy / size, balance, tangent[np.ix_(free, free)] / size
+        gradient = (scale * residual)[free] / size
+        return energy / size, gradient, tangent[np.ix_(free, free)] / size
 
-    damping, (potential, balance, tangent) = 1e-3, at(motion)
-    for _ in range(ITERATIONS):
-        if np.abs(balance).max(initial=0.0) < CLOSURE:
+    damping, (potential, residual, tangent) = 1e-3, evaluate(motion)
+    for _ in range(MAX_ITERATIONS):
+        if np.abs(residual).max(initial=0.0) < TOLERANCE:
             return motion
         trial = motion.copy()
-        damped = tangent + damping * np.eye(len(balance))
-        trial[free] -= scale[free] * np.linalg.solve(damped, balance)
-        trial_state = at(trial)
+        damped = tangent + damping * np.eye(len(residual))
+        trial[free] -= scale[free] * np.linalg.solve(damped, residual)
+        trial_state = evaluate(trial)
         if trial_state[0] <= potential + 1e-12 * abs(potential):
-            motion, (potential, balance, tangent) = trial, trial_state
+            motion, (potential, residual, tangent) = trial, trial_state
             damping = max(0.1 * damping, LEAST_DAMPING)
         else:
             damping *= 10
-            if damping > 1 and np.abs(balance).max() < ROUNDED_CLOSURE:
+            if damping > 1 and np.abs(residual).max() < ROUNDING:
                 return motion
-    why = "it can move freely"
+    cause = "it can move freely"
     if len(bearing.rows) == 1 and bearing.rows[0].contact_angle:
-        why = "one row slides along its contact angle unless thrust holds it; give both of its pair"
-    raise FlexgearError(f"no equilibrium of the bearing under its load: {why}")
+        cause = "one row slides along its contact angle without axial load; give both of the pair"
+    raise FlexgearError(f"no equilibrium of the bearing under its load: {cause}")
 
 
 def _scale(bearing: RollingBearing, load: Array) -> Array:
-    """Expected size of the motion (5,): approach of an element under the load, over an arm."""
+    """Expected size of the motion (5,), m and rad: approach δ of one element under its share of the
+    load, and tilt δ over an arm."""
     row = bearing.rows[0]
     arm = max(row.pitch_diameter / 2, *(abs(r.position) for r in bearing.rows))
     force = max(float(np.abs(load[:3]).max()), float(np.abs(load[3:]).max()) / arm, 1.0)
-    each = 5 * force / (row.count * len(bearing.rows))
-    stiffness = row.stiffness if isinstance(row, BallRow) else None
-    if isinstance(row, RollerRow):
-        stiffness = roller_stiffness(row.length)
-    assert stiffness is not None
-    approach = (each / stiffness) ** (1 / row.exponent)
+    element_load = 5 * force / (row.count * len(bearing.rows))
+    approach = (element_load / row.stiffness) ** (1 / row.exponent)
     return approach * np.array([1, 1, 1, 1 / arm, 1 / arm])
 
 
@@ -179,11 +174,8 @@ def rate_motion(
     lubrication: Lubrication | None = None,
     first: float | None = None,
 ) -> BearingRating:
-    """Figures of all rows at a motion (5,).
-
-    stationary: ring that is stationary relative to the load. first: angle of the first element,
-    rad; where the motion is largest if left out.
-    """
+    """Ratings of a bearing at a motion (5,). stationary: ring that is stationary relative to the
+    load; first: angle of the first element, rad, by default the direction of the motion."""
     motion = np.asarray(motion, dtype=float)
     states = bearing.states(motion, direction(motion) if first is None else first)
     rows = tuple(
@@ -196,7 +188,7 @@ def rate_motion(
     if lubrication is None:
         estimates.pop("fatigue_load_limit", None)
     elif lubrication.viscosity_ratio < LEAST_RATIO:
-        estimates |= FILM
+        estimates |= THIN_FILM
     safeties = [row.static_safety for row in rows if row.static_safety is not None]
     return BearingRating(
         motion,
@@ -215,12 +207,12 @@ def rate_load(
     lubrication: Lubrication | None = None,
     held: Mapping[str, float] | None = None,
 ) -> BearingRating:
-    """``rate_motion`` in ``equilibrium`` with a load (5,), the first element under it."""
+    """Ratings (see ``rate_motion``) of a bearing in ``equilibrium`` under a load (5,)."""
     motion = equilibrium(bearing, load, held)
     return rate_motion(bearing, motion, stationary, lubrication, direction(np.asarray(load)))
 
 
-LAMINAE = 30  # of a roller: the least number of the standard
+LAMINAE = 30  # of a roller: the least number that ISO/TS 16281 allows
 ESTIMATES = {
     "dynamic_rating": "by ISO 281 from the size of the rolling elements",
     "static_rating": "by ISO 76 from the size of the rolling elements",
@@ -229,21 +221,21 @@ ESTIMATES = {
 STATIC_PRESSURE, STATIC_YOUNG = 4200e6, 207e9  # of balls at the static rating in ISO 76, Pa
 
 
-def rolling_bearing(section: Bearing, laminae: int = LAMINAE) -> RollingBearing | str:
-    """The bearing with all its rows, or why it cannot be rated."""
+def rolling_bearing(section: Bearing) -> RollingBearing | str:
+    """Rolling bearing that a section of a case describes, or the reason why it cannot be rated."""
     elements = section.elements
     if elements is None:
         return "elements are missing (diameter, pitch_diameter, …)"
-    rows = _rows(section, elements, laminae)
-    first, each = rows[0], len(rows) // section.count
-    dynamic = section.dynamic_rating or dynamic_rating(first, each)
-    static = section.static_rating or static_rating(first, each)
-    limit = section.fatigue_load_limit or fatigue_load_limit(first, static)
+    rows = _rows(section, elements)
+    rows_per_bearing = len(rows) // section.count
+    dynamic = section.dynamic_rating or dynamic_rating(rows[0], rows_per_bearing)
+    static = section.static_rating or static_rating(rows[0], rows_per_bearing)
+    limit = section.fatigue_load_limit or fatigue_load_limit(rows[0], static)
     estimates = {key: rule for key, rule in ESTIMATES.items() if getattr(section, key) is None}
-    return RollingBearing(rows, Ratings(dynamic, static, limit, each), estimates)
+    return RollingBearing(rows, Ratings(dynamic, static, limit, rows_per_bearing), estimates)
 
 
-def _rows(section: Bearing, elements: RollingElements, laminae: int) -> tuple[Row, ...]:
+def _rows(section: Bearing, elements: RollingElements) -> tuple[Row, ...]:
     """Rows of all bearings, from −z to +z."""
     source = section.rollers or elements
     total = section.rollers.rows if section.rollers else (elements.rows or 1) * section.count
@@ -253,7 +245,7 @@ def _rows(section: Bearing, elements: RollingElements, laminae: int) -> tuple[Ro
     rows: list[Row] = []
     for k in range(total):
         place = k - (total - 1) / 2
-        # rows at +z whose contact lines meet outside are loaded by motion along −z
+        # motion along −z loads the row at +z of an O arrangement, along +z that of an X arrangement
         angle = elements.contact_angle * outward * (1.0 if place >= 0 else -1.0)
         common = (source.count, elements.diameter, elements.pitch_diameter, angle, gap)
         if section.rolling == "ball":
@@ -261,25 +253,25 @@ def _rows(section: Bearing, elements: RollingElements, laminae: int) -> tuple[Ro
             inner, outer = (ratio * elements.diameter for ratio in grooves)
             rows.append(BallRow(*common, spacing * place, inner, outer))
         else:
-            drops = _drops(elements, length, laminae)
+            drops = _drops(elements, length)
             edge_stress = elements.edge_stress
             rows.append(RollerRow(*common, spacing * place, length, drops, edge_stress))
     return tuple(rows)
 
 
-def _drops(elements: RollingElements, length: float, laminae: int) -> tuple[float, ...]:
-    """P_k of the laminae, m."""
+def _drops(elements: RollingElements, length: float) -> tuple[float, ...]:
+    """Profile drops P_k (LAMINAE,) of a roller, m."""
     if elements.profile == "logarithmic":
-        return standard_drops(elements.diameter, length, elements.contact_angle, laminae)
+        return standard_drops(elements.diameter, length, elements.contact_angle, LAMINAE)
     if elements.profile == "straight":
-        return (0.0,) * laminae
-    place = np.abs((2 * np.arange(laminae) + 1) / laminae - 1)
+        return (0.0,) * LAMINAE
+    place = np.abs((2 * np.arange(LAMINAE) + 1) / LAMINAE - 1)
     table = np.interp(place, np.linspace(0, 1, len(elements.drops)), elements.drops)
     return tuple(float(drop) for drop in table)
 
 
 def dynamic_rating(row: Row, rows: int) -> float:
-    """C, N, of a radial bearing of ``rows`` rows."""
+    """Basic dynamic load rating C, N, of a radial bearing of ``rows`` rows."""
     g, d, cos = row.gamma, 1e3 * row.diameter, math.cos(row.contact_angle)
     curved = (1 - g) / (1 + g)
     if isinstance(row, RollerRow):
@@ -295,16 +287,16 @@ def dynamic_rating(row: Row, rows: int) -> float:
 
 
 def static_rating(row: Row, rows: int) -> float:
-    """C_0, N, of a bearing of ``rows`` rows."""
+    """Basic static load rating C_0, N, of a bearing of ``rows`` rows."""
     elements = rows * row.count * math.cos(row.contact_angle)
     if isinstance(row, RollerRow):
         return float(44e6 * (1 - row.gamma) * elements * row.length * row.diameter)
     assert isinstance(row, BallRow)
-    at_one = max(float(contact.pressure(1.0)) for contact in row.contacts)  # p³ grows with load
-    return elements / 5 * (STATIC_PRESSURE / at_one) ** 3 * (row.young / STATIC_YOUNG) ** 2
+    unit_pressure = max(float(contact.pressure(1.0)) for contact in row.contacts)  # load ~ p³
+    return elements / 5 * (STATIC_PRESSURE / unit_pressure) ** 3 * (row.young / STATIC_YOUNG) ** 2
 
 
 def fatigue_load_limit(row: Row, static: float) -> float:
-    """C_u, N, from C_0, N."""
+    """Fatigue load limit C_u, N, from the static load rating C_0, N."""
     size = max(10 * row.pitch_diameter, 1.0)  # D_pw over 100 mm
     return static / 8.2 / size**0.3 if isinstance(row, RollerRow) else static / 22 / size**0.5

@@ -1,4 +1,4 @@
-"""One row of rolling elements: loads of its elements from the relative motion of both rings.
+"""Loads of the rolling elements of one row from the relative motion of both rings.
 
 The motion is (x, y, z, r_x, r_y), m and rad, of one ring against the other at the middle of the
 bearing, z along the axis. At the angle ψ of an element of a row at z_0 the rings approach radially
@@ -20,15 +20,14 @@ centres of the grooves and α_0 the nominal contact angle:
     R = D_pw/2 + (r_i − D_w/2) (A cos α_0 − g)/A
 
 so that z counts from the middle of the axial play where α_0 = 0; where not, the groove has no
-shoulder on the other side (a cylinder there: the axial term is not below zero). Signs: α > 0 where
-motion along +z loads the row. Rollers keep in the middle between both raceways; centrifugal forces
-are left out.
+shoulder on the other side (it is a cylinder there, so the axial term is at least zero). Signs:
+α > 0 where motion along +z loads the row. Rollers stay in the middle between both raceways;
+centrifugal forces are neglected.
 Sources: ISO/TS 16281:2008, 4.2 and 5.2; Harris, Kotzalas 2006, ch. 6 and 7.
 
-Hertzian point contact of a ball with a raceway of the same material.
-
-With the sum of curvatures Σρ, their relative difference F(ρ), and the complete elliptic integrals
-K, E of the modulus k, k² = 1 − 1/χ²:
+Hertzian point contact of a ball with a raceway of the same material, with the sum of curvatures Σρ,
+their relative difference F(ρ), and the complete elliptic integrals K, E of the modulus k,
+k² = 1 − 1/χ²:
 
     F(ρ) = 1 − 2/(χ² − 1) · (K/E − 1)                     gives χ = a/b, the ratio of the ellipse
     a = χ b = (2 χ² E/π)^(1/3) (3 Q/Σρ · (1 − ν²)/E_mod)^(1/3)
@@ -46,17 +45,18 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-import scipy  # which loads its parts as they are named
+import scipy  # loads a subpackage at its first use
 
 from flexgear.arrays import Array
 from flexgear.gears.hertz import ContactBody, line_contact
 
-_LARGEST = math.log(1e6)  # of the logarithm of χ
+_LARGEST_LOG_RATIO = math.log(1e6)  # ln χ
 
 
 @dataclass(frozen=True)
 class PointContact:
-    """ratio: χ; first, second: K and E of it; curvature: Σρ, 1/m; modulus: E_mod/(1 − ν²), Pa."""
+    """Hertzian contact with an elliptic area. ratio: χ of the axes of the ellipse; first, second:
+    elliptic integrals K and E; curvature: Σρ, 1/m; modulus: E_mod/(1 − ν²), Pa."""
 
     ratio: float
     first: float
@@ -66,26 +66,27 @@ class PointContact:
 
     @property
     def compliance(self) -> float:
-        """δ/Q^(2/3), m/N^(2/3)."""
+        """Compliance δ/Q^(2/3), m/N^(2/3)."""
         shape = self.first * (self.curvature / (self.ratio**2 * self.second)) ** (1 / 3)
         return float(shape * (3 / (math.sqrt(2) * math.pi * self.modulus)) ** (2 / 3))
 
     def semi_axes(self, load: Array | float) -> tuple[Array, Array]:
-        """a along, b across the ellipse, m, under Q, N."""
+        """Major semi-axis a and minor semi-axis b of the ellipse, m, under Q, N."""
         size = np.cbrt(3 * np.asarray(load, dtype=float) / (self.curvature * self.modulus))
         a = np.cbrt(2 * self.ratio**2 * self.second / math.pi) * size
         return a, a / self.ratio
 
     def pressure(self, load: Array | float) -> Array:
-        """p_max, Pa, under Q, N."""
+        """Largest pressure p_max, Pa, under Q, N."""
         q = np.asarray(load, dtype=float)
         a, b = self.semi_axes(np.where(q > 0, q, 1.0))
         return np.where(q > 0, 1.5 * q / (math.pi * a * b), 0.0)
 
 
 def point_contact(rolling: float, groove: float, modulus: float) -> PointContact:
-    """Contact of a sum of curvatures ``rolling`` in the plane of rolling and ``groove`` across it,
-    1/m, where the bodies conform more closely: 0 < groove <= rolling. modulus: E/(1 − ν²), Pa."""
+    """Contact of a ball with a grooved raceway. rolling: sum of the curvatures of both bodies in
+    the plane of rolling, 1/m; groove: sum across it, where the bodies conform more closely;
+    modulus: E/(1 − ν²), Pa. Raises ValueError unless 0 < groove <= rolling."""
     if not 0 < groove <= rolling:
         raise ValueError("the groove must be open, and conform at least as closely as the raceway")
     difference = (rolling - groove) / (rolling + groove)
@@ -94,36 +95,35 @@ def point_contact(rolling: float, groove: float, modulus: float) -> PointContact
         first, second, minor = _integrals(math.exp(log_ratio))
         return float(1 - 2 * minor * (first / second - 1) / (1 - minor) - difference)
 
-    log_ratio = 4 / 3 * difference  # F = 3/4 ln χ + O(ln³ χ), where excess is rounding alone
+    log_ratio = 4 / 3 * difference  # F = 3/4 ln χ + O(ln³ χ); excess is mere rounding near χ = 1
     if difference > 1e-4:
-        log_ratio = scipy.optimize.brentq(excess, 1e-6, _LARGEST, xtol=1e-14)
+        log_ratio = scipy.optimize.brentq(excess, 1e-6, _LARGEST_LOG_RATIO, xtol=1e-14)
     ratio = math.exp(log_ratio)
     first, second, _ = _integrals(ratio)
     return PointContact(ratio, first, second, rolling + groove, modulus)
 
 
 def _integrals(ratio: float) -> tuple[float, float, float]:
-    """K, E and 1/χ²."""
+    """Complete elliptic integrals K and E at an axis ratio χ, and 1/χ²."""
     minor = ratio**-2
     first = float(scipy.special.ellipkm1(minor))
     return first, float(scipy.special.ellipe(1 - minor)), minor
 
 
-POINT, LINE = 1.5, 10.0 / 9.0  # exponents of load over approach
-
-
+POINT, LINE = 1.5, 10.0 / 9.0  # exponents of the approach in the load
 YOUNG, POISSON = 210e9, 0.3  # of bearing steel
 
 
 def roller_stiffness(length: float) -> float:
-    """c_L of a steel roller between two raceways, N/m^(10/9); effective length, m."""
+    """c_L, N/m^(10/9), of a steel roller of effective length in m between two raceways."""
     return float(35948.0 * (1e3 * length) ** (8 / 9) * 1e3**LINE)
 
 
 @dataclass(frozen=True)
 class RowState:
-    """loads (Z, n): of every lamina of every element, N, n = 1 for balls; angles (Z,): ψ, rad.
-    force (5,): N, N m, against the motion; tangent (5, 5): its derivative; energy: J."""
+    """Loads of a row at one motion of its rings. loads: (Z, n) of every lamina of every element, N,
+    n = 1 for balls; angles: ψ (Z,), rad; force: (5,) against the motion, N and N m; tangent: (5, 5)
+    its derivative; energy: J."""
 
     loads: Array
     angles: Array
@@ -133,15 +133,18 @@ class RowState:
 
     @property
     def element_loads(self) -> Array:
-        """Q (Z,), N."""
+        """Load Q (Z,) of every element, N."""
         return np.asarray(self.loads.sum(axis=1))
 
 
 @dataclass(frozen=True)
 class Row:
-    """count: Z; diameter: D_w or D_we, m; pitch_diameter: D_pw, m; contact_angle: nominal, rad;
-    gap: radial, on every side, m (negative: preload); position: z_0 of its middle, m; phase: angle
-    of the first element from the load, rad."""
+    """Geometry of one row of rolling elements.
+
+    count: Z; diameter: D_w or D_we, m; pitch_diameter: D_pw, m; contact_angle: nominal, rad; gap:
+    radial, on every side, m (negative: preload); position: z_0 of the middle of the row, m; phase:
+    angle of the first element from the load, rad.
+    """
 
     count: int
     diameter: float
@@ -151,7 +154,7 @@ class Row:
     position: float = 0.0
     phase: float = field(default=0.0, kw_only=True)
 
-    exponent: ClassVar[float]  # of load over approach
+    exponent: ClassVar[float]  # of the approach in the load
 
     @property
     def gamma(self) -> float:
@@ -160,22 +163,27 @@ class Row:
 
     @property
     def arm(self) -> float:
-        """R, m."""
+        """Arm R of a tilt, m."""
         return self.pitch_diameter / 2
 
+    @property
+    def stiffness(self) -> float:
+        """Stiffness c_L or c_P of one element, N/m^exponent."""
+        raise NotImplementedError
+
     def approach(self, psi: Array) -> tuple[Array, Array]:
-        """(Z, 5) twice: u_r and u_a over the motion."""
+        """Derivatives of u_r and u_a with respect to the motion, (Z, 5) each."""
         c, s, zero = np.cos(psi), np.sin(psi), np.zeros_like(psi)
         z, r = self.position, self.arm
         radial = np.stack([c, s, zero, -z * s, z * c], axis=1)
         return radial, np.stack([zero, zero, zero + 1, r * s, -r * c], axis=1)
 
     def angles(self, first: float = 0.0) -> Array:
-        """ψ (Z,), rad; first: from where ``phase`` counts."""
+        """Angles ψ (Z,) of the elements, rad; first: angle from which ``phase`` counts."""
         return first + self.phase + 2 * np.pi * np.arange(self.count) / self.count
 
     def state(self, motion: Array, first: float = 0.0) -> RowState:
-        """Loads at a motion (5,)."""
+        """Loads at a motion (5,); first: angle from which ``phase`` counts, rad."""
         raise NotImplementedError
 
     def pressure(self, loads: Array) -> Array:
@@ -185,8 +193,9 @@ class Row:
 
 @dataclass(frozen=True)
 class RollerRow(Row):
-    """length: L_we, m; drops (n_s,): P_k of the laminae from one end of the roller to the other, m;
-    edge_stress: whether equivalent loads count the concentration of stress at the ends (life)."""
+    """Row of cylindrical or tapered rollers. length: L_we, m; drops (n_s,): P_k of the laminae from
+    one end of the roller to the other, m; edge_stress: whether the life includes the stress
+    concentration at the ends of rollers."""
 
     length: float = 0.0
     drops: tuple[float, ...] = (0.0,) * 30
@@ -196,9 +205,13 @@ class RollerRow(Row):
 
     @property
     def laminae(self) -> Array:
-        """x_k (n_s,), m: middles of the laminae."""
+        """Middles x_k (n_s,) of the laminae, m."""
         n = len(self.drops)
         return self.length * ((np.arange(n) + 0.5) / n - 0.5)
+
+    @property
+    def stiffness(self) -> float:
+        return roller_stiffness(self.length)
 
     def state(self, motion: Array, first: float = 0.0) -> RowState:
         psi = self.angles(first)
@@ -209,19 +222,18 @@ class RollerRow(Row):
         tilt[:, 3], tilt[:, 4] = -np.sin(psi), np.cos(psi)
         gap = self.gap * math.cos(alpha) + 2 * np.asarray(self.drops)
         closing = np.maximum((middle @ motion)[:, None] + np.outer(tilt @ motion, x) - gap, 0.0)
-        stiffness = roller_stiffness(self.length) / len(self.drops)
+        stiffness = self.stiffness / len(self.drops)
         slopes = LINE * stiffness * closing ** (LINE - 1)
         loads = slopes * closing / LINE
         force = loads.sum(axis=1) @ middle + (loads @ x) @ tilt
-        bent = middle.T * (slopes @ x) @ tilt
-        tangent = middle.T * slopes.sum(axis=1) @ middle + bent + bent.T
+        cross = middle.T * (slopes @ x) @ tilt
+        tangent = middle.T * slopes.sum(axis=1) @ middle + cross + cross.T
         tangent += tilt.T * (slopes @ x**2) @ tilt
         energy = float((loads * closing).sum() / (1 + LINE))
         return RowState(loads, psi, force, tangent, energy)
 
     def pressure(self, loads: Array) -> Array:
-        """Pressure of the lamina with the largest load, as of a line contact of that load per
-        length, Pa."""
+        """Pressure (2,) of a line contact with the line load of the most loaded lamina, Pa."""
         line_load = float(loads.max()) * len(self.drops) / self.length
         body = ContactBody(YOUNG, POISSON, self.length)
         radii = self.diameter / 2 * np.array([1 - self.gamma, 1 + self.gamma])
@@ -230,8 +242,8 @@ class RollerRow(Row):
 
 @dataclass(frozen=True)
 class BallRow(Row):
-    """inner_groove, outer_groove: r_i and r_e, m; young, poisson: of balls and rings; tilt_arm: in
-    place of R, m (some programs take D_pw/2)."""
+    """Row of balls. inner_groove, outer_groove: r_i and r_e, m; tilt_arm: in place of R, m (some
+    programs take D_pw/2); young, poisson: of balls and rings, Pa and 1."""
 
     inner_groove: float = 0.0
     outer_groove: float = 0.0
@@ -243,12 +255,12 @@ class BallRow(Row):
 
     @property
     def groove_distance(self) -> float:
-        """A, m."""
+        """Distance A of the centres of the grooves, m."""
         return self.inner_groove + self.outer_groove - self.diameter
 
     @property
     def radial_distance(self) -> float:
-        """A cos α_0 − g, m: of the centres of the grooves in the middle position."""
+        """Radial distance A cos α_0 − g of the centres of the grooves in middle position, m."""
         return self.groove_distance * math.cos(self.contact_angle) - self.gap
 
     @property
@@ -260,7 +272,7 @@ class BallRow(Row):
 
     @cached_property
     def contacts(self) -> tuple[PointContact, PointContact]:
-        """With the inner and the outer raceway, at the nominal contact angle."""
+        """Contacts with the inner and the outer raceway, at the nominal contact angle."""
         modulus, d, g = self.young / (1 - self.poisson**2), self.diameter, self.gamma
         inner = point_contact(2 / d / (1 - g), 2 / d - 1 / self.inner_groove, modulus)
         outer = point_contact(2 / d / (1 + g), 2 / d - 1 / self.outer_groove, modulus)
@@ -268,7 +280,6 @@ class BallRow(Row):
 
     @property
     def stiffness(self) -> float:
-        """c_P, N/m^(3/2)."""
         return float(sum(contact.compliance for contact in self.contacts) ** -POINT)
 
     def state(self, motion: Array, first: float = 0.0) -> RowState:
@@ -283,7 +294,7 @@ class BallRow(Row):
         gradient = (r[:, None] * radial + a[:, None] * axial) / distance[:, None]
         loads = self.stiffness * closing**POINT
         slopes = POINT * self.stiffness * np.sqrt(closing)
-        across = loads / distance  # by the turning of the contact lines
+        across = loads / distance  # geometric stiffness: contact lines change direction
         tangent = gradient.T * (slopes - across) @ gradient
         for part, share in ((radial, across), (axial, across * (a != 0))):
             tangent += part.T * share @ part
@@ -297,11 +308,16 @@ class BallRow(Row):
 def standard_drops(
     diameter: float, length: float, contact_angle: float = 0.0, laminae: int = 30
 ) -> tuple[float, ...]:
-    """P_k (n_s,), m, of the logarithmic profile of ISO/TS 16281:2008 for a roller of D_we and L_we.
+    """Drops P_k (laminae,) of the logarithmic profile of ISO/TS 16281:2008, m.
 
-    0.00035 D_we ln 1/(1 − (2x/L)²) of cylindrical rollers up to L = 2.5 D_we (0.00045 of tapered
-    ones); longer ones are straight but for lengths of 1.25 D_we at both ends, where it is
-    0.0005 D_we ln 1/(1 − ((2|x| − L + 2.5 D_we)/(2.5 D_we))²).
+    diameter: D_we, m; length: L_we, m; contact_angle: rad, zero for cylindrical rollers. With
+    x along the roller from its middle,
+
+        P = 0.00035 D_we ln 1/(1 − (2x/L)²)    cylindrical rollers, L <= 2.5 D_we
+        P = 0.00045 D_we ln 1/(1 − (2x/L)²)    tapered rollers
+        P = 0.0005 D_we ln 1/(1 − ((2|x| − L + 2.5 D_we)/(2.5 D_we))²)    longer cylindrical rollers
+
+    where the last is zero but for lengths of 1.25 D_we at both ends.
     """
     x = np.abs((2 * np.arange(laminae) + 1) / laminae - 1)  # 2|x_k|/L
     if contact_angle:

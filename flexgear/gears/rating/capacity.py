@@ -1,6 +1,6 @@
-"""Load capacity of flanks and tooth roots: the factors of ISO 6336.
+"""Load capacity of flanks and tooth roots by ISO 6336.
 
-Load capacity of flanks (pitting), ISO 6336-2 method B.
+Flanks (pitting), ISO 6336-2 method B:
 
     σ_H0 = Z_H Z_E Z_ε Z_β √(F_t/(d_1 b) (u ± 1)/u)         minus: internal
     σ_H = Z_B σ_H0 √(K_A K_γ K_v K_Hβ K_Hα)                  wheel: Z_D
@@ -8,42 +8,42 @@ Load capacity of flanks (pitting), ISO 6336-2 method B.
 
     Z_H = √(2 cos β_b cos α_wt/(cos² α_t sin α_wt)),  Z_E = √(E/(2π (1 − ν²)))
     Z_ε² of ``nominal_stress``,  Z_β = 1/√cos β
-    M = √(ρ_C1 ρ_C2/(ρ_1 ρ_2)) at the inner point of single contact of the gear;
-    Z_B, Z_D = M of spur gears, M − ε_β (M − √f_ZCa) of helical ones, √f_ZCa where ε_β ≥ 1; at
-               least 1; f_ZCa = 1 (2006) or for the profile modification (2019)
+    M = √(ρ_C1 ρ_C2/(ρ_1 ρ_2)) at the inner point of single pair contact of the gear;
+    Z_B, Z_D = M for spur gears, M − ε_β (M − √f_ZCa) for helical ones, √f_ZCa if ε_β ≥ 1; at
+               least 1; f_ZCa = 1 (2006), or by profile modification (2019)
 
     C_ZL = 0.83 + 0.08 (σ_Hlim − 850)/350,  850 ≤ σ_Hlim ≤ 1200 N/mm², of the softer gear
     Z_L = C_ZL + 4 (1 − C_ZL)/(1.2 + 134/ν_40)²                            ν_40 mm²/s
     Z_v = C_Zv + 2 (1 − C_Zv)/√(0.8 + 32/v),  C_Zv = C_ZL + 0.02           v m/s
     Z_R = (3/R_z10)^{C_ZR},  R_z10 = (R_z1 + R_z2)/2 (10/ρ_red)^{1/3},  C_ZR = 0.32 − σ_Hlim/5000
-    Z_W = (1.2 − (HB − 130)/1700) (3/R_zH)^0.15 of a through-hardened gear beside a surface-hardened
-          one, 130 ≤ HB ≤ 470,  R_zH = R_z (10/ρ_red)^0.33 (R_z/R_z,soft)^0.66/(v ν_40/1500)^0.33,
-          3 ≤ R_zH ≤ 16, R_z of the hard gear; 1 + A (u − 1) of a through-hardened wheel beside a
+    Z_W = (1.2 − (HB − 130)/1700) (3/R_zH)^0.15 for a through-hardened gear with a surface-hardened
+          mate, 130 ≤ HB ≤ 470,  R_zH = R_z (10/ρ_red)^0.33 (R_z/R_z,soft)^0.66/(v ν_40/1500)^0.33,
+          3 ≤ R_zH ≤ 16, R_z of the hard gear; 1 + A (u − 1) for a through-hardened wheel with a
           harder such pinion, A = 0.00898 HB_1/HB_2 − 0.00829 for 1.2 ≤ HB_1/HB_2 ≤ 1.7, u ≤ 20
     Z_X = 1
 
-Lengths in µm and mm there. Source: ISO 6336-2:2006, clauses 5 to 14, with the Z_β of its
-corrigendum of 2008, which ISO/TR 6336-30:2017 takes; f_ZCa by manuals of gear programs. A ring has
-M = 1. From ε_α = 2 on the standard rates other points than these. Static stress has Z_L = Z_v = Z_R
-= 1 and Z_W = 1.05 − (HB − 130)/6800, 1 between through-hardened gears.
+with roughness in µm, lengths in mm. Source: ISO 6336-2:2006, clauses 5 to 14, with Z_β of the
+corrigendum of 2008, as in ISO/TR 6336-30:2017; f_ZCa by manuals of gear programs. A ring has M = 1.
+For ε_α ≥ 2 the standard rates other points. Static strength has Z_L = Z_v = Z_R = 1 and
+Z_W = 1.05 − (HB − 130)/6800, 1 between through-hardened gears.
 
-Load capacity of tooth roots (bending), ISO 6336-3 method B.
+Tooth roots (bending), ISO 6336-3 method B:
 
     σ_F0 = F_t/(b m_n) Y_F Y_S Y_β Y_B Y_DT        Y_F with f_ε (2019), see ``nominal_stress``
     σ_F = σ_F0 K_A K_γ K_v K_Fβ K_Fα
     σ_FG = σ_Flim Y_ST Y_NT Y_δrelT Y_RrelT Y_X Y_M,  σ_FP = σ_FG/S_Fmin,  S_F = σ_FG/σ_F
 
     Y_ST = 2
-    Y_DT = 1, 2.366 − 0.666 ε_αn for 2.05 < ε_αn ≤ 2.5 and 0.7 above, of grades up to 4
+    Y_DT = 1; for grades up to 4 2.366 − 0.666 ε_αn if 2.05 < ε_αn ≤ 2.5, and 0.7 above
     Y_δrelT = (1 + √(ρ' χ*))/(1 + √(1.2 ρ')),  χ* = (1 + 2 q_s)/5,  ρ' mm of the steel
     Y_M = 1/(1 − R (1 − M)/(1 + M)),  R = −1.2 times the lower over the higher of two opposite loads
 
-Static stress has Y_RrelT = Y_X = 1, Y_δrelT = 0.44 Y_S + 0.12 (case- and induction-hardened),
+Static strength has Y_RrelT = Y_X = 1, Y_δrelT = 0.44 Y_S + 0.12 (case- and induction-hardened),
 0.20 Y_S + 0.60 (nitrided) or (1 + 0.82 (Y_S − 1) t)/(1 + 0.82 t), t = (300/σ_0.2)^{1/4} (through-
-hardened), and the M of its own. Source: ISO 6336-3:2006, clauses 5 and 9 to 15, annex B for Y_M.
-Beside it the fillet yields under a static load at σ_F = σ_0.2, where that is stated.
+hardened), and another M. Source: ISO 6336-3:2006, clauses 5 and 9 to 15, annex B for Y_M. If the
+case gives σ_0.2, static load is also checked against yield of the fillet, σ_F = σ_0.2.
 
-What is not known leaves a ``LimitState`` without a curve, and its ``missing`` names the key.
+If data are missing, a ``LimitState`` has no curve, and ``missing`` names the key.
 """
 
 from __future__ import annotations
@@ -73,10 +73,10 @@ from flexgear.gears.rating.steels import (
 HB_OVER_HV = 0.95  # ISO 18265, unalloyed and low-alloy steels
 STRESS_CORRECTION = 2.0  # Y_ST of the test gears
 TEST_NOTCH = 1.2  # χ*_T of q_s = 2.5
-FINE = 4  # coarsest accuracy grade with Y_DT below 1
-SENSE = 1.2  # of the stress under the other flank's load
+FINE_GRADE = 4  # coarsest accuracy grade with Y_DT below 1
+REVERSED_STRESS = 1.2  # −R of equal loads on both flanks
 Limit = Literal["flank", "root"]
-STATED = {  # keys of a gear's rating by symbol
+RATING_KEYS = {  # key of a gear's rating by symbol
     "σ_Hlim": "flank_strength", "σ_Flim": "root_strength", "Y_B": "rim_factor",
     "Y_M": "mean_stress_ratio",
 }  # fmt: skip
@@ -88,11 +88,13 @@ LOAD_FACTORS: dict[Limit, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class LimitState:
-    """Flank ("H") or root ("F") of one gear under one load. factors: all that do not depend on
-    cycles, but for load factors; curve: σ_HG or σ_FG over cycles, Pa, None where ``missing`` names
-    the key that it lacks, in the gear's section ``rating`` (of its mate "planet.flank_rz_um") or
-    "lubricant"; reference: σ_G with a
-    life factor of 1, Pa; yield_strength: σ_0.2 of a root, Pa, where it is stated."""
+    """Flank ("H") or root ("F") of one gear under one load.
+
+    factors: lines that do not depend on cycles, without load factors; curve: σ_HG or σ_FG over
+    cycles, Pa, None if data are missing; reference: σ_G with a life factor of 1, Pa; missing: key
+    of the gear's section ``rating``, or "planet.flank_rz_um" of its mate, or "lubricant";
+    yield_strength: σ_0.2 of a root, Pa, if the case gives it.
+    """
 
     letter: str
     factors: Sheet
@@ -103,64 +105,65 @@ class LimitState:
 
     @property
     def stress(self) -> float:
-        """σ_H or σ_F, Pa."""
+        """Stress σ_H or σ_F, Pa."""
         return 1e6 * self.factors[f"σ_{self.letter}"].value
 
     @property
     def least_safety(self) -> float:
-        """S_Hmin or S_Fmin."""
+        """Required safety S_Hmin or S_Fmin."""
         return self.factors[f"S_{self.letter}min"].value
 
     def safety(self, cycles: float) -> float:
-        """S_H or S_F under this load alone; ∞ without load, NaN where it is not assessed."""
+        """Safety S_H or S_F under this load alone; ∞ without load, NaN if data are missing."""
         if self.curve is None:
             return math.nan
         return self.curve.stress_at(cycles) / self.stress if self.stress else math.inf
 
     def sheet(self, cycles: float) -> Sheet:
-        """``factors``, and N_L, Z_NT or Y_NT, permissible stress and safety; of a root under so few
-        cycles that the load is static that against yield, too."""
+        """Lines of ``factors``, N_L, life factor, permissible stress and safety; of a root under
+        static load also safety against yield."""
         if self.curve is None:
             return self.factors
         strength, letter = self.curve.stress_at(cycles), self.letter
-        last = {
+        values = {
             "N_L": cycles,
             "Z_NT" if letter == "H" else "Y_NT": strength / self.reference,
             f"σ_{letter}P": strength / self.least_safety / 1e6,
             f"S_{letter}": self.safety(cycles),
         }
         if self.yield_strength is not None and self.stress and cycles <= self.curve.cycles[0]:
-            yields = self.yield_strength
-            last |= {"σ_0.2": yields / 1e6, "S_0.2": yields / self.stress}
-        return {**self.factors, **sheet_of(last)}
+            safety = self.yield_strength / self.stress
+            values |= {"σ_0.2": self.yield_strength / 1e6, "S_0.2": safety}
+        return {**self.factors, **sheet_of(values)}
 
 
 def rate(
     pair: GearPair, load: PairLoad, load_factors: Mapping[str, float]
 ) -> dict[tuple[str, Limit], LimitState]:
-    """Flank and root of both gears, by part; load_factors: K_A … K_Fα, 1 where left out."""
+    """Limit states of flank and root of both gears, by part; load_factors: K_A … K_Fα by symbol,
+    1 if left out."""
     states: dict[tuple[str, Limit], LimitState] = {}
     for part, gear in pair.gears.items():
         product = {
             limit: math.prod(load_factors.get(symbol, 1.0) for symbol in symbols)
             for limit, symbols in LOAD_FACTORS.items()
         }
-        states[part, "flank"] = _keyed(_flank(pair, gear, load, product["flank"]), gear)
-        states[part, "root"] = _keyed(_root(pair, gear, load, product["root"]), gear)
+        states[part, "flank"] = _with_keys(_flank(pair, gear, load, product["flank"]), gear)
+        states[part, "root"] = _with_keys(_root(pair, gear, load, product["root"]), gear)
     return states
 
 
-def _keyed(state: LimitState, gear: RatedGear) -> LimitState:
-    """The state, with keys as sources of what the gear's rating states."""
+def _with_keys(state: LimitState, gear: RatedGear) -> LimitState:
+    """Limit state whose sources name the keys of values that the case gives."""
     lines = dict(state.factors)
-    for symbol, key in STATED.items():
+    for symbol, key in RATING_KEYS.items():
         if symbol in lines and getattr(gear.data, key) is not None:
             lines[symbol] = replace(lines[symbol], source=f"key {key}")
     return replace(state, factors=lines)
 
 
-def _of_load(pair: GearPair, load: PairLoad) -> dict[str, Factor]:
-    """Lines that flank and root begin with."""
+def _load_lines(pair: GearPair, load: PairLoad) -> dict[str, Factor]:
+    """First lines of flank and root: load and contact ratios."""
     ratios = pair.geometry.transverse_contact_ratio, pair.geometry.overlap_ratio
     symbols = ("F_t", "v", "ε_α", "ε_β")
     values = (load.tangential_force, load.velocity, *ratios)
@@ -168,25 +171,23 @@ def _of_load(pair: GearPair, load: PairLoad) -> dict[str, Factor]:
 
 
 def _flank(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> LimitState:
-    """product: of load factors."""
+    """Limit state of a flank; product: of load factors."""
     rules, stage, steel = pair.rules, pair.stage, pair.material
     working = pair.geometry.working_angle
-    above = 2.0 * math.cos(pair.base_helix_angle) * math.cos(working) / math.sin(working)
+    zone = 2.0 * math.cos(pair.base_helix_angle) * math.cos(working) / math.sin(working)
     elastic = steel.young_modulus / (2.0 * math.pi * (1.0 - steel.poisson_ratio**2))
-    of_pair = {
-        "Z_H": math.sqrt(above) / math.cos(pair.transverse_angle),
+    pair_factors = {
+        "Z_H": math.sqrt(zone) / math.cos(pair.transverse_angle),
         "Z_E": math.sqrt(elastic) / 1e3,
         "Z_ε": math.sqrt(flank_load_share(pair.geometry)),
         "Z_β": 1.0 / math.sqrt(math.cos(stage.helix_angle)),
     }
     u = pair.wheel.teeth / pair.pinion.teeth
     line = load.tangential_force / (pair.pinion.reference_diameter * stage.face_width)
-    nominal = (
-        math.prod(of_pair.values())
-        * math.sqrt(line * (u + (-1.0 if pair.internal else 1.0)) / u)
-        / 1e3
-    )
-    lines = _of_load(pair, load) | sheet_of({"ρ_red": 1e3 * pair.relative_curvature, **of_pair})
+    line *= (u - 1.0 if pair.internal else u + 1.0) / u
+    nominal = math.prod(pair_factors.values()) * math.sqrt(line) / 1e3
+    lines = _load_lines(pair, load)
+    lines |= sheet_of({"ρ_red": 1e3 * pair.relative_curvature, **pair_factors})
     if rules.edition != 2006 and stage.helix_angle:
         source = "assumed" if rules.profile_modification_factor is None else ""
         lines["f_ZCa"] = factor("f_ZCa", _profile_modification(pair), source)
@@ -207,64 +208,64 @@ def _flank(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> L
 
 
 def _profile_modification(pair: GearPair) -> float:
-    """f_ZCa."""
+    """Profile modification factor f_ZCa."""
     stated = pair.rules.profile_modification_factor
     return 1.0 if stated is None or pair.rules.edition == 2006 else stated
 
 
 def single_pair_factor(pair: GearPair, part: str) -> float:
-    """Z_B, or Z_D of the wheel."""
+    """Single pair tooth contact factor of a gear: Z_B of the pinion, Z_D of the wheel."""
     gear_mesh, ratio = pair.geometry, 1.0
     overlap = min(gear_mesh.overlap_ratio, 1.0)
     if overlap < 1.0 and not pair.gears[part].tooth.internal:
         inner = gear_mesh.s_hi - gear_mesh.base_pitch
         if part != "planet":
             inner = gear_mesh.s_lo + gear_mesh.base_pitch
-        flat = steep = 1.0
-        for each in pair.gears:
-            flat *= pair.curvature(each)
-            steep *= pair.curvature(each, inner - pair.gears["planet"].roll_length)
-        if steep <= 0.0:
+        place = inner - pair.gears["planet"].roll_length
+        at_pitch_point = math.prod(pair.curvature(name) for name in pair.gears)
+        at_inner = math.prod(pair.curvature(name, place) for name in pair.gears)
+        if at_inner <= 0.0:
             return math.inf
-        ratio = math.sqrt(flat / steep)
+        ratio = math.sqrt(at_pitch_point / at_inner)
     return max(1.0, ratio - overlap * (ratio - math.sqrt(_profile_modification(pair))))
 
 
 def _flank_strength(pair: GearPair, gear: RatedGear, load: PairLoad) -> dict[str, float] | str:
-    """σ_Hlim, MPa, and its factors, or the key that is missing."""
+    """σ_Hlim, MPa, and its factors, or the name of the missing key."""
     if gear.data.steel is None or isinstance(gear.flank_strength, str):
         return "steel" if gear.data.steel is None else str(gear.flank_strength)
     if pair.viscosity is None:
         return "lubricant"
-    peaks = {part: g.data.flank_roughness for part, g in pair.gears.items()}
-    rough = [rz for rz in peaks.values() if rz is not None]
-    if len(rough) < len(peaks):
-        mate = next(part for part, rz in peaks.items() if rz is None)
-        return "flank_rz_um" if peaks[gear.part] is None else f"{mate}.flank_rz_um"
+    by_part = {part: g.data.flank_roughness for part, g in pair.gears.items()}
+    roughness = [rz for rz in by_part.values() if rz is not None]
+    if len(roughness) < len(by_part):
+        mate = next(part for part, rz in by_part.items() if rz is None)
+        return "flank_rz_um" if by_part[gear.part] is None else f"{mate}.flank_rz_um"
     hardening = _work_hardening(pair, gear, load)
     if isinstance(hardening, str):
         return hardening
     softer = 1200.0
-    for part, each in pair.gears.items():
-        if isinstance(each.flank_strength, str):
-            return f"{part}.{each.flank_strength}"
-        softer = min(max(each.flank_strength / 1e6, 850.0), softer)
-    oil = 0.83 + 0.08 * (softer - 850.0) / 350.0  # C_ZL
-    speed, relative = oil + 0.02, 1e6 * sum(rough) / 2.0  # C_Zv
-    relative *= (10.0 / (1e3 * pair.relative_curvature)) ** (1.0 / 3.0)
+    for part, other in pair.gears.items():
+        if isinstance(other.flank_strength, str):
+            return f"{part}.{other.flank_strength}"
+        softer = min(max(other.flank_strength / 1e6, 850.0), softer)
+    c_zl = 0.83 + 0.08 * (softer - 850.0) / 350.0
+    c_zv = c_zl + 0.02
+    r_z10 = 1e6 * sum(roughness) / 2.0
+    r_z10 *= (10.0 / (1e3 * pair.relative_curvature)) ** (1.0 / 3.0)
     film = 0.0 if load.velocity == 0.0 else 1.0 / math.sqrt(0.8 + 32.0 / load.velocity)
     return {
         "σ_Hlim": gear.flank_strength / 1e6,
-        "Z_L": oil + 4.0 * (1.0 - oil) / (1.2 + 134.0 / (1e6 * pair.viscosity)) ** 2,
-        "Z_v": speed + 2.0 * (1.0 - speed) * film,
-        "Z_R": (3.0 / relative) ** (0.32 - softer / 5000.0),
+        "Z_L": c_zl + 4.0 * (1.0 - c_zl) / (1.2 + 134.0 / (1e6 * pair.viscosity)) ** 2,
+        "Z_v": c_zv + 2.0 * (1.0 - c_zv) * film,
+        "Z_R": (3.0 / r_z10) ** (0.32 - softer / 5000.0),
         "Z_W": hardening,
         "Z_X": 1.0,
     }
 
 
 def _work_hardening(pair: GearPair, gear: RatedGear, load: PairLoad) -> float | str:
-    """Z_W, or the key that is missing."""
+    """Work hardening factor Z_W, or the name of the missing key."""
     mate = next(g for g in pair.gears.values() if g is not gear)
     if gear.data.steel not in THROUGH_HARDENED:
         return 1.0
@@ -274,15 +275,15 @@ def _work_hardening(pair: GearPair, gear: RatedGear, load: PairLoad) -> float | 
     if mate.data.steel in SURFACE_HARDENED:
         hard, soft = mate.data.flank_roughness, gear.data.flank_roughness
         assert hard is not None and soft is not None and pair.viscosity is not None
-        rough = 1e6 * hard * (0.01 / pair.relative_curvature) ** 0.33 * (hard / soft) ** 0.66
+        r_zh = 1e6 * hard * (0.01 / pair.relative_curvature) ** 0.33 * (hard / soft) ** 0.66
         film = (max(load.velocity, 1e-9) * 1e6 * pair.viscosity / 1500.0) ** 0.33
-        rough = min(max(rough / film, 3.0), 16.0)
+        r_zh = min(max(r_zh / film, 3.0), 16.0)
         hardness = min(max(brinell, 130.0), 470.0)
-        return float((1.2 - (hardness - 130.0) / 1700.0) * (3.0 / rough) ** 0.15)
-    harder = mate.data.vickers_hardness
-    if gear is not pair.wheel or mate.data.steel not in THROUGH_HARDENED or harder is None:
+        return float((1.2 - (hardness - 130.0) / 1700.0) * (3.0 / r_zh) ** 0.15)
+    pinion_hardness = mate.data.vickers_hardness
+    if gear is not pair.wheel or mate.data.steel not in THROUGH_HARDENED or pinion_hardness is None:
         return 1.0
-    ratio = HB_OVER_HV * harder / brinell
+    ratio = HB_OVER_HV * pinion_hardness / brinell
     if ratio < 1.2:
         return 1.0
     teeth = min(pair.wheel.teeth / pair.pinion.teeth, 20.0)
@@ -290,7 +291,7 @@ def _work_hardening(pair: GearPair, gear: RatedGear, load: PairLoad) -> float | 
 
 
 def _static_hardening(pair: GearPair, gear: RatedGear) -> float:
-    """Z_W of static stress."""
+    """Work hardening factor Z_W of static strength."""
     hard = any(g.data.steel in SURFACE_HARDENED for g in pair.gears.values())
     hardness = gear.data.vickers_hardness
     if gear.data.steel not in THROUGH_HARDENED or not hard or hardness is None:
@@ -299,7 +300,7 @@ def _static_hardening(pair: GearPair, gear: RatedGear) -> float:
 
 
 def _root(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> LimitState:
-    """product: of load factors; Y_B counts as 1 where the rim is not known."""
+    """Limit state of a root; product: of load factors; Y_B is 1 if the rim is unknown."""
     rules, stage, geometry = pair.rules, pair.stage, pair.geometry
     share = contact_line_factor(geometry, pair.base_helix_angle, rules.edition)
     factors = {
@@ -313,16 +314,16 @@ def _root(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> Li
     nominal = load.tangential_force / (1e6 * gear.face_width * stage.normal_module)
     nominal *= math.prod(factors.values())
     stresses = {"σ_F0": nominal, "σ_F": nominal * product}
-    module, of_tooth = stage.normal_module, gear.root
+    module = stage.normal_module
     form = {
         "b": 1e3 * gear.face_width,
         "ε_αn": geometry.transverse_contact_ratio / math.cos(pair.base_helix_angle) ** 2,
-        "h_Fe/m_n": of_tooth.lever / module,
-        "s_Fn/m_n": of_tooth.section.thickness / module,
-        "ρ_F/m_n": of_tooth.section.fillet_radius / module,
-        "α_Fen": math.degrees(of_tooth.load_angle),
+        "h_Fe/m_n": gear.root.lever / module,
+        "s_Fn/m_n": gear.root.section.thickness / module,
+        "ρ_F/m_n": gear.root.section.fillet_radius / module,
+        "α_Fen": math.degrees(gear.root.load_angle),
     }
-    lines = _of_load(pair, load) | sheet_of(form | factors | stresses)
+    lines = _load_lines(pair, load) | sheet_of(form | factors | stresses)
     strength = _root_strength(pair, gear)
     if isinstance(strength, str) or gear.data.steel is None:
         return _state("F", pair, lines, strength)
@@ -334,16 +335,16 @@ def _root(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> Li
 
 
 def _deep_tooth(pair: GearPair) -> float:
-    """Y_DT."""
+    """Deep tooth factor Y_DT."""
     ratio = pair.geometry.transverse_contact_ratio / math.cos(pair.base_helix_angle) ** 2
     grades = [gear.data.accuracy_grade for gear in pair.gears.values()]
-    if ratio <= 2.05 or any(grade is None or grade > FINE for grade in grades):
+    if ratio <= 2.05 or any(grade is None or grade > FINE_GRADE for grade in grades):
         return 1.0
     return 2.366 - 0.666 * ratio if ratio <= 2.5 else 0.7
 
 
 def _root_strength(pair: GearPair, gear: RatedGear) -> dict[str, float] | str:
-    """σ_Flim, MPa, and its factors, or the key that is missing."""
+    """σ_Flim, MPa, and its factors, or the name of the missing key."""
     data = gear.data
     if data.steel is None or isinstance(gear.root_strength, str):
         return "steel" if data.steel is None else str(gear.root_strength)
@@ -365,23 +366,24 @@ def _root_strength(pair: GearPair, gear: RatedGear) -> dict[str, float] | str:
 
 
 def _static_notch(gear: RatedGear) -> float:
-    """Y_δrelT of static stress."""
-    notch, yields = gear.root.notch_factor, gear.data.yield_strength
+    """Relative notch sensitivity factor Y_δrelT of static strength."""
+    notch, yield_strength = gear.root.notch_factor, gear.data.yield_strength
     if gear.data.steel in THROUGH_HARDENED:
-        assert yields is not None
-        share = 0.82 * (3e8 / yields) ** 0.25
-        return (1.0 + share * (notch - 1.0)) / (1.0 + share)
+        assert yield_strength is not None
+        t = 0.82 * (3e8 / yield_strength) ** 0.25
+        return (1.0 + t * (notch - 1.0)) / (1.0 + t)
     return 0.20 * notch + 0.60 if gear.data.steel in NITRIDED else 0.44 * notch + 0.12
 
 
 def _mean_stress_factor(gear: RatedGear, static: bool = False) -> float:
-    """Y_M; static: of static stress."""
-    return 1.0 / (1.0 + SENSE * mean_stress_influence(gear, static)) if gear.reversed else 1.0
+    """Mean stress factor Y_M, of endurance or static strength."""
+    reversed_stress = REVERSED_STRESS if gear.reversed else 0.0
+    return 1.0 / (1.0 + reversed_stress * mean_stress_influence(gear, static))
 
 
 def mean_stress_influence(gear: RatedGear, static: bool = False) -> float:
-    """(1 − M)/(1 + M) of a gear whose steel is known, with the M that the case states or that of
-    endurance or static stress."""
+    """(1 − M)/(1 + M) of a gear with a steel, with M of the case, or of endurance or static
+    strength."""
     ratio = gear.data.mean_stress_ratio
     if ratio is None:
         assert gear.data.steel is not None
@@ -393,17 +395,18 @@ def _state(
     letter: str, pair: GearPair, lines: dict[str, Factor], strength: dict[str, float] | str,
     knees: Knees = (), static: float = 0.0,
 ) -> LimitState:  # fmt: skip
-    """Limit state with its life curve: σ_lim times all its factors times the life factor;
-    ``static`` (MPa) times it at the first knee, but not below the later ones."""
+    """Limit state with its life curve. The curve is σ_lim times its factors ``strength`` times the
+    life factor at ``knees``; at the first knee ``static``, MPa, times the life factor, but not
+    below the second knee. strength may be the name of the missing key."""
     rules = pair.rules
-    least = rules.least("flank_safety" if letter == "H" else "root_safety")
-    last = {f"S_{letter}min": least}
+    safety = rules.least("flank_safety" if letter == "H" else "root_safety")
+    required = {f"S_{letter}min": safety}
     if isinstance(strength, str):
-        return LimitState(letter, {**lines, **sheet_of(last)}, missing=strength)
+        return LimitState(letter, {**lines, **sheet_of(required)}, missing=strength)
     reference = math.prod(strength.values())
     first = reference if rules.static_factors == "constant" else static
     stresses = [1e6 * reference * life for _, life in knees]
     stresses[0] = max(1e6 * first * knees[0][1], stresses[1])
     curve = LifeCurve(tuple(n for n, _ in knees), tuple(stresses))
-    lines = {**lines, **sheet_of(strength | last)}
+    lines = {**lines, **sheet_of(strength | required)}
     return LimitState(letter, lines, curve, 1e6 * reference)

@@ -1,15 +1,15 @@
-"""Two gears in mesh as ISO 6336 sees them: what does not depend on the load.
+"""Gear pairs of ISO 6336: data that do not depend on the load, nominal load, load cycles.
 
 F_t acts at the reference circle of one gear mesh of one planet (and of one half of a double-helical
-stage); a gear's two gear meshes are rated one by one. Gears are named as everywhere, "sun",
-"planet" and "ring", pinion and gear of a parallel stage in the first two places.
+stage); both gear meshes of a planet are rated separately. Gears are "sun", "planet" and "ring"; the
+pinion of a parallel stage counts as "sun" and its gear as "planet".
 
-Load cycles of flanks and roots: turns seen from what loads them.
+Load cycles per second of flanks and roots, for N planets:
 
     sun N |ω_s − ω_c|/2π,  ring N |ω_c − ω_r|/2π,  each flank of a planet |ω_p − ω_c|/2π
 
-for N planets. A planet's root is loaded once a turn in either sense: one full alternation, not two
-cycles. In a parallel stage pinion and gear are loaded once a turn.
+The root of a planet is loaded once a turn in both directions: one full alternation, not two cycles.
+In a parallel stage pinion and gear are loaded once a turn.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PairLoad:
-    """tangential_force: F_t of one gear mesh at the reference circle, N; velocity: of the pitch
-    line (reference circle) relative to the carrier, m/s; both ≥ 0."""
+    """Nominal load of a gear pair. tangential_force: F_t of one gear mesh at the reference circle,
+    N; velocity: of the reference circle relative to the carrier, m/s; both ≥ 0."""
 
     tangential_force: float
     velocity: float
@@ -51,12 +51,14 @@ class PairLoad:
 
 @dataclass(frozen=True)
 class RatedGear:
-    """One gear of a rated pair. root: nominal root stress under F_t = 1 N and its factors;
-    flank_strength, root_strength: σ_Hlim, σ_Flim, Pa, or the missing key; rim_factor: Y_B, None
-    where the rim is not known; inertia: J per face width, kg m; turns: whether it rotates about its
-    axis; face_width: that its root bears with, m; reversed: whether its roots are loaded in both
-    senses; relief: C_αa + C_αf of the flank in this gear mesh, m; roll_length: at the pitch point,
-    m."""
+    """One gear of a rated pair.
+
+    root: nominal root stress under F_t = 1 N and its factors; flank_strength, root_strength:
+    σ_Hlim, σ_Flim, Pa, or the name of the missing key; rim_factor: Y_B, None if the rim is unknown;
+    inertia: J per face width, kg m; turns: whether it rotates about its axis; face_width: effective
+    for the root, m; reversed: whether roots are loaded in both directions; relief: C_αa + C_αf of
+    the flank in this gear mesh, m; roll_length: at the pitch point, m.
+    """
 
     part: str
     name: str
@@ -76,21 +78,23 @@ class RatedGear:
 
     @property
     def reference_diameter(self) -> float:
-        """d, m."""
+        """Reference diameter d, m."""
         return 2.0 * self.tooth.reference_radius
 
     @property
     def tooth_height(self) -> float:
-        """h, from root to tip circle, m."""
+        """Tooth height h from root to tip circle, m."""
         return abs(self.tooth.tip_radius - self.tooth.root_radius)
 
 
 @dataclass(frozen=True)
 class GearPair:
-    """A gear mesh "sun" or "ring" of a stage. gears: by part, "planet" and the role; the smaller
-    one first, the pinion of ISO 6336. theoretical_stiffness, single_stiffness: c'_th, c' at high
-    loads, N/m² along the transverse line of action, with z_n = z/(cos² β_b cos β) as in ISO/TR
-    6336-30; viscosity: ν_40, m²/s; rules: of the case."""
+    """Gear mesh "sun" or "ring" of a stage for rating.
+
+    gears: by part, "planet" and the role, the smaller gear (pinion of ISO 6336) first;
+    theoretical_stiffness, single_stiffness: c'_th, c' at high loads, N/m² along the transverse line
+    of action, with z_n = z/(cos² β_b cos β) as in ISO/TR 6336-30; viscosity: ν_40, m²/s.
+    """
 
     role: str
     gears: Mapping[str, RatedGear]
@@ -121,50 +125,47 @@ class GearPair:
 
     @property
     def pitch(self) -> float:
-        """p_t of the reference circles, m."""
+        """Transverse pitch p_t at the reference circle, m."""
         return math.pi * self.stage.normal_module / math.cos(self.stage.helix_angle)
 
     @property
     def gear_mesh_stiffness(self) -> float:
-        """c_γα at high loads, N/m²; ISO 6336-1:2006, 9.3."""
+        """Gear-mesh stiffness c_γα at high loads, N/m²; ISO 6336-1:2006, 9.3."""
         return self.single_stiffness * (0.75 * self.geometry.transverse_contact_ratio + 0.25)
 
-    @property
-    def face_stiffness(self) -> float:
-        """c_γβ, N/m²; ISO 6336-1:2006, 9.3."""
-        return 0.85 * self.gear_mesh_stiffness
-
     def curvature(self, part: str, place: float = 0.0) -> float:
-        """Radius of curvature of a flank in the transverse section at the pitch point, or on the
-        path of contact at ``place`` from there towards the planet's tip, m."""
+        """Radius of curvature of a flank in transverse section, m. place: distance from the pitch
+        point along the path of contact, towards the planet's tip, m."""
         gear = self.gears[part]
         sign = 1.0 if part == "planet" or self.internal else -1.0
         return gear.roll_length + sign * place
 
     @property
     def relative_curvature(self) -> float:
-        """ρ_red at the pitch point, transverse, m; ISO 6336-2:2006, 12.3."""
+        """Radius of relative curvature ρ_red at the pitch point, transverse, m; ISO 6336-2:2006,
+        12.3."""
         return self.relative_curvature_at(0.0)
 
     def relative_curvature_at(self, place: float) -> float:
-        """ρ_red on the path of contact, transverse, m; place as of ``curvature``."""
+        """Radius of relative curvature on the path of contact, transverse, m; place as in
+        ``curvature``."""
         small, large = (self.curvature(part, place) for part in self.gears)
         return small * large / (large - small if self.internal else large + small)
 
 
 def gear_pair(view: StageView, g: StageGeometry, role: str) -> GearPair:
-    """The gear mesh "sun" or "ring" of a stage; Y_B is 1 for rims of flexible FE bodies. InputError
-    where base diameters or working angles are given, which do not define tooth roots."""
+    """Gear pair of the gear mesh "sun" or "ring" of a stage. Raises InputError where the case gives
+    base diameters or working angles, which do not define tooth roots."""
     stage = view.stage
     if g.overridden:
         raise view.refuse(
             view.part(role),
-            "cannot be rated beside base diameters or working angles that the case states",
-            "take these out, so that teeth are those of module, tooth numbers and profile shifts",
+            "cannot be rated, as the case gives base diameters or working angles",
+            "take these out, so that teeth follow from module, tooth numbers and profile shifts",
         )
     (first, second), (shift, other) = iso_numbers(view, role)
     large = math.inf if role == "ring" else virtual_teeth(second, stage)
-    if role == "ring":  # ∞ is put in place of z_n2 alone
+    if role == "ring":  # unlike ``iso_numbers``, with the shift of the ring (ISO/TR 6336-30)
         other = gears_by_role(stage)["ring"].profile_shift
     theoretical = iso_theoretical_stiffness((virtual_teeth(first, stage), large), (shift, other))
     parts = sorted(("planet", role), key=lambda part: g.gears[part].teeth)
@@ -185,6 +186,7 @@ def gear_pair(view: StageView, g: StageGeometry, role: str) -> GearPair:
 
 
 def _gear(view: StageView, g: StageGeometry, role: str, part: str) -> RatedGear:
+    """Gear ``part`` of the pair ``role``; Y_B is 1 for the rim of a flexible FE body."""
     stage, tooth, gear_mesh = view.stage, g.gears[part], g.gear_meshes[role]
     member, name = gears_by_role(stage)[part], view.part(part)
     unit = 1.0 / (math.cos(base_helix_angle(stage)) * math.cos(transverse_angle(stage)))
@@ -219,8 +221,8 @@ def _gear(view: StageView, g: StageGeometry, role: str, part: str) -> RatedGear:
 
 
 def _root_width(view: StageView, member: GearMember, key: str) -> float:
-    """Width that a root bears with, m: of a wider gear at most one module more at either end; ISO
-    6336-3:2006, clause 5. InputError for one narrower than its gear mesh."""
+    """Effective face width of a root, m; ISO 6336-3:2006, clause 5. At most one module more at each
+    end than the gear mesh. Raises InputError for a gear that is narrower than its gear mesh."""
     common, stated = view.stage.face_width, member.rating.face_width
     if stated is None:
         return common
@@ -231,7 +233,7 @@ def _root_width(view: StageView, member: GearMember, key: str) -> float:
 
 
 def _rim(view: StageView, part: str, tooth: ToothGeometry, member: GearMember) -> float | None:
-    """s_R, m; ∞ for a gear without bore, None where it is not known."""
+    """Rim thickness s_R, m; ∞ for a gear without bore, None if unknown."""
     if not tooth.internal:
         bore = member.bore_diameter
         return tooth.root_radius - bore / 2 if bore else math.inf
@@ -241,8 +243,9 @@ def _rim(view: StageView, part: str, tooth: ToothGeometry, member: GearMember) -
 def _rim_factor(
     member: GearMember, tooth: ToothGeometry, rim: float | None, module: float
 ) -> float | None:
-    """Y_B of ISO 6336-3: external 1.6 ln(2.242 h_t/s_R) for 0.5 < s_R/h_t < 1.2, internal 1.15
-    ln(8.324 m_n/s_R) for 1.75 < s_R/m_n < 3.5, 1 above; None of a rim thinner than that."""
+    """Rim thickness factor Y_B of ISO 6336-3, None for an unknown or thinner rim. External 1.6
+    ln(2.242 h_t/s_R) for 0.5 < s_R/h_t < 1.2, internal 1.15 ln(8.324 m_n/s_R) for 1.75 < s_R/m_n <
+    3.5, 1 above."""
     if member.rating.rim_factor is not None:
         return member.rating.rim_factor
     if rim is None:
@@ -258,27 +261,28 @@ def _rim_factor(
 
 
 def _inertia(view: StageView, tooth: ToothGeometry, member: GearMember, rim: float | None) -> float:
-    """J per face width, kg m, of a disc from its bore to the mean of tip and root circle, or of a
-    ring from there to its outer diameter; ISO 6336-1:2006, 6.4.8. ∞ for a ring of unknown rim."""
-    middle = tooth.tip_radius + tooth.root_radius  # diameter
+    """Inertia J per face width, kg m; ISO 6336-1:2006, 6.4.8. Of a disc from its bore to the mean
+    of tip and root circle, or of a ring from there to its outer diameter; ∞ for a ring of unknown
+    rim."""
+    mean_diameter = tooth.tip_radius + tooth.root_radius
     if not tooth.internal:
-        outer, inner = middle, member.bore_diameter
+        outer, inner = mean_diameter, member.bore_diameter
     elif rim is None:
         return math.inf
     else:
-        outer, inner = 2.0 * (tooth.root_radius + rim), middle
+        outer, inner = 2.0 * (tooth.root_radius + rim), mean_diameter
     return math.pi / 32.0 * view.material.density * (outer**4 - inner**4)
 
 
 def pair_load(pair: GearPair, flow: StageFlow) -> PairLoad:
-    """F_t = F_n cos β_b cos α_t and v = f p_t of the stage's power flow, equal over all planets."""
+    """Nominal load F_t = F_n cos β_b cos α_t and v = f p_t, shared equally by the planets."""
     tangential = abs(flow.gear_mesh_forces[pair.role]) * math.cos(pair.base_helix_angle)
     tangential *= math.cos(pair.transverse_angle)
     return PairLoad(tangential, flow.gear_mesh_frequency * pair.pitch)
 
 
 def load_cycles(view: StageView, flow: StageFlow) -> dict[tuple[str, str], float]:
-    """Cycles per second of flank and root by gear mesh ("sun", "ring") and part."""
+    """Load cycles per second of flank and root by gear mesh ("sun", "ring") and part."""
     turn = 2.0 * math.pi
     rates = {("sun", "sun"): abs(flow.sun_speed - flow.carrier_speed) * view.stage.planets / turn}
     rates["sun", "planet"] = abs(flow.planet_relative_speed) / turn

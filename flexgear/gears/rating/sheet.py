@@ -1,4 +1,4 @@
-"""Lines of a rating sheet: what each symbol means, its unit, and where it is from."""
+"""Lines of a rating sheet: unit, meaning and source of each symbol."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 LOADS, STEEL, KEY, TEETH = "ISO 6336-1", "ISO 6336-5:2003, table 1", "[rating]", "ISO 21771"
 COMPUTED, BEYOND = "computed, equilibria", "beyond ISO 6336"
 BASIC, ROWS, REV = "ISO 281", "ISO/TS 16281", "10⁶ rev"
-CAUSE = "direct path over norm"  # meaning of a line of the direct path that splits the difference
+CAUSE = "part of σ_direct/σ"  # of a factor that explains the difference
 SYMBOLS = {  # unit, meaning, source
     "F_t": ("N", "force at the reference circle", LOADS),
     "v": ("m/s", "speed of the pitch line", LOADS),
@@ -32,7 +32,7 @@ SYMBOLS = {  # unit, meaning, source
     "ε_β": ("", "overlap ratio", TEETH),
     "ρ_red": ("mm", "radius of relative curvature", "ISO 6336-2, clause 12"),
     "ε_αn": ("", "contact ratio of the virtual gears", "ISO 6336-3, clause 6"),
-    "b": ("mm", "face width that bears", "ISO 6336-3, clause 5"),
+    "b": ("mm", "effective face width", "ISO 6336-3, clause 5"),
     "h_Fe/m_n": ("", "lever of the load", "ISO 6336-3, clause 6"),
     "s_Fn/m_n": ("", "thickness of the critical section", "ISO 6336-3, clause 6"),
     "ρ_F/m_n": ("", "radius of the fillet there", "ISO 6336-3, clause 6"),
@@ -75,16 +75,16 @@ SYMBOLS = {  # unit, meaning, source
     "σ_FP": ("MPa", "permissible stress", "ISO 6336-3, clause 5"),
     "S_F": ("", "safety", "ISO 6336-3, clause 5"),
     "σ_0.2": ("MPa", "yield strength", "key yield_strength"),
-    "S_0.2": ("", "against yield of the fillet", "σ_0.2/σ_F"),
+    "S_0.2": ("", "safety against yield of the fillet", "σ_0.2/σ_F"),
     "S_direct": ("", "safety at the worst place", BEYOND),
     "D_direct": ("", "Miner's sum at the worst place", BEYOND),
-    "L_direct": ("h", "until that is one", BEYOND),
-    "s/g": ("", "place on the path, 0 at the planet's root", BEYOND),
-    "z/b": ("", "place along the face", BEYOND),
+    "L_direct": ("h", "life until that sum is one", BEYOND),
+    "s/g": ("", "position on the path, 0 at the planet's root", BEYOND),
+    "z/b": ("", "position along the face", BEYOND),
     "φ": ("deg", "azimuth of the tooth", BEYOND),
     "planet": ("", "number of the planet", BEYOND),
     "σ_direct": ("MPa", "largest stress", BEYOND),
-    "σ_direct/σ": ("", "over that of the norm, the product of what follows", BEYOND),
+    "σ_direct/σ": ("", "over the stress of ISO 6336, product of the following", BEYOND),
     "by form": ("", CAUSE, BEYOND),
     "by load distribution": ("", CAUSE, BEYOND),
     "by sharing between pairs": ("", CAUSE, BEYOND),
@@ -114,7 +114,7 @@ SYMBOLS = {  # unit, meaning, source
 
 @dataclass(frozen=True)
 class Factor:
-    """A line of a rating sheet; value in ``unit``."""
+    """Line of a rating sheet; value in ``unit``."""
 
     symbol: str
     value: float
@@ -127,8 +127,8 @@ Sheet = Mapping[str, Factor]  # lines by symbol, in order
 
 
 def factor(symbol: str, value: float, source: str = "", row: int = 0) -> Factor:
-    """A line of ``SYMBOLS``. source: in place of the one there; row: of a bearing, from 1, in place
-    of all: "F_1", "L_10r,1"."""
+    """Line of a symbol of ``SYMBOLS``. source: in place of the usual one; row: of a bearing, from
+    1, in place of all rows: "F_1", "L_10r,1"."""
     unit, meaning, usual = SYMBOLS[symbol]
     if row:
         meaning = meaning.replace("all rows", f"row {row}")
@@ -139,14 +139,13 @@ def factor(symbol: str, value: float, source: str = "", row: int = 0) -> Factor:
 def sheet_of(
     values: Mapping[str, float | None], source: str = "", row: int = 0
 ) -> dict[str, Factor]:
-    """Lines of ``SYMBOLS`` by symbol, but of those that are not known; source, row: as of
-    ``factor``."""
+    """Lines by symbol, without values that are None; source, row: as in ``factor``."""
     lines = [factor(s, value, source, row) for s, value in values.items() if value is not None]
     return {line.symbol: line for line in lines}
 
 
 def dated(lines: Sheet, edition: int) -> Sheet:
-    """The lines with the edition beside the parts of ISO 6336 that have both."""
+    """Lines with the edition in sources that are parts of ISO 6336 of two editions."""
     name = r"(ISO 6336-[1236])(?!:)"
     return {
         symbol: replace(line, source=re.sub(name, rf"\1:{edition}", line.source))
@@ -155,5 +154,5 @@ def dated(lines: Sheet, edition: int) -> Sheet:
 
 
 def value_of(lines: Sheet, symbol: str, without: float = math.nan) -> float:
-    """Value of a line; ``without`` where there is none."""
+    """Value of the line of a symbol; ``without`` if there is none."""
     return lines[symbol].value if symbol in lines else without

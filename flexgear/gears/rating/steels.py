@@ -1,12 +1,12 @@
-"""Steels of gears: allowable stress numbers by hardness, life factors, notch and roughness numbers.
+"""Gear steels: allowable stress numbers by hardness, life factors, notch and roughness factors.
 
-Allowable stress numbers of ISO 6336-5 are straight lines over the surface hardness,
+Allowable stress numbers of ISO 6336-5, table 1 of the edition of 2003 (wrought steels), are
+straight lines over the surface hardness,
 
-    σ_Hlim, σ_Flim = A x + B     x: Vickers hardness, N/mm²
+    σ_Hlim, σ_Flim = A x + B     N/mm², x: Vickers hardness.
 
-for wrought steels as of table 1 of the edition of 2003, which text books repeat. Life factors Z_NT
-and Y_NT are straight lines between knees in logarithms (ISO 6336-2, table 2; ISO 6336-3, table 1).
-Slip-layer thicknesses ρ' and roughness formulas: ISO 6336-3, 13.2 and 13.3.
+Life factors Z_NT and Y_NT are straight lines between knees in logarithms (ISO 6336-2, table 2; ISO
+6336-3, table 1). Slip-layer thickness ρ' and roughness formulas: ISO 6336-3, 13.2 and 13.3.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ import numpy as np
 from flexgear.model.rating import GearRating, SteelKind
 from flexgear.model.section import Refusal
 
-Knees = tuple[tuple[float, float], ...]  # cycles, factor
-LONG_LIFE = 1e10  # cycles, of the long-life factors
+Knees = tuple[tuple[float, float], ...]  # cycles and life factor
+LONG_LIFE = 1e10  # cycles at which long-life factors apply
 THROUGH_HARDENED: frozenset[SteelKind] = frozenset({"through_hardened", "through_hardened_carbon"})
 NITRIDED: frozenset[SteelKind] = frozenset(
     {"nitrided", "nitrided_through_hardening", "nitrocarburised"}
@@ -29,17 +29,17 @@ SURFACE_HARDENED: frozenset[SteelKind] = NITRIDED | {"case_hardened", "induction
 
 
 class Line(NamedTuple):
-    """A x + B, N/mm², at most ``most``, for x from ``low`` to ``high`` HV."""
+    """Strength A x + B, N/mm², at most ``limit``, for x from ``low`` to ``high`` HV."""
 
     slope: float
     constant: float
     low: float
     high: float
-    most: float = math.inf
+    limit: float = math.inf
 
 
 # fmt: off
-STRENGTHS: dict[tuple[SteelKind, str], tuple[Line, Line]] = {  # of flank and root
+STRENGTHS: dict[tuple[SteelKind, str], tuple[Line, Line]] = {  # flank, root; by steel and grade
     ("case_hardened", "ML"): (Line(0, 1300, 600, 800), Line(0, 312, 600, 800)),
     ("case_hardened", "MQ"): (Line(0, 1500, 660, 800), Line(0, 425, 660, 800)),
     ("case_hardened", "ME"): (Line(0, 1650, 660, 800), Line(0, 525, 660, 800)),
@@ -63,14 +63,14 @@ STRENGTHS: dict[tuple[SteelKind, str], tuple[Line, Line]] = {  # of flank and ro
     ("through_hardened_carbon", "ME"): (Line(0.838, 432, 135, 210), Line(0.283, 202, 115, 215)),
 }
 # fmt: on
-CORE = 30.0  # HRC of the core, from which on MQ has the higher root strength, N/mm²
-HARD_CORE = 500.0
-SOFTEST_CORE = 25.0  # HRC that grade MQ asks for
+LEAST_CORE_HARDNESS = 25.0  # HRC, of grade MQ
+HARD_CORE = 30.0  # HRC, with which grade MQ has a higher root strength
+HARD_CORE_ROOT_STRENGTH = 500.0  # N/mm²
 
 
 def allowable_stress(data: GearRating, place: str) -> float | str:
-    """σ_Hlim ("flank") or σ_Flim ("root"), Pa, or the key that is missing. Refusal of a hardness
-    that the standard has no number for."""
+    """σ_Hlim ("flank") or σ_Flim ("root"), Pa, or the name of the missing key. Raises Refusal for a
+    hardness outside the range of the standard."""
     stated: float | None = getattr(data, f"{place}_strength")
     if stated is not None:
         return stated
@@ -87,21 +87,21 @@ def allowable_stress(data: GearRating, place: str) -> float | str:
             f"{data.grade} beyond {line.low:g} to {line.high:g} HV",
             f"check it, or give {place}_strength_mpa",
         )
-    value = min(line.slope * (hardness or 0.0) + line.constant, line.most)
+    value = min(line.slope * (hardness or 0.0) + line.constant, line.limit)
     core = data.core_rockwell_hardness
     if place == "root" and (data.steel, data.grade) == ("case_hardened", "MQ") and core is not None:
-        if core < SOFTEST_CORE:
+        if core < LEAST_CORE_HARDNESS:
             raise Refusal(
                 "core_rockwell_hardness",
-                f"is {core:g}, below the {SOFTEST_CORE:g} HRC of grade MQ",
+                f"is {core:g}, below the {LEAST_CORE_HARDNESS:g} HRC of grade MQ",
                 'take grade "ML", or give root_strength_mpa',
             )
-        value = HARD_CORE if core >= CORE else value
+        value = HARD_CORE_ROOT_STRENGTH if core >= HARD_CORE else value
     return 1e6 * value
 
 
 def flank_knees(steel: SteelKind, long_life: float, limited_pitting: bool) -> Knees:
-    """Z_NT; long_life: at 1e10 cycles."""
+    """Knees of the life factor Z_NT of flanks; long_life: Z_NT at 1e10 cycles."""
     if steel == "nitrocarburised":
         return ((1e5, 1.1), (2e6, 1.0), (LONG_LIFE, long_life))
     if steel in NITRIDED:
@@ -112,7 +112,7 @@ def flank_knees(steel: SteelKind, long_life: float, limited_pitting: bool) -> Kn
 
 
 def root_knees(steel: SteelKind, long_life: float) -> Knees:
-    """Y_NT; long_life: at 1e10 cycles."""
+    """Knees of the life factor Y_NT of roots; long_life: Y_NT at 1e10 cycles."""
     first = (1e4, 2.5) if steel in THROUGH_HARDENED else (1e3, 2.5)
     if steel in NITRIDED:
         first = (1e3, 1.1) if steel == "nitrocarburised" else (1e3, 1.6)
@@ -124,7 +124,8 @@ _SLIP_LAYER = (0.0281, 0.0194, 0.0064, 0.0014)  # mm
 
 
 def slip_layer(data: GearRating) -> float | str:
-    """ρ', mm, or the key that is missing; straight between the table's yield strengths."""
+    """Slip-layer thickness ρ', mm, linear between the yield strengths of the table, or the name of
+    the missing key."""
     if data.steel in THROUGH_HARDENED:
         if data.yield_strength is None:
             return "yield_strength_mpa"
@@ -133,7 +134,8 @@ def slip_layer(data: GearRating) -> float | str:
 
 
 def mean_stress_ratio(steel: SteelKind, notch_factor: float, static: bool) -> float:
-    """M of ISO 6336-3, annex B: of endurance, or static stress; notch_factor: Y_S."""
+    """Mean stress ratio M of ISO 6336-3, annex B, for endurance or static strength; notch_factor:
+    Y_S."""
     if steel == "case_hardened" and not static:
         return max(0.8 - 0.15 * notch_factor, 0.0)
     if steel in NITRIDED:
@@ -144,7 +146,7 @@ def mean_stress_ratio(steel: SteelKind, notch_factor: float, static: bool) -> fl
 
 
 def root_roughness_factor(steel: SteelKind, roughness: float) -> float:
-    """Y_RrelT of R_z, m; at most R_z = 40 µm."""
+    """Relative surface factor Y_RrelT for the roughness R_z, m; constant above 40 µm."""
     rz = min(max(1e6 * roughness, 1.0), 40.0)
     if steel in NITRIDED:
         return 1.025 if 1e6 * roughness < 1.0 else 4.299 - 3.259 * (rz + 1.0) ** 0.0058
@@ -152,7 +154,7 @@ def root_roughness_factor(steel: SteelKind, roughness: float) -> float:
 
 
 def root_size_factor(steel: SteelKind, module: float) -> float:
-    """Y_X of the normal module, m."""
+    """Size factor Y_X for the normal module, m."""
     mn = 1e3 * module
     if steel in THROUGH_HARDENED:
         return min(max(1.03 - 0.006 * mn, 0.85), 1.0)

@@ -188,7 +188,7 @@ class PairBending:
 
 
 def pair_bending(view: StageView, path: GearMeshPath, slices: Slices, force: float) -> PairBending:
-    """Flexibility between slices of contact lines, for ``gears.slices.bent``.
+    """Flexibility between slices of contact lines, for ``gears.slices.with_flexibility``.
 
     force: of the gear mesh, N, for whose mean line load contacts at tip edges are solved
     (``tip_edge``; where both teeth have influences). Displacement and force of slices are along the
