@@ -120,6 +120,8 @@ def modes(
     else:
         rows = mode_rows(data)
         figures = {"variant": model.variant, "modes": rows}
+        if ratios := model.damping_ratios:
+            figures["damping_ratios"] = ratios
         analysis.show(figures, partial(views.show_modes, model, rows, limit_hz))
 
 

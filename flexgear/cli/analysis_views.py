@@ -142,6 +142,10 @@ def show_modes(model: Model, rows: list[dict[str, Any]], limit_hz: float | None)
         ))  # fmt: skip
         at += len(same)
     columns(lines, ">><<")
+    if ratios := model.damping_ratios:
+        typer.echo("\ndamping.ratios, of modes of the train without gear meshes")
+        values = zip(ratios["frequency_hz"], ratios["ratio"], strict=True)
+        columns([(f"  {hz:.3f} Hz", f"{ratio:g}") for hz, ratio in values], "><")
 
 
 def campbell_figures(model: Model, data: xr.Dataset, modes: xr.Dataset) -> dict[str, Any]:

@@ -93,6 +93,16 @@ class Model:
         _require_alike(self.case, chosen)
         return chosen
 
+    @property
+    def damping_ratios(self) -> dict[str, list[float]]:
+        """``damping.ratios`` and the frequencies, Hz, of their modes, those of the train without
+        gear meshes; empty without ratios or load."""
+        ratios = list(self.case.damping.ratios)
+        if not ratios or self.case.output is None:
+            return {}
+        omega = np.sort(self.modal.omega[self.modal.omega > 0.0])[: len(ratios)]
+        return {"frequency_hz": (omega / (2 * np.pi)).tolist(), "ratio": ratios[: len(omega)]}
+
     @cached_property
     def mean_forces(self) -> Array:
         """Mean forces (G,) N of the carrying flanks under the rated torques at mean stiffness;

@@ -1,6 +1,7 @@
 """Commands on trains: what they print, what programs read, what is refused in one line."""
 
 import json
+import math
 
 import pytest
 from report_pages import OF_RUNS, require_sound
@@ -34,6 +35,18 @@ def test_check_and_static_agree_on_planet_bearings(flexgear, name):
     assert load["force_n"] == pytest.approx(running["planet_bearing_force_n"], rel=1e-6)
     said = running["planet_bearing_force_direction_deg"]
     assert load["direction_deg"] == pytest.approx(said, abs=1e-3)
+
+
+def test_modes_list_what_ratios_of_damping_are_of(flexgear):
+    """Ring alone on its bearing: ω = √(k/m), in two directions."""
+    ratios = ("--set", "damping.ratios=[0.03, 0.03, 0.04, 0.04]")
+    damped = flexgear.json("modes", "lin-parker", *ratios)["damping_ratios"]
+    assert damped["ratio"] == [0.03, 0.03, 0.04, 0.04]
+    ring = (1e8 / 2.35) ** 0.5 / (2 * math.pi)
+    assert damped["frequency_hz"][2:] == pytest.approx([ring, ring], rel=1e-9)
+    assert damped["frequency_hz"][:2] < [ring, ring]
+    assert "without gear meshes" in flexgear.out("modes", "lin-parker", *ratios)
+    assert "damping_ratios" not in flexgear.json("modes", "lin-parker")
 
 
 def test_modes_with_another_number_of_planets(flexgear):
