@@ -199,7 +199,7 @@ class _Stop:
 
 
 def run(arguments: list[str]) -> int:
-    """Exit code of a command line; messages go to stderr."""
+    """Run a command line and print its errors to stderr; returns the exit code."""
     debug = "--debug" in arguments
     arguments = [a for a in arguments if a != "--debug"]  # allowed at any place
     if isinstance(sys.stdout, io.TextIOWrapper):  # for characters that its encoding lacks

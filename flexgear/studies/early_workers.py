@@ -14,12 +14,10 @@ import pickle
 import signal
 import sys
 import threading
-from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
-from queue import SimpleQueue
 from typing import Any, Generic, TypeVar
 
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
@@ -120,30 +118,23 @@ class EarlyWorkers:
         Workers take jobs from the first on, this process from the last; it also repeats jobs whose
         worker died. Arguments and results must be picklable, of modules that workers can import.
         """
-        waiting = deque(range(len(jobs)))
-        outcomes: SimpleQueue[tuple[int, Outcome[R] | None]] = SimpleQueue()
-
-        def feed(pool: ProcessPoolExecutor) -> None:
-            """Submit one job after the other while jobs wait; None for one whose worker died."""
-            outcome: Outcome[R] | None = Outcome(None)
-            with contextlib.suppress(IndexError):  # raised by pop when no job waits
-                while outcome is not None:
-                    k = waiting.popleft()
-                    try:
-                        outcome = pool.submit(on_one_thread, function, shared, jobs[k]).result()
-                    except RuntimeError:  # its worker died
-                        outcome = None
-                    outcomes.put((k, outcome))
-
+        futures: list[Future[Outcome[R]]] = []
         if self._pool is not None:
-            for _ in range(self._count):
-                threading.Thread(target=feed, args=(self._pool,), daemon=True).start()
-        for _ in jobs:
-            with contextlib.suppress(IndexError):
-                k = waiting.pop()
-                outcomes.put((k, on_one_thread(function, shared, jobs[k])))
-            k, outcome = outcomes.get()
-            yield k, outcome or on_one_thread(function, shared, jobs[k])
+            with contextlib.suppress(RuntimeError):  # a worker has died before
+                for job in jobs:
+                    futures.append(self._pool.submit(on_one_thread, function, shared, job))
+        begun: dict[Future[Outcome[R]], int] = {}
+        for k in reversed(range(len(jobs))):
+            if k < len(futures) and not futures[k].cancel():
+                begun[futures[k]] = k
+            else:
+                yield k, on_one_thread(function, shared, jobs[k])
+        for future in as_completed(begun):
+            try:
+                outcome = future.result()
+            except Exception:  # its worker died, or its result could not be sent
+                outcome = on_one_thread(function, shared, jobs[begun[future]])
+            yield begun[future], outcome
 
 
 @contextlib.contextmanager
