@@ -158,8 +158,7 @@ def _times(a: Array, x: Array) -> Array:
 
 def _correlated(x: Array, y: Array) -> Array:
     """Correlation sum_s x(s - j)^T y(s) (a, z, c) for all j, of x (n, z, a) and y (n, z, c)."""
-    transforms = (scipy.fft.rfft(f, axis=1, workers=THREADS).transpose(1, 0, 2) for f in (x, y))
-    first, second = transforms
+    first, second = (scipy.fft.rfft(f, axis=1, workers=THREADS).transpose(1, 0, 2) for f in (x, y))
     product = first.conj().transpose(0, 2, 1) @ second
     return scipy.fft.irfft(product, x.shape[1], axis=0).transpose(1, 0, 2)
 

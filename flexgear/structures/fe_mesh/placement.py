@@ -52,11 +52,6 @@ class Placement:
         return points @ self.rotation.as_matrix().T + np.array(self.shift)
 
 
-def placed(fe_mesh: FeMesh, placement: Placement) -> FeMesh:
-    """The FE mesh in its placement."""
-    return replace(fe_mesh, points=placement.of(fe_mesh.points))
-
-
 def fe_mesh_of_file(source: FeMeshSource, groups: Groups, size: float, where: str) -> FeMesh:
     """The user's FE mesh in the case's placement. InputError unless its groups are at their
     positions.
@@ -73,7 +68,7 @@ def fe_mesh_of_file(source: FeMeshSource, groups: Groups, size: float, where: st
     stems = tuple(f.stem for f in groups.families if f.numbered)
     try:
         read = _read(file, _stamp(file), source.fe_mesh_unit, tuple(groups.needed), size, stems)
-        fe_mesh = placed(read, placement)
+        fe_mesh = replace(read, points=placement.of(read.points))
         check_place(fe_mesh, groups, placement, file)
     except InputError as fault:
         what = ": ".join(dict.fromkeys([file, fault.key]))

@@ -145,22 +145,11 @@ def _tie(
     # from the patch's centre to the node: t(x0) = t(c) + theta x (x0 - c)
     shift = np.eye(6)
     shift[:3] = rigid_motion((position - patch.centre)[None])[0]
-    nodes, local = np.unique(sample.interpolation.indices, return_inverse=True)
-    compact = sp.csr_matrix(
-        (sample.interpolation.data, local, sample.interpolation.indptr),
-        (len(sample.points), len(nodes)),
-    )
-    rows = np.stack([compact.T @ (weight[c] @ shift.T) for c in range(3)])  # (3, nodes, 6)
-    dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
-    matrix = sp.csr_matrix(
-        (
-            rows.transpose(2, 1, 0).ravel(),
-            np.tile(dofs, 6),
-            len(dofs) * np.arange(7),
-        ),
-        (6, 3 * sample.interpolation.shape[1]),
-    )
-    return Tie(name, position, rows=matrix)
+    rows = [
+        sp.kron(sp.csr_matrix(shift @ weight[c].T) @ sample.interpolation, np.eye(1, 3, c))
+        for c in range(3)
+    ]
+    return Tie(name, position, rows=(rows[0] + rows[1] + rows[2]).tocsr())
 
 
 def rigid_tie(name: str, position: Array, sample: Sample) -> Tie:
@@ -199,18 +188,14 @@ def _expansion(
         shared[nodes[owner[nodes] >= 0]] = True  # type: ignore[index]
         owner[nodes] = i
     owner[shared] = -1
-    free = np.flatnonzero(np.repeat(owner < 0, 3))
-    blocks = [
-        sp.csr_matrix((np.ones(len(free)), (free, np.arange(len(free)))), (model.dofs, len(free)))
-    ]
+    identity = sp.identity(model.dofs, format="csc")
+    blocks = [identity[:, np.repeat(owner < 0, 3)]]
     for i in rigid:
         nodes = np.flatnonzero(owner == i)
         motion = rigid_motion(model.nodes[nodes] - ties[i].position).reshape(-1, 6)
         dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
-        rows = np.repeat(dofs, 6)
-        columns = np.tile(np.arange(6), len(dofs))
-        blocks.append(sp.csr_matrix((motion.ravel(), (rows, columns)), (model.dofs, 6)))
-    return sp.hstack(blocks).tocsr(), len(free)
+        blocks.append(identity[:, dofs] @ sp.csr_matrix(motion))
+    return sp.hstack(blocks).tocsr(), blocks[0].shape[1]
 
 
 def free_stiffness(stiffness: Array, interface: Interface) -> tuple[Array, float]:

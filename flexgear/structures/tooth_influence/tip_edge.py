@@ -276,13 +276,7 @@ def _solved(along: Array, angle: float, poisson: float) -> tuple[Array, Array]:
     loaded = np.flatnonzero((nodes[:, 1] < 1e-9) & (nodes[:, 0] > -1e-9) & (from_end <= REACH))
     loaded = loaded[np.argsort(nodes[loaded, 0])]
     free_dofs = np.flatnonzero(np.repeat(free, 2))
-    loads = sp.csc_matrix(
-        (
-            np.ones(len(loaded)),
-            (np.searchsorted(free_dofs, 2 * loaded + 1), np.arange(len(loaded))),
-        ),
-        shape=(len(free_dofs), len(loaded)),
-    )
+    loads = sp.identity(2 * len(nodes), format="csc")[free_dofs][:, 2 * loaded + 1]
     return nodes[loaded, 0], flexibility(stiffness[free_dofs][:, free_dofs].tocsr(), loads)
 
 

@@ -17,7 +17,7 @@ from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.files import write_fe_mesh
 from flexgear.structures.fe_mesh.groups import Groups
-from flexgear.structures.fe_mesh.placement import Placement, check_place, placed
+from flexgear.structures.fe_mesh.placement import Placement, check_place
 from flexgear.structures.sources import fe_body
 from flexgear.structures.sources.carrier import source as carrier_source
 from flexgear.structures.sources.fe_body import FeBody
@@ -104,7 +104,7 @@ def test_a_moved_mesh_is_refused_with_the_keys_that_mend_it(
     groups, away = BODIES[body](bundled()).groups, moved(meshes[body], turn, shift)
     text = refusal(away, groups)
     assert offered in text
-    mended = placed(away, keys_of(text, body))
+    mended = replace(away, points=keys_of(text, body).of(away.points))
     check_place(mended, groups, Placement(), "mended")
     off = np.linalg.norm(mended.points - meshes[body].points, axis=1)
     assert off.max() < 0.02 * groups.pitch
@@ -113,7 +113,8 @@ def test_a_moved_mesh_is_refused_with_the_keys_that_mend_it(
 def test_keys_that_are_set_count_in_what_is_offered(meshes: dict[str, FeMesh]) -> None:
     away = moved(meshes["ring"], (0, 0, 10), (0, 0, 115))
     half = Placement((0.0, 0.0, -0.1), (0.0, 0.0, float(np.radians(-3))))
-    text = refusal(placed(away, half), ring_source(bundled()).groups, half)
+    shifted = replace(away, points=half.of(away.points))
+    text = refusal(shifted, ring_source(bundled()).groups, half)
     assert (
         "set stage.ring.fe.fe_mesh_shift_mm = -115 and stage.ring.fe.fe_mesh_turn_deg = -10, or"
         in text
