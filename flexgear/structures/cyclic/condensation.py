@@ -110,7 +110,7 @@ class CyclicCondensation:
 
     def interface_motion(self, x: Array) -> Array:
         """B x (b, k)."""
-        return self.ties.motion(self._form(x))
+        return self.interface.rows @ (self.sectors.axes @ x)
 
     def fixed_solve(self, right: Array) -> Array:
         """Displacement x (d, k) with the interface held: K x = right + B^T (reactions), B x = 0."""

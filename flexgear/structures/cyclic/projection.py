@@ -25,7 +25,7 @@ from flexgear.arrays import Array, Ints
 from flexgear.structures.cyclic.sectors import Circulant
 from flexgear.structures.cyclic.solver import CyclicSolver
 from flexgear.structures.cyclic.ties import SectorTies
-from flexgear.structures.linalg.dense import THREADS, shared
+from flexgear.structures.linalg.dense import THREADS, dot, shared
 
 Singles = NDArray[np.float32]
 
@@ -121,27 +121,16 @@ def _sector_mass(
     shapes: Array, local: dict[int, tuple[Ints, Array]], mass: sp.csr_matrix
 ) -> tuple[Array, dict[int, tuple[Array, Array]]]:
     """R^T E R (e, e), and by sector R^T E U (e, u) and U^T E U (u, u); local: U of each sector."""
-    inertia = np.empty((shapes.shape[1], shapes.shape[1]))
-
-    def part(columns: slice) -> None:
-        inertia[:, columns] = shapes.T @ (mass @ np.ascontiguousarray(shapes[:, columns]))
-
-    shared(shapes.shape[1], part)
     numbers = sorted(local)
     begin = np.cumsum([0] + [len(local[s][0]) for s in numbers])
     fields = np.hstack([np.zeros((len(shapes), 0))] + [local[s][1] for s in numbers])
     loads = mass @ fields
-    beside = np.empty((shapes.shape[1], fields.shape[1]))
-
-    def of_fields(columns: slice) -> None:  # many columns for one pass over the shapes
-        beside[:, columns] = shapes.T @ loads[:, columns]
-
-    shared(fields.shape[1], of_fields, _COLUMNS)
-    mixed = {}
-    for s, first, last in zip(numbers, begin, begin[1:], strict=False):
-        reduced = local[s][1].T @ loads[:, first:last]
-        mixed[s] = beside[:, first:last], reduced
-    return inertia, mixed
+    of_ends = dot(shapes, loads)
+    mixed = {
+        s: (of_ends[:, first:last], local[s][1].T @ loads[:, first:last])
+        for s, first, last in zip(numbers, begin, begin[1:], strict=False)
+    }
+    return dot(shapes, mass @ shapes), mixed
 
 
 def _times(a: Array, x: Array) -> Array:

@@ -72,18 +72,6 @@ class SectorTies:
         columns = matrix.T
         return self.joined(columns[: t * z].reshape(t, z, -1), columns[t * z :]).T
 
-    def motion(self, x: Array) -> Array:
-        """Interface motion q (6n, k) of fields x (3n, z, k) in sector form."""
-        z, k = x.shape[1:]
-        motion = self.rows[:, : len(x)] @ x.reshape(len(x), -1)
-        border = x[len(x) - 3 * self.sectors.border :]
-        ahead = self.rows[:, len(x) :] @ np.roll(border, -1, axis=1).reshape(len(border), -1)
-        other = np.zeros((self.other_size, k))
-        for s, (at, rows) in enumerate(self.local):
-            if len(at):
-                other[at] += rows @ np.ascontiguousarray(x[:, s])
-        return self.joined((motion + ahead).reshape(-1, z, k), other)
-
     def turned(self, q: Array, back: bool) -> Array:
         """Translations and rotations (6c, z, k) along the sectors' axes in components along the
         body's axes; back: the reverse."""

@@ -144,7 +144,7 @@ def _solids(occ: ModuleType, p: CarrierFeMeshParameters, phi: float) -> list[int
 
     def turned(corners: list[tuple[float, float]]) -> tuple[int, int]:
         """Solid of revolution 0 <= θ <= φ of a polygon in the (r, z) plane."""
-        points = [occ.addPoint(r, 0.0, z) for r, z in corners]
+        points = [occ.addPoint(r, 0.0, z) for r, z in dict.fromkeys(corners)]  # each once
         lines = [occ.addLine(a, b) for a, b in zip(points, points[1:] + points[:1], strict=True)]
         face = occ.addPlaneSurface([occ.addCurveLoop(lines)])
         entities = occ.revolve([(2, face)], 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, phi)
@@ -157,9 +157,6 @@ def _solids(occ: ModuleType, p: CarrierFeMeshParameters, phi: float) -> list[int
         turned(
             [(bore, z_end), (hub, z_end), (hub, z_seat), (seat_drive, z_seat)]
             + [(seat_drive, z_drive), (plate, z_drive), (plate, -gap), (bore, -gap)]
-            if hub != seat_drive
-            else [(bore, z_end), (hub, z_end), (hub, z_seat)]
-            + [(hub, z_drive), (plate, z_drive), (plate, -gap), (bore, -gap)]
         ),
         turned(
             [(bore, gap), (plate, gap), (plate, z_far), (seat_far, z_far)]
