@@ -101,15 +101,10 @@ class Sectors:
         """Orthogonal matrix T (3N, 3n z) from fields in sector form to vectors on the mesh's dofs;
         columns by local dof, then sector."""
         n, z = self.nodes.shape
-        axis = np.arange(3)
-        rows = 3 * self.nodes[..., None, None] + axis[:, None]
-        local = 3 * np.arange(n)[:, None, None, None] + axis
-        columns = z * local + np.arange(z)[:, None, None]
-        entries = (a.ravel() for a in np.broadcast_arrays(self.turns(), rows, columns))
-        values, rows, columns = entries
-        out = sp.csr_matrix((values, (rows, columns)), shape=(3 * n * z, 3 * n * z))
-        out.eliminate_zeros()
-        return out
+        turns = sp.block_diag(self.turns(), format="csc")  # rows and columns by sector, then dof
+        of_node = turns[:, np.arange(3 * z).reshape(z, 3).T.ravel()]  # columns by dof, then sector
+        rows = (3 * self.nodes[..., None] + np.arange(3)).ravel()
+        return sp.kron(sp.identity(n), of_node, format="csr")[np.argsort(rows)]
 
     def reordered(self, interior: Ints) -> Sectors:
         """The same sectors with the interior nodes in the order ``interior`` (n - border,)."""

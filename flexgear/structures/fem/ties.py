@@ -61,10 +61,6 @@ class Interface:
         """Number of interface dofs."""
         return 6 * len(self.node_names)
 
-    def rigid_modes(self) -> Array:
-        """Motion (6n, 6) of the interface nodes under unit rigid motions about the origin."""
-        return rigid_rows(self.positions)
-
 
 def averaging_tie(name: str, position: Array, sample: Sample) -> Tie:
     """Tie of a node whose motion is the least-squares rigid motion of a sample's points.
@@ -206,7 +202,7 @@ def free_stiffness(stiffness: Array, interface: Interface) -> tuple[Array, float
     length = np.linalg.norm(interface.positions, axis=1).max()
     scale = np.tile([1.0, 1.0, 1.0] + 3 * [1 / length], len(interface.node_names))
     scaled = scale[:, None] * stiffness * scale
-    rigid = np.linalg.qr(interface.rigid_modes() / scale[:, None])[0]
+    rigid = np.linalg.qr(rigid_rows(interface.positions) / scale[:, None])[0]
     force = scaled @ rigid
     residual = float(np.linalg.norm(force, 2) / np.linalg.norm(scaled, 2))
     if residual > 1e-6:

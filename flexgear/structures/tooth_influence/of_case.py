@@ -92,8 +92,7 @@ def segment_influence(p: SegmentParameters, m: Material, *, tied: bool) -> Tooth
 
 
 def is_tied(view: StageView, role: str) -> bool:
-    """Whether the teeth of an FE body have averaging ties at their roots, so that the tie's node
-    has part of a tooth's flexibility."""
+    """Whether the teeth of an FE body have averaging ties at their roots."""
     return view.fe_tie(role) == "root" and getattr(view.stage, role).fe.tie_kind == "averaging"
 
 
