@@ -85,7 +85,7 @@ def held_value(solver: CyclicSolver, mass: Circulant) -> float:
 
 
 def _momentum(gain: Array, mass: Array, phase: complex, x: Complex) -> Complex:
-    """E_h^H g E_h x (b, k) of harmonics x (b, k) of the borders; mass: g, phase: of one pitch."""
+    """Momentum E_h^H g E_h x (b, k) of the borders' harmonic x (b, k); phase: e^{2πi h/z}."""
     b, k = x.shape
     shifted = phase * x
     ends = np.vstack([x, shifted, gain[:, :b] @ x + gain[:, b:] @ shifted])

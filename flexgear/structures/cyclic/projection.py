@@ -120,7 +120,7 @@ def _other_products(
 def _sector_mass(
     shapes: Array, local: dict[int, tuple[Ints, Array]], mass: sp.csr_matrix
 ) -> tuple[Array, dict[int, tuple[Array, Array]]]:
-    """R^T E R (e, e), and by sector R^T E U (e, u) and U^T E U (u, u); local: U of each sector."""
+    """``SectorMotion.inertia`` and ``mixed``, from R (r, e), U of each sector and its mass E."""
     numbers = sorted(local)
     begin = np.cumsum([0] + [len(local[s][0]) for s in numbers])
     fields = np.hstack([np.zeros((len(shapes), 0))] + [local[s][1] for s in numbers])

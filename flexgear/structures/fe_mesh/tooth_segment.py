@@ -134,9 +134,8 @@ class ToothSegment:
 
     surface_nodes: vertices (teeth, rows + 1, layers + 1) of the −θ sides from the tip down to the
     base section, the first flank + 1 rows on the involute; inner_nodes: of the inner border of the
-    layer below, likewise; roll: roll lengths (flank + 1,) of the flank's rows, falling in external
-    gears, rising in rings, m; depth: (flank + 1,) of the layer in these rows, m; z: layer borders
-    (layers + 1,) m.
+    layer below, likewise; roll: roll lengths (flank + 1,) of the flank's rows from the tip on, m;
+    depth: (flank + 1,) of the layer in these rows, m; z: layer borders (layers + 1,) m.
     """
 
     parameters: SegmentParameters

@@ -117,7 +117,7 @@ def source(view: StageView) -> CarrierSource:
 
 
 def _carrier_fe_mesh(view: StageView) -> CarrierFeMeshParameters:
-    """The carrier of a case, with a pin for each planet."""
+    """Parameters of the FE mesh of a case's carrier, with a pin for each planet."""
     stage, carrier = view.stage, view.carrier
     same = {field.name for field in fields(CarrierFeMeshParameters)}
     equal = 2.0 * np.pi * np.arange(stage.planets) / stage.planets

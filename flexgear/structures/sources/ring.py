@@ -110,7 +110,7 @@ def source(view: StageView) -> RingSource:
 
 
 def _ring_fe_mesh(view: StageView) -> RingFeMeshParameters:
-    """The ring of a case, with its teeth and supports.
+    """Parameters of the FE mesh of a case's ring, with its teeth and supports.
 
     Of several bolt circles the FE mesh has the one with holes, else the innermost.
     """

@@ -217,7 +217,7 @@ class ToothInfluence(FlankCompliance):
         return np.asarray(motion @ means.swapaxes(1, 2)).reshape(*shape, other)
 
     def contact_body(self, roll: Array) -> ContactBody:
-        """The layer whose line contact is not part of ``matrix``, at roll lengths (K,) m."""
+        """Layer for the line contact, which ``matrix`` leaves out, at roll lengths (K,) m."""
         order = np.argsort(self.roll)
         depth = np.interp(roll, self.roll[order], self.depth[order])
         return ContactBody(self.young, self.poisson, depth, "layer")

@@ -324,12 +324,9 @@ def some_places(slices: Slices, most: int) -> Ints:
 def _further_line(
     flank: ToothInfluence, step: int, lines: Sequence[Array], places: tuple[Array, Ints, float]
 ) -> Array:
-    """Displacement C (S', K, K) m/N of slices of some contact lines per force on slices of lines on
-    the tooth ``step`` teeth further in +θ, of one gear.
-
-    lines: (roll, z, width) of all lines; places: path coordinates of all lines, indices of those to
-    compute, and distance to the lines with the force, m.
-    """
+    """Displacement C (S', K, K) m/N of slices of some contact lines per force on lines of the tooth
+    ``step`` teeth further in +θ. lines: (roll, z, width) of all; places: path coordinates of all,
+    indices of those to compute, and distance to the lines with the force, m."""
     s, some, distance = places
     further = np.clip(s[some] + distance, None, s[-1])
     at_lines = [line[some] for line in lines]
@@ -392,8 +389,8 @@ def crack_parameters(
 def added_compliance(
     p: CrackedSegmentParameters, young: float, poisson: float, *, plane_strain: bool = False
 ) -> FlankCompliance:
-    """F_cracked − F_whole of the −θ flank of the middle tooth, zero for a crack without depth;
-    young: Pa; plane_strain: as in ``influence_of``."""
+    """F_cracked − F_whole of the −θ flank of the middle tooth; young: Pa; plane_strain: as in
+    ``influence_of``."""
     (whole, cracked), flexibility = cracked_segment(p), []
     for fe_mesh in (whole.fe_mesh, cracked):
         model = FeModel(fe_mesh, young, poisson, density=1.0)
