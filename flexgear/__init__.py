@@ -92,7 +92,7 @@ __all__ = ["__version__", *_HOME]
 
 
 def __getattr__(name: str) -> Any:
-    """A public name from the module that owns it; functions look at their arguments' types."""
+    """A public name, imported from its module; functions check the types of their arguments."""
     if name not in _HOME:
         hint = "; cases and models have it as a method" if name in _METHODS else ""
         raise AttributeError(f"module 'flexgear' has no attribute {name!r}{hint}")

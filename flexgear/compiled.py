@@ -1,16 +1,17 @@
-"""Loops compiled by numba: how, and where their machine code is kept for the next program.
+"""Options of numba for compiled loops, and the folder in which their machine code is cached.
 
-All of it lies in one folder of flexgear's cache, named by the SHA-256 of all sources that anything
-is compiled from, so that an edit of any of them compiles anew. Where that folder cannot be written
-(read-only containers, a full disk) loops are compiled for the program alone.
+The folder in flexgear's cache is named by the SHA-256 of all sources from which loops are compiled,
+so that an edit of any of them compiles all loops anew. Where the folder cannot be written
+(read-only containers, a full disk), loops are compiled in memory by every process.
 
-Wrappers for callers that never come take a good part of the compilation. Arrays are counted by
-every function that takes or slices them unless it is told not to: work arrays outlive the loops
-that use them, and counting took a third of a time step. Such functions must not make arrays.
+Wrappers for callers that do not occur take a good part of the compilation and are left out. numba
+counts references to arrays in every function that takes or slices them, which took a third of a
+time step. The loops here go without: work arrays outlive the loops that use them. Such functions
+must not make arrays.
 
-Where numba's own switch NUMBA_DISABLE_JIT is set, as it is by commands that look at a train in one
-position only, loops run as they are and numba, which takes as long to load as all the rest, is not
-imported.
+Where numba's switch NUMBA_DISABLE_JIT is set, as it is by commands that solve a train in one
+position only, loops run uncompiled. numba is not imported then: that takes as long as all other
+imports.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from flexgear.files.cache_folder import cache_directory
 from flexgear.model.errors import FlexgearWarning
 
 UNCOMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
-SOURCES = (  # of what is compiled, and of the named tuples and constants that it takes
+SOURCES = (  # compiled functions, and the named tuples and constants that they use
     "compiled.py",
     "analysis/kernels",
     "coupling/kernels",
@@ -41,42 +42,41 @@ SOURCES = (  # of what is compiled, and of the named tuples and constants that i
     "coupling/pair_data.py",
     "structures/linalg",
 )
-ROOM = 2**26  # bytes that the machine code of all loops takes at most
-MOST_FOLDERS = 4  # of earlier sources that are kept: of other versions, and of edits
+MAX_CODE_SIZE = 2**26  # bytes of the machine code of all loops
+MAX_OLD_FOLDERS = 4  # of other versions and of edited sources
 _SETTING = threading.RLock()
-WARNED = "FLEXGEAR_COMPILES_IN_MEMORY"  # environment variable: a program of the same tree warned
+WARNED = "FLEXGEAR_COMPILES_IN_MEMORY"  # environment variable: this process or its parent warned
 
-# a division by zero is not looked for, as in NumPy: looking costs a branch each
+# error_model "numpy": a check for division by zero costs a branch at each division
 UNCOUNTED: dict[str, Any] = {"no_cfunc_wrapper": True, "error_model": "numpy"}
 if not UNCOMPILED:
     import numba
     from numba.core.errors import NumbaExperimentalFeatureWarning
     from numba.core.options import DefaultOptions
 
-    if hasattr(DefaultOptions, "_nrt"):  # not to count arrays; a name not promised for ever
+    if hasattr(DefaultOptions, "_nrt"):  # no reference counts; a private option of numba
         UNCOUNTED["_nrt"] = False
-    # numba's word for calling functions by address, which works since 0.49
+    # numba warns of calls by address as experimental; they work since 0.49
     warnings.filterwarnings("ignore", category=NumbaExperimentalFeatureWarning)
-INNER = {**UNCOUNTED, "no_cpython_wrapper": True}
-FAST = {"reassoc", "contract", "nsz"}  # sums may be taken in another order: they are vectorised
-ZERO = np.int64(0)  # to pass on: every literal number would compile the function called anew
-# becomes a part of its caller, and is neither compiled nor kept by itself
-PART = {"inline": "always", "cache": False}
+INNER = {**UNCOUNTED, "no_cpython_wrapper": True}  # called by compiled functions only
+FAST = {"reassoc", "contract", "nsz"}  # permits another order of summation, which vectorises sums
+ZERO = np.int64(0)  # as an argument: each literal number would compile the called function anew
+PART = {"inline": "always", "cache": False}  # inlined in its caller, not compiled by itself
 
 
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """numba's decorator of that name, whose code is kept; or one that leaves functions alone."""
+    """``numba.njit`` with its code in ``code_folder``; without numba functions stay as they are."""
     if UNCOMPILED:
         return lambda function: function
     return cached(numba.njit, **options)
 
 
 def cached(decorator: Callable[..., Any], *signature: Any, **options: Any) -> Callable[..., Any]:
-    """A decorator of numba's whose code is kept in ``code_folder``."""
+    """A decorator of numba with its code in ``code_folder``."""
 
     def decorate(function: Callable[..., Any]) -> Any:
         folder = code_folder() if options.get("cache", True) else None
-        with _numba_keeps_in(folder):
+        with _numba_cache_in(folder):
             return decorator(*signature, **{**options, "cache": folder is not None})(function)
 
     return decorate
@@ -84,8 +84,8 @@ def cached(decorator: Callable[..., Any], *signature: Any, **options: Any) -> Ca
 
 @cache
 def code_folder() -> Path | None:
-    """Where code is kept, below numba's NUMBA_CACHE_DIR or in flexgear's cache; None, with a
-    FlexgearWarning, where nothing can be written there."""
+    """Folder of the compiled code, below NUMBA_CACHE_DIR or in flexgear's cache; None, with a
+    FlexgearWarning, where it cannot be written."""
     folders = Path(numba.config.CACHE_DIR or cache_directory() / "compiled")
     folder = folders / fingerprint()
     try:
@@ -93,7 +93,7 @@ def code_folder() -> Path | None:
             folder.mkdir(parents=True)
             _remove_old(folders, folder)
         with tempfile.TemporaryFile(dir=folder) as probe:
-            _reserve(probe.fileno(), ROOM)
+            _reserve(probe.fileno(), MAX_CODE_SIZE)
     except OSError:
         _warn_once()
         return None
@@ -101,7 +101,7 @@ def code_folder() -> Path | None:
 
 
 def fingerprint() -> str:
-    """SHA-256 of all sources that anything is compiled from, and of how much it is optimised."""
+    """SHA-256 of all ``SOURCES`` and of numba's level of optimisation."""
     root, digest = Path(__file__).parent, hashlib.sha256(f"{numba.config.OPT}\n".encode())
     for source in SOURCES:
         path = root / source
@@ -112,7 +112,7 @@ def fingerprint() -> str:
 
 
 def _reserve(file: int, size: int) -> None:
-    """Room for so many bytes; OSError where the disk or a limit does not give it."""
+    """Allocate ``size`` bytes for a file; OSError where the disk is full or a limit is exceeded."""
     if hasattr(os, "posix_fallocate"):
         os.posix_fallocate(file, 0, size)
     else:
@@ -121,14 +121,14 @@ def _reserve(file: int, size: int) -> None:
 
 def _remove_old(folders: Path, current: Path) -> None:
     others = [f for f in folders.iterdir() if len(f.name) == len(current.name) and f != current]
-    for folder in sorted(others, key=lambda f: f.stat().st_mtime)[:-MOST_FOLDERS]:
+    for folder in sorted(others, key=lambda f: f.stat().st_mtime)[:-MAX_OLD_FOLDERS]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
 @contextmanager
-def _numba_keeps_in(folder: Path | None) -> Iterator[None]:
-    """Functions decorated inside are kept in a folder; those of other packages are not. One thread
-    at a time: the setting is numba's own for all of them."""
+def _numba_cache_in(folder: Path | None) -> Iterator[None]:
+    """Set numba's cache folder for functions decorated inside the context. One thread at a time, as
+    the setting is global."""
     with _SETTING:
         before = numba.config.CACHE_DIR
         numba.config.CACHE_DIR = before if folder is None else str(folder)
@@ -140,18 +140,18 @@ def _numba_keeps_in(folder: Path | None) -> Iterator[None]:
 
 def _warn_once() -> None:
     if WARNED not in os.environ:
-        os.environ[WARNED] = "1"  # worker processes of this one do not say it again
+        os.environ[WARNED] = "1"  # worker processes inherit it and do not repeat the warning
         warnings.warn(
-            "compiled loops can be kept nowhere and are compiled for this run alone, which takes "
-            "half a minute; let FLEXGEAR_CACHE name a folder that can be written",
+            "compiled loops cannot be cached and are compiled for this run alone, which takes "
+            "half a minute; set FLEXGEAR_CACHE to a folder that can be written",
             FlexgearWarning,
             stacklevel=2,
         )
 
 
 def as_read(data: Any) -> Any:
-    """Arrays in (nested) named tuples as the loops read them: where these are not compiled, records
-    whose fields are attributes."""
+    """Arrays in (nested) named tuples as the loops read them: uncompiled loops need records whose
+    fields are attributes."""
     if not UNCOMPILED:
         return data
     if isinstance(data, tuple):

@@ -1,21 +1,21 @@
 r"""Curves of steady states over speed or torque, by pseudo-arclength continuation.
 
-A curve is followed with the parameter λ as one unknown more. From a state with forces f and the
-tangent t, whose part along the curve is measured as
+A curve is followed with the parameter λ (speed or torque) as a further unknown. Its arc length is
 
     ds² = (dλ/L)² + ‖df/f_s‖²/w²,   f_s = max(‖f_0‖, ‖f‖),
 
-f_0 being the forces at its first state and L the range, or half of its upper end if that is more
-(sharp turns would turn by half a circle where λ counted more), a step predicts
-x + t ds + ½ ds² dt/ds, dt/ds from the state before, and corrects on the plane across t, so that
-turning points are states like all others (Keller 1977). Steps get shorter where Newton takes many
-tries or the tangent turns fast, as where teeth begin to part.
+f the forces at a state, f_0 those at the first state, L the range of λ, or half of its upper end if
+that is more (with a smaller L the tangent would turn by almost half a circle at sharp turning
+points). A step from the state x with the tangent t predicts x + t ds + ½ ds² dt/ds, with dt/ds from
+the previous step, and corrects in the plane normal to t, so that turning points need no special
+treatment (Keller 1977). Steps get shorter where Newton's method needs many iterations or the
+tangent turns fast, as where teeth begin to part.
 
-States of twice the period leave a curve where a multiplier passes −1 (``period_doubling``). They
-are followed from there, first across the curve, with λ constant.
+States of twice the period branch off a curve where a multiplier passes −1 (``period_doubling``).
+Their curves are followed from there, with λ constant in the first prediction.
 
-Curves that reach into a range from beyond it, such as the one of parted teeth over a range within
-the hysteresis, are found by following all curves up to the far ends of the resonances around it.
+Some curves enter the range only from outside, such as the one of parted teeth in a range within the
+hysteresis. They are found by following all curves up to the far ends of the resonances around it.
 """
 
 from __future__ import annotations
@@ -27,58 +27,58 @@ from typing import Literal
 
 import numpy as np
 
-from flexgear.analysis.harmonic_balance import AGREES, Balance, Orbit, Solver, Waves, converge
-from flexgear.analysis.orbit_receptance import CondensedTrain, Point
+from flexgear.analysis.harmonic_balance import TOLERANCE, Balance, Orbit, Solver, Waves, converge
+from flexgear.analysis.orbit_receptance import CondensedTrain, OperatingPoint
 from flexgear.arrays import Array
 
 Over = Literal["speed", "load"]
-FORCE_SPAN = 4.0  # w: times the forces that are as long as L
-FIRST, LONGEST, SHORTEST = 0.004, 0.02, 1e-7  # steps, of L; the longest also of the range
-CORRECTIONS = 8  # Newton steps before a shorter step is tried
-EXACT_SLOPES = 2  # of them after which ∂/∂λ is kept
-QUICK = 4  # so many or fewer make the next step longer
-STRAIGHT = 0.92  # cosine between tangents of neighbouring states
-KINK = 1e-3  # step over which the curve may turn at once, as where a sample loses contact
-MOST_STATES = 4000  # of a curve
-RISE = (
-    10.0  # times the largest force at its first state, beyond the backlash: a curve is left there
-)
+FORCE_WEIGHT = 4.0  # w
+FIRST, LONGEST, SHORTEST = 0.004, 0.02, 1e-7  # steps over L; the longest also over the range
+MAX_CORRECTIONS = 8  # Newton steps before a shorter step is tried
+MAX_SLOPES = 2  # Newton steps with a new ∂/∂λ
+FEW_CORRECTIONS = 4  # with so many or fewer the next step is longer
+LEAST_COSINE = 0.92  # between the tangents of neighbouring states
+KINK = 1e-3  # step below which the tangent may turn at once, as where a sample loses contact
+MAX_STATES = 4000  # of a curve
+MAX_RISE = 10.0  # of forces over the largest at the first state, added to the force over backlash
 DIFFERENCE = 1e-7  # of λ, for ∂/∂λ
-SAME = 0.02  # of the forces: states of one curve interpolate each other so well
-SEEDS = (0.0, 1.0, 0.5, 0.25, 0.75)  # of the range: where states are looked for without a curve
-# of the gear meshes' own frequency: gear-mesh frequencies between which order 1 or 2 parts teeth
+SAME = 0.02  # relative error in forces with which neighbouring states interpolate their curve
+SEEDS = (0.0, 1.0, 0.5, 0.25, 0.75)  # places in the range at which states are sought
+# gear-mesh frequencies, over the natural frequency, between which order 1 or 2 parts teeth
 RESONANT = ((0.4, 1.4), (0.2, 0.7))
-REJOINED = 1e-3  # of the square of what a longer period adds: less from one state to the next
+REJOINED = 1e-3  # product of the odd harmonics of two states over their square: below, they vanish
 
 
 @dataclass(frozen=True)
 class Range:
-    """λ from low to high; the other of speed and load is fixed."""
+    """Range of λ from low to high, λ being speed or load; ``fixed``: value of the other one."""
 
     over: Over
     low: float
     high: float
     fixed: float = 1.0
 
-    def point(self, value: float) -> Point:
-        """Where λ has a value."""
+    def point(self, value: float) -> OperatingPoint:
+        """The operating point at a value of λ."""
         if self.over == "speed":
-            return Point(value, self.fixed)
-        return Point(self.fixed, value)
+            return OperatingPoint(value, self.fixed)
+        return OperatingPoint(self.fixed, value)
 
-    def value(self, point: Point) -> float:
-        """λ there."""
+    def value(self, point: OperatingPoint) -> float:
+        """λ at an operating point."""
         return point.speed if self.over == "speed" else point.load
 
-    def holds(self, point: Point) -> bool:
+    def holds(self, point: OperatingPoint) -> bool:
         """Whether λ is in the range, ends included."""
         return self.low <= self.value(point) <= self.high
 
 
 @dataclass(frozen=True)
 class Cut:
-    """Reason why a curve ends within the range, and at which λ: unbounded forces, no state at the
-    shortest step, too many states, or a user who stopped it."""
+    """Reason why a curve ends within the range, and λ at that end.
+
+    reason: forces exceed the limit, no state at the shortest step, too many states, or stopped by
+    the user."""
 
     value: float
     reason: Literal["forces", "steps", "states", "stopped"]
@@ -86,7 +86,7 @@ class Cut:
 
 @dataclass(frozen=True)
 class Curve:
-    """States in the order in which they follow each other, and where it was cut, if anywhere."""
+    """States in their order along the curve, and its ends within the range."""
 
     states: list[Orbit]
     cuts: tuple[Cut, ...]
@@ -95,21 +95,21 @@ class Curve:
 def curves(
     train: CondensedTrain,
     span: Range,
-    seen: Callable[[Orbit], Orbit] = lambda orbit: orbit,
+    keep: Callable[[Orbit], Orbit] = lambda orbit: orbit,
     resonance: float = 0.0,
 ) -> Iterator[Curve]:
-    """All curves within a range through states that no other curve passes (``_starts``).
+    """All curves within a range through the states of ``_starts``, each once.
 
-    seen: is called with every computed state of the range and returns what is kept of it.
-    resonance: speed over rated at which gears vibrate on their gear mesh; 0 where no curve is
-    followed outside the range. KeyboardInterrupt ends the search with the curve that is being
-    followed, where that is within the range.
+    keep: called with every computed state of the range; returns the state to be stored.
+    resonance: speed over rated speed at which the gear-mesh frequency equals the natural frequency
+    of gears on their gear mesh; 0: no curve is followed outside the range. KeyboardInterrupt ends
+    the search with the current curve if its last state is within the range.
     """
     wide, followed = _widened(span, resonance), list[list[Orbit]]()
     for start in _starts(train, span, wide, resonance):
         if start is None or any(_on_curve(states, wide, start) for states in followed):
             continue
-        states, cuts = _follow(train, span, wide, start, seen)
+        states, cuts = _follow(train, span, wide, start, keep)
         followed.append(states)
         for within, piece in groupby(states, lambda state: span.holds(state.point)):
             if within:
@@ -123,16 +123,18 @@ def curves(
             raise KeyboardInterrupt
 
 
-def leaving(
+def branch(
     train: CondensedTrain, span: Range, start: Orbit, direction: Array,
-    seen: Callable[[Orbit], Orbit],
+    keep: Callable[[Orbit], Orbit],
 ) -> Curve:  # fmt: skip
-    """The curve of twice the period that leaves another one at its state ``start``, by the odd
-    harmonics of ``direction`` (m,), without that state: up to the ends of the range, or to where it
-    meets a curve of half its period again. KeyboardInterrupt ends it, if it has states."""
-    walk, states = _Walk(train, span, span, start, seen), list[Orbit]()
+    """The curve of twice the period that branches off at the state ``start`` of another curve in
+    ``direction`` (m,), without ``start``.
+
+    It ends at the range, or where it meets a curve of half its period again. keep: as for
+    ``curves``. KeyboardInterrupt ends the curve, unless it has no states yet."""
+    follower, states = _CurveFollower(train, span, span, start, keep), list[Orbit]()
     try:
-        cut = walk.along(walk.off(direction), states)
+        cut = follower.follow(follower.start_in(direction), states)
     except KeyboardInterrupt:
         if not states:
             raise
@@ -140,10 +142,11 @@ def leaving(
     return Curve(states, (cut,) if cut else ())
 
 
-def between(
+def state_between(
     train: CondensedTrain, span: Range, before: Orbit, after: Orbit, value: float
 ) -> Orbit | None:
-    """The state at λ = ``value`` between two of a curve; None where none is found."""
+    """The state at λ = ``value`` between two states of a curve; None where Newton's method does
+    not converge."""
     low, high = span.value(before.point), span.value(after.point)
     w, point = (value - low) / ((high - low) or 1.0), span.point(value)
     balance = Balance(train.elements, train.at(point))
@@ -151,7 +154,7 @@ def between(
 
 
 def _widened(span: Range, resonance: float) -> Range:
-    """A range of speeds, up to the ends of the resonances around its own ends."""
+    """A range of speeds, extended to the ends of resonances in which one of its ends lies."""
     if span.over == "load":
         return span
     low, high = ([e for e in RESONANT if e[0] * resonance < x < e[1] * resonance]
@@ -166,8 +169,8 @@ def _widened(span: Range, resonance: float) -> Range:
 def _starts(
     train: CondensedTrain, span: Range, wide: Range, resonance: float
 ) -> Iterator[Orbit | None]:
-    """States that are found without a curve, at ``SEEDS`` and at the ends of the resonances around
-    a range; of a range of torques those at the lowest one that lie on curves over speed."""
+    """First states of curves: at ``SEEDS`` and at the ends of the widened range; for a range of
+    torques also those at the lowest torque on curves over speed."""
     for share in SEEDS if span.low < span.high else SEEDS[:1]:
         yield _state(train, span.point(span.low + share * (span.high - span.low)))
     for value in (wide.low, wide.high):
@@ -179,13 +182,13 @@ def _starts(
             yield from curve.states
 
 
-def _state(train: CondensedTrain, point: Point) -> Orbit | None:
+def _state(train: CondensedTrain, point: OperatingPoint) -> Orbit | None:
     balance = Balance(train.elements, train.at(point))
     return converge(balance, point, balance.start())
 
 
 def _on_curve(states: list[Orbit], span: Range, orbit: Orbit) -> bool:
-    """Whether a state lies on a curve, on one of its states or between two."""
+    """Whether a state agrees with one of a curve, or with the interpolation between two."""
     value, x = span.value(orbit.point), orbit.unknown
     size = float(np.linalg.norm(x))
     for a, b in zip(states, states[1:] or states, strict=False):
@@ -199,18 +202,18 @@ def _on_curve(states: list[Orbit], span: Range, orbit: Orbit) -> bool:
 
 
 def _follow(
-    train: CondensedTrain, span: Range, wide: Range, start: Orbit, seen: Callable[[Orbit], Orbit]
+    train: CondensedTrain, span: Range, wide: Range, start: Orbit, keep: Callable[[Orbit], Orbit]
 ) -> tuple[list[Orbit], list[Cut | None]]:
-    """States of the curve through a state, both ways over the wide range, and why it was cut before
-    either of its ends; ``stopped`` stands at the last one."""
-    walk, value = _Walk(train, span, wide, start, seen), wide.value(start.point)
-    first = walk.stored(start)
+    """States of the curve through a state, in both directions over the wide range, and the cut at
+    either end; None at an end of the range."""
+    follower, value = _CurveFollower(train, span, wide, start, keep), wide.value(start.point)
+    first = follower.stored(start)
     backward, forward, cuts = list[Orbit](), list[Orbit](), list[Cut | None]([None, None])
     try:
         if value > wide.low:
-            cuts[0] = walk.along(walk.towards(-1.0), backward)
+            cuts[0] = follower.follow(follower.start_towards(-1.0), backward)
         if value < wide.high:
-            cuts[1] = walk.along(walk.towards(1.0), forward)
+            cuts[1] = follower.follow(follower.start_towards(1.0), forward)
     except KeyboardInterrupt:
         last = (forward or backward or [first])[-1]
         cuts[1 if forward or not backward else 0] = Cut(wide.value(last.point), "stopped")
@@ -218,9 +221,9 @@ def _follow(
 
 
 @dataclass(frozen=True)
-class _Place:
-    """A state, its equations, and how the curve is measured there: weights of the unknowns and λ,
-    and its direction (m + 1,), of length one."""
+class _CurvePoint:
+    """A state, its equations, the weights (m + 1,) of the unknowns and λ in the arc length, and the
+    unit tangent (m + 1,) of the curve."""
 
     orbit: Orbit
     balance: Balance
@@ -228,51 +231,53 @@ class _Place:
     tangent: Array
 
 
-class _Walk:
-    """Follows one curve over a wide range from a state of it, with finer steps within a narrow one,
-    at whose edges it has states."""
+class _CurveFollower:
+    """Follows one curve from one of its states over a wide range; within the narrow range steps are
+    finer, and there are states at its edges."""
 
     def __init__(
         self, train: CondensedTrain, span: Range, wide: Range, start: Orbit,
-        seen: Callable[[Orbit], Orbit],
+        keep: Callable[[Orbit], Orbit],
     ) -> None:  # fmt: skip
-        self.train, self.narrow, self.span, self.seen = train, span, wide, seen
+        self.train, self.narrow, self.span, self.keep = train, span, wide, keep
         self.width = wide.high - wide.low
         self.solver = Solver()
         self.balance = self._balance(wide.value(start.point))
         state = self.balance.residual(start.unknown)[1]
         self.start = replace(state, point=start.point)
-        self.size = self._forces(start.unknown)
-        self.most = RISE * float(np.abs(state.force).max()) + _closing_force(train)
+        self.start_forces = self._norm(start.unknown)
+        self.max_force = MAX_RISE * float(np.abs(state.force).max()) + _backlash_force(train)
 
     def stored(self, orbit: Orbit) -> Orbit:
-        """What is kept of a state: beyond the narrow range nothing over time."""
+        """The state to be stored; outside the narrow range without histories over time."""
         if self.narrow.holds(orbit.point):
-            return self.seen(orbit)
-        return replace(orbit.light, waves=Waves(*np.zeros((2, 0, 0))))
+            return self.keep(orbit)
+        return replace(orbit.without_histories, waves=Waves(*np.zeros((2, 0, 0))))
 
     def _balance(self, value: float) -> Balance:
         return Balance(self.train.elements, self.train.at(self.span.point(value)))
 
-    def _forces(self, unknown: Array) -> float:
+    def _norm(self, unknown: Array) -> float:
+        """‖f‖ of unknowns, 1 where all forces are zero."""
         return float(np.linalg.norm(unknown[: self.balance.forces])) or 1.0
 
-    def towards(self, sense: float) -> _Place:
-        """The start, with λ rising (1) or falling (−1) from there."""
-        place = self._place(self.start, self.balance, None)
-        return replace(place, tangent=place.tangent * np.sign(place.tangent[-1]) * sense)
+    def start_towards(self, sense: float) -> _CurvePoint:
+        """The start, with a tangent along which λ rises (1) or falls (−1)."""
+        start = self._curve_point(self.start, self.balance, None)
+        return replace(start, tangent=start.tangent * np.sign(start.tangent[-1]) * sense)
 
-    def off(self, direction: Array) -> _Place:
-        """The start, with λ constant and the unknowns changing in a direction (m,)."""
+    def start_in(self, direction: Array) -> _CurvePoint:
+        """The start, with a tangent in a direction (m,) of the unknowns at constant λ."""
         weight, tangent = self._weight(self.start), np.r_[direction, 0.0]
         tangent /= np.linalg.norm(weight * tangent)
-        return _Place(self.start, self.balance, weight, tangent)
+        return _CurvePoint(self.start, self.balance, weight, tangent)
 
-    def along(self, current: _Place, states: list[Orbit]) -> Cut | None:
-        """Append states from the start on, up to an end of the wide range or to where a curve of a
-        longer period meets that of half its period; where the curve is cut before."""
+    def follow(self, current: _CurvePoint, states: list[Orbit]) -> Cut | None:
+        """Append the states after ``current`` up to an end of the wide range, or up to where a
+        curve of a longer period meets that of half its period. Returns the cut of a curve that ends
+        before."""
         step, bend = FIRST, np.zeros_like(current.tangent)
-        for _ in range(MOST_STATES):
+        for _ in range(MAX_STATES):
             step, before = min(step, self._longest(current)), self.span.value(current.orbit.point)
             while (following := self._next(current, bend, step)) is None or (
                 step > FIRST and self._rejoins(current.orbit, following[0].orbit)
@@ -280,79 +285,80 @@ class _Walk:
                 step *= 0.5
                 if step < SHORTEST:
                     return Cut(before, "steps")
-            successor, tries = following
+            successor, corrections = following
             if self._rejoins(current.orbit, successor.orbit):
                 return None
             edge = self._edge(before, self.span.value(successor.orbit.point))
             if edge is not None:
-                orbit = between(self.train, self.span, current.orbit, successor.orbit, edge)
+                orbit = state_between(self.train, self.span, current.orbit, successor.orbit, edge)
                 if orbit is None:
                     return Cut(before, "steps")
                 states.append(self.stored(orbit))
                 if edge in (self.span.low, self.span.high):
                     return None
-                bend, current = 0.0 * bend, self._place(orbit, self._balance(edge), current.tangent)
+                current = self._curve_point(orbit, self._balance(edge), current.tangent)
+                bend = 0.0 * bend
                 continue
             states.append(self.stored(successor.orbit))
-            if np.abs(successor.orbit.force).max() > self.most:
+            if np.abs(successor.orbit.force).max() > self.max_force:
                 return Cut(self.span.value(successor.orbit.point), "forces")
             bend, current = (successor.tangent - current.tangent) / step, successor
-            step *= 1.4 if tries <= QUICK else 0.8
+            step *= 1.4 if corrections <= FEW_CORRECTIONS else 0.8
         return Cut(self.span.value(current.orbit.point), "states")
 
     def _rejoins(self, before: Orbit, after: Orbit) -> bool:
-        """Whether the odd harmonics, which states of half the period lack, vanish on the way from
-        one state to another."""
+        """Whether the odd harmonics, which states of half the period lack, vanish between two
+        successive states."""
         if self.train.elements.gear_meshes == 1:
             return False
         a, b = (self.balance.parts(orbit.unknown)[0][1::2] for orbit in (before, after))
         size = np.vdot(a, a).real
         return bool(size > 0.0 and np.vdot(a, b).real < REJOINED * size)
 
-    def _longest(self, current: _Place) -> float:
-        """Longest step from a place on."""
+    def _longest(self, current: _CurvePoint) -> float:
+        """Longest step from a point of the curve."""
         inside = self.narrow.holds(current.orbit.point)
         width = (self.narrow.high - self.narrow.low if inside else 0.0) or self.width
         return LONGEST * min(1.0, width / (abs(current.tangent[-1]) or width))
 
     def _edge(self, before: float, after: float) -> float | None:
-        """The first edge of both ranges on the way from one λ to another."""
+        """The first edge of either range between two values of λ."""
         edges = (self.span.low, self.narrow.low, self.narrow.high, self.span.high)
         crossed = [e for e in edges if (e - before) * (e - after) < 0.0 or e == after]
         return min(crossed, key=lambda e: abs(e - before), default=None)
 
-    def _next(self, current: _Place, bend: Array, step: float) -> tuple[_Place, int] | None:
-        """The place a step further on, and Newton's tries; None where there is none, or where the
-        curve turns too fast on the way."""
+    def _next(
+        self, current: _CurvePoint, bend: Array, step: float
+    ) -> tuple[_CurvePoint, int] | None:
+        """The point one step ahead and the number of Newton steps; None without convergence, or
+        where the tangent turns too far."""
         corrected = self._corrected(current, bend, step)
         if corrected is None:
             return None
-        orbit, balance, tries = corrected
-        successor = self._place(orbit, balance, current.tangent)
-        turned = float(
-            (successor.weight * successor.tangent) @ (successor.weight * current.tangent)
-        )
-        turned /= float(np.linalg.norm(successor.weight * current.tangent))
-        return None if step > KINK and turned < STRAIGHT else (successor, tries)
+        orbit, balance, corrections = corrected
+        successor = self._curve_point(orbit, balance, current.tangent)
+        before = successor.weight * current.tangent
+        cosine = float((successor.weight * successor.tangent) @ before / np.linalg.norm(before))
+        return None if step > KINK and cosine < LEAST_COSINE else (successor, corrections)
 
     def _weight(self, orbit: Orbit) -> Array:
-        """Of the unknowns and λ (m + 1,) in the length of a curve. Rigid motions follow the forces,
-        and have no length of their own."""
+        """Weights (m + 1,) of the unknowns and λ in the arc length; zero for the amplitudes of
+        rigid motions, which depend on the forces."""
         weight = np.zeros(len(orbit.unknown) + 1)
-        forces = max(self.size, self._forces(orbit.unknown))
-        weight[: self.balance.forces] = 1.0 / (FORCE_SPAN * forces)
+        forces = max(self.start_forces, self._norm(orbit.unknown))
+        weight[: self.balance.forces] = 1.0 / (FORCE_WEIGHT * forces)
         weight[-1] = 1.0 / max(self.width, 0.5 * self.span.high)
         return weight
 
-    def _place(self, orbit: Orbit, balance: Balance, before: Array | None) -> _Place:
-        """With the direction on from ``before``."""
+    def _curve_point(self, orbit: Orbit, balance: Balance, before: Array | None) -> _CurvePoint:
+        """The state with its unit tangent, in the sense of the previous tangent ``before``."""
         size, weight = len(orbit.unknown), self._weight(orbit)
         right = np.zeros(size + 1)
         right[-1] = 1.0
         border = right if before is None else weight**2 * before
         slope = self._slope(balance, orbit, self.span.value(orbit.point))
         tangent = self.solver.solve(balance, orbit, right, slope, border)
-        return _Place(orbit, balance, weight, tangent / np.linalg.norm(weight * tangent))
+        return _CurvePoint(orbit, balance, weight, tangent / np.linalg.norm(weight * tangent))
 
     def _slope(self, balance: Balance, orbit: Orbit, value: float) -> Array:
         """∂ residual / ∂ λ (m,) at a state of the equations ``balance``."""
@@ -360,34 +366,34 @@ class _Walk:
         return np.asarray(balance.change(shifted, orbit) / (DIFFERENCE * value))
 
     def _corrected(
-        self, current: _Place, bend: Array, step: float
+        self, current: _CurvePoint, bend: Array, step: float
     ) -> tuple[Orbit, Balance, int] | None:
-        """The state a step further on, its equations and Newton's tries; None where there is
-        none."""
+        """The state one step ahead, its equations and the number of Newton steps; None without
+        convergence."""
         size = len(current.orbit.unknown)
         predicted = np.r_[current.orbit.unknown, self.span.value(current.orbit.point)]
         predicted += step * current.tangent + 0.5 * step**2 * bend
-        x, across, slope = predicted.copy(), current.weight**2 * current.tangent, np.zeros(size)
-        for tries in range(1, CORRECTIONS + 1):
+        x, normal, slope = predicted.copy(), current.weight**2 * current.tangent, np.zeros(size)
+        for iteration in range(1, MAX_CORRECTIONS + 1):
             value = float(x[-1])
             if value <= 0.0:
                 return None
             balance = self._balance(value)
-            left, state = balance.residual(x[:size])
-            if state.residual <= AGREES and tries > 1:
-                return replace(state, point=self.span.point(value)), balance, tries
-            if tries <= EXACT_SLOPES:
+            imbalance, state = balance.residual(x[:size])
+            if state.residual <= TOLERANCE and iteration > 1:
+                return replace(state, point=self.span.point(value)), balance, iteration
+            if iteration <= MAX_SLOPES:
                 slope = self._slope(balance, state, value)
-            right = np.r_[left, across @ (x - predicted)]
-            change = self.solver.solve(balance, state, right, slope, across)
+            right = np.r_[imbalance, normal @ (x - predicted)]
+            change = self.solver.solve(balance, state, right, slope, normal)
             if not np.isfinite(change).all():
                 return None
             x = x - change
         return None
 
 
-def _closing_force(train: CondensedTrain) -> float:
-    """Force, N, under which teeth yield by half of their largest gap or backlash."""
+def _backlash_force(train: CondensedTrain) -> float:
+    """Force, N, that deflects the teeth by half of their largest gap or backlash."""
     e = train.elements
     teeth = e.owner >= 0
     stiffness = np.where(teeth, e.nominal[0], 0.0).sum(axis=1).max(initial=0.0)

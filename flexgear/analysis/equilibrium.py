@@ -1,13 +1,15 @@
 """Static equilibrium at given independent rotations (a carrier angle) under given torques.
 
-Unknown are the pair forces F, the amplitudes a of the rigid motions and the torques T_o of the
-reaction ports, which hold the train:
+The unknowns are the pair forces F, the amplitudes a of the rigid motions and the torques T_o of the
+reaction ports:
 
     F = k ⟨Vᵀ u + e⟩,  u = P_r a + S f,  f = −V F + Σ e_p T_p − Σ e_o T_o,
-    P_rᵀ f = 0   (every rigid motion in balance),   input_rows · q = 0   (the rotations are given),
+    P_rᵀ f = 0   (rigid motions in equilibrium),   input_rows · q = 0   (given rotations),
 
-with S the elastic flexibility of the channels. One small dense problem a position; laws that are
-not linear where they carry are linearised anew until they agree with their answer.
+u, f: motions of the channels and forces on them; V: columns of the pairs; e: their errors; ⟨x⟩: x
+where positive, else 0; S: elastic flexibility of the channels; P_r: their rigid motions; e_p, e_o:
+unit vectors of ports. Each position is one small dense problem. Nonlinear laws are linearised
+repeatedly until the linearised force equals that of the law.
 """
 
 from __future__ import annotations
@@ -31,19 +33,21 @@ from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
 
-CHUNK = 100  # positions between two reports of progress
+CHUNK = 100  # positions between two progress reports
 
 
 @dataclass(frozen=True)
 class Solution:
-    """What equilibria and transients give, sample by sample (first axis t).
+    """Samples of equilibria and transients, with the first axis t.
 
-    theta (t, A) rad, angles of stages and frames by which pairs are placed; torques (t, P) from
-    outside on every port, N·m; eta (t, n) modal coordinates; pair_load (t, M, S) N with pair_tooth
-    (0-based, −1 none), pair_stiffness N/m, pair_position (path coordinate, m); of pairs in slices
-    far_load (t, M, S) N, what of the load the second row carries, and pair_approach (t, M, S, 4) m:
-    by how much both rows close, then what the bodies' motion does of it, else of no length;
-    support_load (t, extra rows) N; active_flanks (t, M) gear meshes that were looked at.
+    theta (t, A): angles of stages and frames, which determine the positions of pairs, rad; torques
+    (t, P): external torques on the ports, N·m; eta (t, n): modal coordinates; pair_load (t, M, S):
+    force of each tooth pair, N; pair_tooth: its tooth of the gear from 0, −1 without a pair;
+    pair_stiffness: N/m; pair_position: path coordinate, m. For pairs in slices far_load (t, M, S):
+    the part of the load on the second row, N, and pair_approach (t, M, S, 4): closing of both rows,
+    then closing of both rows by the motion of bodies alone, m; else these have no length.
+    support_load (t, r): forces of the rows of supports, bearings and loads, N; active_flanks
+    (t, M): 1 for flanks that were included in the contact problem.
     """
 
     modal: ModalSystem
@@ -62,9 +66,9 @@ class Solution:
 
 @dataclass(frozen=True)
 class Equilibrium(Solution):
-    """Equilibria over positions; eta is measured from the undeflected train at that position.
+    """Equilibria at p positions; eta is relative to the undeflected train at each position.
 
-    input_angles (p, F) independent rotations, rad; closure (p,) largest imbalance over the load.
+    input_angles (p, F): independent rotations, rad; closure (p,): largest residual over the load.
     """
 
     input_angles: Array
@@ -72,12 +76,12 @@ class Equilibrium(Solution):
 
 
 def held(modal: ModalSystem) -> Held:
-    """The train's answer at rest from its modes and residual flexibility."""
+    """Static flexibility and rigid motions of a train, from its modes and residual flexibility."""
     system, r = modal.system, modal.rigid_count
     elastic, omega2 = slice(r, None), modal.omega[r:] ** 2
     rigid, flexibility = modal.channel_modes[:, :r], modal.static_receptance()
-    follow = (modal.input_rows[:, elastic] / omega2) @ modal.channel_modes[:, elastic].T
-    rotations = follow + system.input_rows @ modal.residual_motion
+    by_modes = (modal.input_rows[:, elastic] / omega2) @ modal.channel_modes[:, elastic].T
+    rotations = by_modes + system.input_rows @ modal.residual_motion
     at = len(rigid) - len(system.ports) + system.reactions
     balance = np.hstack([rigid, -rotations.T])
     corner = np.zeros((balance.shape[1], balance.shape[1]))
@@ -93,9 +97,9 @@ def held(modal: ModalSystem) -> Held:
 
 
 def port_torques(system: System, torque: Array | float, count: int) -> Array:
-    """(count, P) external torques: given ports from ``torque``, reactions zero.
+    """External torques (count, P) on the ports, N·m, zero at reactions.
 
-    torque: scalar or (count,) for the first port (others then as rated), or (count, P).
+    torque: scalar or (count,) for the first port, the others in rated proportion; or (count, P).
     """
     external = np.asarray(torque, dtype=float)
     if external.ndim == 2:
@@ -113,13 +117,13 @@ def revolution(
     progress: Callable[[float], None] | None = None,
     theta: Array | None = None,
 ) -> Equilibrium:
-    """Equilibria at independent rotations under a torque, N·m.
+    """Equilibria at p positions of a train.
 
-    angles: of the first rotation, scalar or (p,), or (p, F) of all, rad;
-    torque: of the first port, scalar or (p,), the other given ports in their rated proportion; or
-    (p, P) for all ports. theta: angles (p, A) rad of stages and frames, of the rolling train at
-    these rotations unless given. Raises FlexgearError where nothing holds the train or the closure
-    is worse than 1e-8 of the load.
+    angles: of the first independent rotation, scalar or (p,), or of all, (p, F), rad; torque: on
+    the first port, scalar or (p,), the others in rated proportion, or on all ports (p, P), N·m;
+    theta (p, A): angles of stages and frames, rad, if they are not those of the undeflected train
+    at these rotations. FlexgearError where a body is free to move or an equilibrium does not close
+    within 1e-8 of the load.
     """
     system, pairs = modal.system, modal.system.pairs
     free, r = len(modal.input_rows), modal.rigid_count
@@ -159,7 +163,7 @@ def revolution(
 
 
 def _refusal(angle: float, torque: float, closure: float) -> str:
-    """Why there is no equilibrium at a carrier angle, rad, under a torque, N·m."""
+    """Message for a position without equilibrium: carrier angle, rad, torque, N·m, closure."""
     if not np.isfinite(closure):
         return (
             f"no equilibrium at carrier angle {angle:.5f} rad under {torque:.6g} N·m: teeth that "

@@ -1,22 +1,22 @@
-"""Sets of manufacturing errors, and equilibria of one train under all of them at once.
+"""Sets of manufacturing errors, and equilibria of one train under many sets at once.
 
 Errors e enter only the right side of the contact problem of a position (``equilibrium``),
 
     A x = b(e) + y,   x ≥ 0, y ≥ 0, x·y = 0 on one-sided rows,   y = 0 on all others,
 
 x being pair forces, rigid motions and reactions, y the gaps of unloaded rows times their stiffness.
-Let S be what perfect gears load: the flanks that carry and all two-sided rows; B are the others.
-A_SS is inverted once for all sets of errors, and with x and y = 0 for the others
+Let S be the rows loaded with perfect gears (the carrying flanks and all two-sided rows), B the
+others. A_SS is inverted once for all sets of errors. With x_B = 0 and y_S = 0
 
-    x_S = A_SS⁻¹ b_S(e),   y_B = A_BS x_S − b_B(e).
+    x_S = A_SS⁻¹ b_S(e),   y_B = A_BS x_S − b_B(e),
 
-Where both are ≥ 0, that is the answer. Rows of S that pull are let go by the complementary problem
-w = x + Q z, w ≥ 0, z ≥ 0, w·z = 0 among them, Q being rows and columns of A_SS⁻¹; and only where
-flanks of B are loaded, too, the whole problem is solved for that set. As A is positive definite but
-for the given rotations, the answer is unique: it is that of ``equilibrium.revolution``, but all
-flanks are watched at every position. Sums run in the same order for any number of sets, so that a
-set's forces do not depend on its company. Bearings with a law of their own are no linear rows: such
-trains are solved one set after the other.
+which is the solution where both are ≥ 0. Rows of S with tension are released by the complementarity
+problem w = x + Q z, w ≥ 0, z ≥ 0, w·z = 0, Q being their rows and columns of A_SS⁻¹. Only where
+rows of B are loaded, too, the whole problem is solved for that set. As A is positive definite
+except for the given rotations, the solution is unique: it is that of ``equilibrium.revolution``
+with all flanks active at every position. Sums run in the same order for any number of sets, so that
+the forces of a set do not depend on the other sets. Bearings with a law of their own are not linear
+rows: such trains are solved for one set after the other.
 """
 
 from __future__ import annotations
@@ -42,17 +42,17 @@ from flexgear.model.errors import FlexgearError
 
 @dataclass(frozen=True)
 class GapSets:
-    """Gaps of slices of J sets beside those of the pair data.
+    """Gaps of slices of J sets, added to those of the pair data.
 
-    amounts: (J, M, B) m of B ways to grind flanks; factors: (2, B, K, T, n) of an amount and of its
-    square, m/m and 1/m, in what it adds to the gaps of the n slices in the tables of ``PairData``.
+    amounts (J, M, B) m: of B kinds of flank modification; factors (2, B, K, T, n), m/m and 1/m:
+    gaps of the n slices in the tables of ``PairData`` per amount and per square of the amount.
     """
 
     amounts: Array
     factors: Array
 
     def pairs(self, base: PairData, j: int) -> PairData:
-        """Pair data with a table for every gear mesh, as planets differ."""
+        """Pair data with the gaps of set j, with a table of its own for every gear mesh."""
         table, slices = base.table, base.slice_table[base.table]
         for m, count in enumerate(base.slices):
             for power, factor in enumerate(self.factors, 1):
@@ -72,11 +72,11 @@ class GapSets:
 
 @dataclass(frozen=True)
 class ErrorSets:
-    """Errors of J sets in the places of ``PairData``: first axis j, then as there.
+    """Errors of J sets: axis j, then the axes of the corresponding arrays of ``PairData``.
 
-    amplitude m, phase rad, offset m, slope along the face m/m (J, M); gear (J, M, z), planet (J, M,
-    z_p) m; runout_amplitude m, runout_phase rad (J, M, H), their rates and angles are those of the
-    system. gaps: of flanks that are ground otherwise than the case says, if any are.
+    amplitude m, phase rad, offset m, slope along the face m/m (J, M); gear (J, M, z), planet
+    (J, M, z_p) m; runout_amplitude m, runout_phase rad (J, M, H), with the rates and angles of the
+    system; gaps: deviations of flank modifications from those of the case, or None.
     """
 
     amplitude: Array
@@ -116,35 +116,35 @@ def no_errors(base: PairData) -> ErrorSets:
     return ErrorSets(**{n: np.zeros((1, *c.shape)) for n, c in columns.items()}, gaps=None)
 
 
-def waves_of(sets: ErrorSets) -> Waves:
-    """The sets as the compiled loops read them."""
+def _waves(sets: ErrorSets) -> Waves:
+    """The sets in the form for compiled loops, with axis j last."""
 
-    def last(values: Array) -> Array:
+    def sets_last(values: Array) -> Array:
         return np.ascontiguousarray(np.moveaxis(values, 0, -1))
 
     return Waves(
-        last(sets.offset),
-        last(sets.slope),
-        last(sets.amplitude * np.cos(sets.phase)),
-        last(sets.amplitude * np.sin(sets.phase)),
-        last(sets.gear),
-        last(sets.planet),
-        last(sets.runout_amplitude * np.cos(sets.runout_phase)),
-        last(sets.runout_amplitude * np.sin(sets.runout_phase)),
+        sets_last(sets.offset),
+        sets_last(sets.slope),
+        sets_last(sets.amplitude * np.cos(sets.phase)),
+        sets_last(sets.amplitude * np.sin(sets.phase)),
+        sets_last(sets.gear),
+        sets_last(sets.planet),
+        sets_last(sets.runout_amplitude * np.cos(sets.runout_phase)),
+        sets_last(sets.runout_amplitude * np.sin(sets.runout_phase)),
     )
 
 
-CHUNK = 25  # positions after which a program may be interrupted
+CHUNK = 25  # positions of one compiled call, between which the user may interrupt
 
 
 @dataclass(frozen=True)
 class ErrorStudy:
-    """A train with perfect gears at its positions: all that equilibria under errors need.
+    """A train with perfect gears at p positions, for equilibria under errors.
 
-    input_angles (p, F) independent rotations and theta (p, A) angles of the stages, rad; torques
-    (p, P) given on the ports and rated (P,), N·m; rates (6 B,): of the blocks in rolling;
-    held: what the train answers. one_by_one: the train itself where it is not linear between
-    contacts.
+    input_angles (p, F): independent rotations, rad; theta (p, A): angles of the stages, rad;
+    torques (p, P): given torques on the ports, rated (P,): rated ones, N·m; rates (6 B,): motions
+    of the blocks in rigid rotation of the train; held: flexibility and rigid motions of the train.
+    one_by_one: the train, where its bearings or pairs are not linear; else None.
     """
 
     pairs: PairData
@@ -158,7 +158,7 @@ class ErrorStudy:
 
 
 def error_study(modal: ModalSystem, input_angles: Array, torque: Array | float) -> ErrorStudy:
-    """The train at independent rotations (p, F) rad under a torque, as ``revolution`` takes it."""
+    """The train at independent rotations (p, F) rad; torque: see ``equilibrium.revolution``."""
     system = modal.system
     pairs = no_errors(system.pairs).pairs(system.pairs, 0)
     return ErrorStudy(
@@ -178,23 +178,23 @@ def gear_mesh_forces(
     sets: ErrorSets,
     look: Callable[[int, Equilibrium], None] | None = None,
 ) -> Array:
-    """Forces (p, M, J) of all gear meshes of one flank, N; NaN where a set has no equilibrium.
+    """Forces (p, M, J) of all flanks, N; NaN where a set has no equilibrium.
 
-    look: gets the equilibria of set j where sets are solved one after the other. Raises
-    FlexgearError where perfect gears have none or the inverse closes worse than 1e-8.
+    look: called with j and the equilibria of set j where sets are solved one after the other.
+    Raises FlexgearError where perfect gears have no equilibrium that closes within 1e-8.
     """
     if study.one_by_one is not None:
         return _one_by_one(study, study.one_by_one, sets, look)
-    count, laws, waves = len(study.theta), law_functions(study.pairs), waves_of(sets)
+    count, laws, waves = len(study.theta), law_functions(study.pairs), _waves(sets)
     work = position_work(study.pairs, study.held, study.torques.shape[1], study.rates)
     force = np.zeros((count, len(study.pairs.s0), len(sets)))
     forward = np.ascontiguousarray(study.torques @ study.rated >= 0.0)
     positions = (study.theta, study.torques, forward)
     for start in range(0, count, CHUNK):
         stop = min(start + CHUNK, count)
-        at = forces_under_errors(laws, positions, (start, stop), study.held, waves, work, force)
-        if at < stop:
-            angle = study.input_angles[at, 0]
+        p = forces_under_errors(laws, positions, (start, stop), study.held, waves, work, force)
+        if p < stop:
+            angle = study.input_angles[p, 0]
             raise FlexgearError(
                 f"perfect gears have no equilibrium at {angle:.5f} rad that closes "
                 f"within {CLOSURE:g} of the load; check torque, bearings and supports"
@@ -214,7 +214,7 @@ def _one_by_one(
                 replace(modal, system=system), study.input_angles, study.torques
             )
         except FlexgearError:
-            continue  # a set without an equilibrium must not cost the others
+            continue  # other sets may have equilibria
         force[:, :, j] = equilibrium.pair_load.sum(axis=-1)
         if look is not None:
             look(j, equilibrium)

@@ -1,51 +1,47 @@
 """Excitation of modes by the varying gear-mesh stiffness: resonances, parametric instability.
 
-Which orders of gear meshes drive a mode, and the force that they raise where they meet it.
+**Nodal index.** A stage of N equal planets with equal spacing is symmetric under rotation by 2π/N.
+In a mode the motion of each planet is that of the previous one times e^{2πik/N}: k = 0 (rotational
+and axial modes of Lin & Parker); k = 1, N − 1 (translational, tilting); or another k (planet modes,
+in which the central members do not move). On a ring, waves of n nodal diameters have k = n mod N.
+Real modes contain k and N − k equally and get the smaller index.
 
-A stage of N equal planets at equal places repeats after 2π/N. In a mode what one planet does is
-what the one before does times e^{2πik/N}: k = 0, all alike (rotational and axial modes of Lin &
-Parker); k = 1, N − 1 (translational, tilting); or another (planet modes, in which the central
-members are at rest). On a ring, waves of n nodal diameters belong to k = n mod N. Real modes hold k
-and N − k alike and are given the smaller.
-
-Order l of the gear-mesh frequency meets planet i with the phase l z_s φ_i, so that it pushes with
+At planet i order l of the gear-mesh frequency has the phase l z_s φ_i, so that it excites
 
     k = l z_s mod N
 
-and does no work on any other mode, as long as planets and what is between them are equal.
+and does no work on any other mode, as long as planets and their connections are equal.
 
 Source: Lin & Parker 1999, J. Vib. Acoust. 121:316; Parker 2000, J. Sound Vib. 236:561.
 
-Gear-mesh force that an order of the gear-mesh frequency raises in modes that it meets exactly.
-
-The stiffness of gear mesh m varies about its mean as Re Σ_l k_l e^{ilψ}. Under its mean force F̄ it
-is closed by x̄ = F̄/k̄, so that order l pushes the bodies with g_l x̄ (g_l: force of the rows on all
-coordinates per metre, ``FlankCycle``). Modes j of one frequency answer at it with
+**Resonance.** The stiffness of gear mesh m varies about its mean as Re Σ_l k_l e^{ilψ}. Its mean
+force F̄ closes it by x̄ = F̄/k̄, so that order l acts on the bodies with the force g_l x̄ (g_l: force
+on all coordinates per metre, ``FlankCycle``). At resonance modes j of one frequency respond with
 
     η_j = Σ_m φ_jᵀ g_{m,l} x̄_m / (ω_j γ_j),   γ_j = 2 ζ_j ω_j,
 
-which raises the force k̄_m |Σ_j v_mᵀ φ_j η_j| in gear mesh m, v_m being its mean row. γ_j is the
-decay of the mode: φ_jᵀ C φ_j of the structure's damping, and that of tooth pairs.
-First order in the variation, one group of modes, teeth that stay in contact.
+which causes the force k̄_m |Σ_j v_mᵀ φ_j η_j| in gear mesh m, v_m being its mean row. γ_j is the
+decay rate of the mode, φ_jᵀ C φ_j by structural damping plus that by tooth pairs. This is first
+order in the variation, for one group of modes, without loss of contact.
 
-Growth of free vibration under gear-mesh stiffness that varies with the gear-mesh frequency.
-
-In modes of the mean stiffness, about a steady state without loss of contact,
+**Parametric instability.** In modes of the mean stiffness, about a steady state without loss of
+contact,
 
     q̈ + (C(ψ) + s G) q̇ + (K(ψ) − s² K_c) q = 0,   ψ = ω_z t,
 
-G and K_c gyroscopic and centripetal at rated speed, s speed over it. K and C are constant over each
-of P equal parts of the gear-mesh period T = 2π/ω_z, so that the monodromy matrix is exact,
+G and K_c gyroscopic and centripetal matrices at rated speed, s speed over rated speed. K and C are
+constant in each of P equal parts of the gear-mesh period T = 2π/ω_z, so that the monodromy matrix
+is exact,
 
     y(T) = Π_p exp(A_p T/P) y(0),   y = (Ω q, q̇),   A_p = [[0, Ω], [−K_p/Ω, −C_p]],
 
-with any frequency Ω that balances the two. Its eigenvalues μ are the Floquet multipliers; vibration
-grows by ln|μ|/T where one of them is outside the unit circle (Floquet 1883; Nayfeh & Mook 1979,
-chapter 5). To first order in the variation K_l of K at order l, symmetric, this happens about
+with any frequency Ω as scale. Its eigenvalues μ are the Floquet multipliers; vibration grows at the
+rate ln|μ|/T where one of them is outside the unit circle (Floquet 1883; Nayfeh & Mook 1979,
+chapter 5). To first order in the symmetric variation K_l of K at order l, this happens about
 
     l ω_z = ω_i + ω_j  within  ± 2σ_ij  without damping,   σ_ij = |K_l,ij|/(4 √(ω_i ω_j)),
 
-with the growth σ_ij in the middle; damping that lets modes decay by γ/2 prevents it where
+with the growth rate σ_ij in the middle; damping with decay rates γ/2 of the modes prevents it where
 σ² < γ_i γ_j/4 (Lin & Parker 2002, J. Sound Vib. 249:129, for gears).
 """
 
@@ -62,18 +58,19 @@ from scipy import linalg
 from flexgear.analysis.modes import FlankCycle, Modes
 from flexgear.arrays import Array, Complex, Ints
 from flexgear.coupling.system import System
+from flexgear.model.names import BodyName
 from flexgear.structures.bodies import Body
 
-MIXED, ABSENT, UNEVEN = -1, -2, -3  # in place of an index
-PURE = 0.9  # share of the stage's energy that one k and N − k have
-LEAST = 1e-6  # share of the train's energy in a stage without which it is at rest
-EVEN = 1e-9  # rad, by which places of planets may miss equal ones
-ON_AXIS = 1e-9  # of the body's size
+MIXED, ABSENT, UNEVEN = -1, -2, -3  # codes in the place of a nodal index
+PURE = 0.9  # least share of one index in the stage's energy
+LEAST_ENERGY = 1e-6  # share of a stage in the energy of a mode below which it does not move
+EVEN = 1e-9  # rad, tolerance of equal spacing
+ON_AXIS = 1e-9  # radius over the size of the body
 
 
 def excited_index(order: float, sun_teeth: int, planets: int) -> int:
-    """Nodal index k = l z_s mod N that order l of a gear mesh excites; N equal, evenly spaced
-    planets (Parker 2000, J. Sound Vib. 236:561)."""
+    """Nodal index k = l z_s mod N excited by order l of the gear-mesh frequency, for N equal,
+    evenly spaced planets (Parker 2000, J. Sound Vib. 236:561)."""
     return round(order * sun_teeth) % planets
 
 
@@ -83,7 +80,7 @@ def folded(index: int, planets: int) -> int:
 
 
 def evenly_placed(angles: ArrayLike) -> bool:
-    """Whether planets (N,) rad stand at equal distances."""
+    """Whether planets at angles (N,) rad are evenly spaced."""
     turns = np.sort(np.mod(np.asarray(angles, dtype=float), 2 * np.pi))
     gaps = np.diff([*turns, turns[0] + 2 * np.pi])
     return bool(np.abs(gaps - 2 * np.pi / len(turns)).max() <= EVEN)
@@ -92,8 +89,8 @@ def evenly_placed(angles: ArrayLike) -> bool:
 def nodal_indices(system: System, shapes: Array, stage: str, angles: Sequence[float]) -> Ints:
     """min(k, N − k) of modes (d, m) in a stage with planets at ``angles`` (N,) rad.
 
-    MIXED where no k has nine tenths of the stage's kinetic energy, ABSENT in modes that leave it at
-    rest, UNEVEN where planets do not stand at equal distances.
+    MIXED where no index has nine tenths of the stage's kinetic energy, ABSENT in modes in which the
+    stage does not move, UNEVEN for planets that are not evenly spaced.
     """
     if not evenly_placed(angles):
         return np.full(shapes.shape[1], UNEVEN, dtype=np.int64)
@@ -104,20 +101,20 @@ def nodal_indices(system: System, shapes: Array, stage: str, angles: Sequence[fl
     for name, body in bodies.items():
         if body.size and (name not in planets or count == 1):
             dofs = system.slice_of(name)
-            energy += _central(body, system.mass[dofs, dofs], shapes[dofs], count)
+            energy += _central_energy(body, system.mass[dofs, dofs], shapes[dofs], count)
     if count > 1:
         order = np.argsort(np.mod(angles, 2 * np.pi))
-        energy += _of_planets(system, [planets[i] for i in order], shapes)
-    whole = energy.sum(axis=0)
+        energy += _planet_energy(system, [planets[i] for i in order], shapes)
+    total = energy.sum(axis=0)
     indices = np.argmax(energy, axis=0).astype(np.int64)
-    indices[energy.max(axis=0) < PURE * whole] = MIXED
-    indices[whole < LEAST * np.einsum("dm,dm->m", shapes, system.mass @ shapes)] = ABSENT
+    indices[energy.max(axis=0) < PURE * total] = MIXED
+    indices[total < LEAST_ENERGY * np.einsum("dm,dm->m", shapes, system.mass @ shapes)] = ABSENT
     return indices
 
 
-def _of_planets(system: System, names: list[str], shapes: Array) -> Array:
-    """Energy (N // 2 + 1, m) of planets, in their axes, by wave from planet to planet; of FE
-    planets, each of which has turned by another angle, that of their mean axes."""
+def _planet_energy(system: System, names: list[BodyName], shapes: Array) -> Array:
+    """Energy (N // 2 + 1, m) of the planets by nodal index, from their motions in planet axes; for
+    FE planets, which have turned by different angles, from the motions of their mean axes."""
     starts = [system.slice_of(name).start for name in names]
     count = min(system.body(names[0]).size, 6)
     dofs = [slice(start, start + count) for start in starts]
@@ -128,18 +125,18 @@ def _of_planets(system: System, names: list[str], shapes: Array) -> Array:
     return _fold(energy, len(names))
 
 
-def _central(body: Body, mass: Array, shapes: Array, planets: int) -> Array:
-    """Energy of a central body: by the waves of its nodes round the axis, or where all of them are
-    on the axis or it is rigid, by the motions across the axis (k = 1) and along and about it."""
+def _central_energy(body: Body, mass: Array, shapes: Array, planets: int) -> Array:
+    """Energy (N // 2 + 1, m) of a central body by nodal index: by the waves of its nodes round the
+    axis; for a rigid body, or without such nodes, by transverse (k = 1) and other motions (k = 0).
+    """
     energy = np.einsum("im,ij,jm->m", shapes, mass, shapes)
     nodes = _largest_circle(body)
     if body.rigid or nodes is None:
-        across = _across(body)
-        part = across @ shapes
-        sideways = np.einsum("im,ij,jm->m", part, mass, part)
+        part = _transverse_projector(body) @ shapes
+        transverse = np.einsum("im,ij,jm->m", part, mass, part)
         out = np.zeros((planets // 2 + 1, shapes.shape[1]))
-        out[0] += energy - sideways
-        out[1 % planets if planets > 1 else 0] += sideways
+        out[0] += energy - transverse
+        out[1 % planets] += transverse
         return out
     angle = np.arctan2(body.positions[nodes, 1], body.positions[nodes, 0])
     c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
@@ -154,7 +151,7 @@ def _central(body: Body, mass: Array, shapes: Array, planets: int) -> Array:
 
 
 def _by_remainder(waves: Array, planets: int) -> Array:
-    """Sums (N, m) over the waves n = −z/2 … z/2 of z places by n mod N."""
+    """Sums (N, m) of the energies (z, m) of waves n = −z/2 … z/2 with equal n mod N."""
     z = len(waves)
     number = np.round(np.fft.fftfreq(z) * z).astype(int)
     out = np.zeros((planets, waves.shape[1]))
@@ -163,7 +160,7 @@ def _by_remainder(waves: Array, planets: int) -> Array:
 
 
 def _fold(energy: Array, planets: int) -> Array:
-    """Energies (N, m) of k and N − k together, (N // 2 + 1, m)."""
+    """Sums (N // 2 + 1, m) of the energies (N, m) of k and N − k."""
     out = np.zeros((planets // 2 + 1, energy.shape[1]))
     for k in range(planets):
         out[folded(k, planets)] += energy[k]
@@ -171,8 +168,8 @@ def _fold(energy: Array, planets: int) -> Array:
 
 
 def _largest_circle(body: Body) -> Ints | None:
-    """Nodes of the largest set of one kind of name that stand evenly on a circle round the axis, in
-    the order of their angles; None where there are none."""
+    """Indices of the largest set of nodes of one kind that are evenly spaced round the axis, in the
+    order of their angles; None without such a set."""
     kinds: dict[tuple[str, str], list[int]] = {}
     for i, node in enumerate(body.nodes):
         kinds.setdefault((node.kind, node.side), []).append(i)
@@ -190,19 +187,19 @@ def _largest_circle(body: Body) -> Ints | None:
     return best
 
 
-def _across(body: Body) -> Array:
-    """Projector (d_b, d_b) of the coordinates of a body on its axis to motion across it."""
+def _transverse_projector(body: Body) -> Array:
+    """Projector (d_b, d_b) from the coordinates of a body to its motion x, y, rx, ry."""
     if body.rigid:
         motions = body.rigid_motions
         return np.asarray(motions @ np.diag([1.0, 1.0, 0.0, 1.0, 1.0, 0.0]) @ motions.T)
-    picked = body.node_map.copy()
-    picked[2::6] = picked[5::6] = 0.0
-    return np.asarray(np.linalg.lstsq(body.node_map, picked, rcond=None)[0])
+    transverse = body.node_map.copy()
+    transverse[2::6] = transverse[5::6] = 0.0
+    return np.asarray(np.linalg.lstsq(body.node_map, transverse, rcond=None)[0])
 
 
 @dataclass(frozen=True)
-class Loaded:
-    """A gear mesh of a stage: its cycle, its mean force N, its planet."""
+class LoadedGearMesh:
+    """A gear mesh of a stage: its stiffness over the cycle, its mean force, N, its planet."""
 
     cycle: FlankCycle
     force: float
@@ -210,7 +207,7 @@ class Loaded:
 
 
 def decay(structural: Array, modes: Modes, cycles: Mapping[int, FlankCycle]) -> Array:
-    """γ = 2ζω of modes (m,), 1/s; structural: (m,) what springs between bodies and masses give."""
+    """Decay rates γ = 2ζω of modes (m,), 1/s; structural (m,): their part by structural damping."""
     total = structural
     for cycle in cycles.values():
         closing = _mean_row(cycle) @ modes.shapes
@@ -221,7 +218,7 @@ def decay(structural: Array, modes: Modes, cycles: Mapping[int, FlankCycle]) -> 
 def resonant_force(
     modes: Modes,
     rates: Array,
-    gear_meshes: Sequence[Loaded],
+    gear_meshes: Sequence[LoadedGearMesh],
     orders: Sequence[int],
     groups: Sequence[Ints],
     alone: int | None = None,
@@ -229,8 +226,8 @@ def resonant_force(
     """Amplitude of gear-mesh force at resonance over the mean force, the largest of all gear meshes
     (orders, groups); infinite without damping.
 
-    rates: γ of the modes (m,); groups: indices of modes of one frequency; alone: the only planet
-    whose gear meshes push.
+    rates: γ of the modes (m,), 1/s; groups: indices of modes of one frequency; alone: the planet
+    whose gear meshes alone excite the modes, None for all.
     """
     omega = 2 * np.pi * modes.frequencies
     closing = np.stack([_mean_row(gear_mesh.cycle) @ modes.shapes for gear_mesh in gear_meshes])
@@ -238,36 +235,37 @@ def resonant_force(
     mean = np.array([gear_mesh.force for gear_mesh in gear_meshes])
     out = np.zeros((len(orders), len(groups)))
     for row, order in zip(out, orders, strict=True):
-        pushed = sum(
+        force = sum(
             gear_mesh.force / k * gear_mesh.cycle.harmonic_force(order)
             for gear_mesh, k in zip(gear_meshes, stiffness, strict=True)
             if alone in (None, gear_mesh.planet)
         )
-        work = modes.shapes.T @ pushed
+        work = modes.shapes.T @ force
         for g, group in enumerate(groups):
             with np.errstate(divide="ignore", invalid="ignore"):
-                answer = closing[:, group] @ (work[group] / (omega[group] * rates[group]))
-            row[g] = np.nan_to_num(stiffness * np.abs(answer) / mean, nan=np.inf).max()
+                response = closing[:, group] @ (work[group] / (omega[group] * rates[group]))
+            row[g] = np.nan_to_num(stiffness * np.abs(response) / mean, nan=np.inf).max()
     return out
 
 
 def _mean_row(cycle: FlankCycle) -> Array:
-    """v (d,), closing of a gear mesh by all coordinates, weighted by its stiffness."""
+    """Mean row v (d,) of a gear mesh: its closing by all coordinates, weighted by stiffness."""
     return np.asarray((cycle.force.mean(axis=0) @ cycle.blocks) / cycle.stiffness.mean())
 
 
-ALIKE = 1e-3  # relative, of frequencies of modes that act as one
-PRESENT = 0.1  # of the largest energy of a mode, of those that may have a part in an instability
-ROUNDING = 1e-7  # of |μ| − 1: modes that collide on the unit circle are that far off it
-NEGLIGIBLE = 1e-6  # of the frequency of what grows: a growth below it is none
+ALIKE = 1e-3  # relative difference of frequencies of modes that are taken together
+PRESENT = 0.1  # energy over the largest of a mode, above which a mode takes part in an instability
+ROUNDING = 1e-7  # |μ| − 1 that double multipliers on the unit circle have by rounding
+NEGLIGIBLE = 1e-6  # growth rate over frequency below which there is no growth
 
 
 @dataclass(frozen=True)
 class PeriodicTrain:
-    """Matrices of a train in n elastic modes; see above.
+    """Matrices of a train in n elastic modes with periodic gear-mesh stiffness.
 
-    omega: (n,) rad/s rising, of the mean stiffness; stiffness, damping: (P, n, n); gyroscopic,
-    centripetal: (n, n) at rated speed; rate: gear-mesh frequency at rated speed, rad/s.
+    omega (n,): frequencies with the mean stiffness, rad/s, rising; stiffness, damping (P, n, n): in
+    each part of the cycle; gyroscopic, centripetal (n, n): at rated speed; rate: gear-mesh
+    frequency at rated speed, rad/s.
     """
 
     omega: Array
@@ -278,7 +276,7 @@ class PeriodicTrain:
     rate: float
 
     def monodromy(self, factor: float) -> Array:
-        """(2n, 2n) of (Ω q, q̇) over a gear-mesh period, at ``factor`` times rated speed."""
+        """Monodromy matrix (2n, 2n) of (Ω q, q̇) at ``factor`` times rated speed."""
         n = len(self.omega)
         scale = float(np.sqrt(np.mean(self.omega**2)))
         first, lengths = self._pieces
@@ -293,8 +291,8 @@ class PeriodicTrain:
         return out
 
     def fastest(self, factor: float) -> tuple[float, complex, Array]:
-        """Growth in 1/s of what grows fastest, 0 where nothing does; its multiplier, and the
-        energies of the modes (n,) in it."""
+        """Largest growth rate, 1/s, 0 without growth; the multiplier of this motion, and the shares
+        of the modes (n,) in its energy."""
         n = len(self.omega)
         multipliers, vectors = linalg.eig(self.monodromy(factor))
         k = int(np.argmax(np.abs(multipliers)))
@@ -310,7 +308,7 @@ class PeriodicTrain:
 
     @property
     def _pieces(self) -> tuple[Ints, Ints]:
-        """First parts of runs of parts alike, and how many each has."""
+        """Sequences of equal parts: index of the first part, and number of parts."""
         matrices = np.concatenate([self.stiffness, self.damping], axis=1)
         change = np.abs(np.diff(matrices, axis=0)).max(axis=(1, 2)) > 1e-12 * np.abs(matrices).max()
         first = np.concatenate([[0], 1 + np.flatnonzero(change)]).astype(np.int64)
@@ -318,12 +316,13 @@ class PeriodicTrain:
 
     def variation(self, order: int) -> Complex:
         """Fourier coefficient K_l (n, n) of the stiffness K(ψ) = Re Σ_l K_l e^{ilψ}, l ≥ 1."""
-        turn = np.exp(-2j * np.pi * order * np.arange(len(self.stiffness)) / len(self.stiffness))
-        return np.asarray(2 * np.tensordot(turn, self.stiffness, 1) / len(self.stiffness))
+        count = len(self.stiffness)
+        phase = np.exp(-2j * np.pi * order * np.arange(count) / count)
+        return np.asarray(2 * np.tensordot(phase, self.stiffness, 1) / count)
 
     def expected(self, orders: int) -> tuple[Array, Array]:
-        """Speed factors (e,) in the middle of bands to first order, and half their widths over
-        order, those without damping; of orders 1 … and all pairs of modes."""
+        """Instability bands to first order, for orders 1 … ``orders`` and all pairs of modes: speed
+        factors (e,) of their middles, and half widths (e,) without damping."""
         root = np.sqrt(np.outer(self.omega, self.omega))
         sums = self.omega[:, None] + self.omega
         decay = np.clip(np.diag(self.damping.mean(axis=0)), 0.0, None)
@@ -340,8 +339,9 @@ class PeriodicTrain:
 def acting_modes(omega: Array, energy: Array, rate: float) -> tuple[int, int, int]:
     """Modes i ≤ j and order l of an instability l ω_z ≈ ω_i + ω_j at ω_z = ``rate``, rad/s.
 
-    i has most of the energy, modes of one frequency taken together, and j is the one of those with
-    a part in it whose sum with i meets an order most closely.
+    One of them is the mode with the largest energy, modes of equal frequency taken together; the
+    other is the mode with significant energy whose sum of frequencies with it is nearest to an
+    order. energy (n,): shares of the modes with frequencies omega (n,), rad/s.
     """
     together = np.array([energy[np.abs(omega - w) <= ALIKE * w].sum() for w in omega])
     i = int(np.argmax(together))

@@ -1,14 +1,15 @@
-r"""Motions that the rows of a flank act on, for means over a gear-mesh cycle.
+r"""Blocks on which the rows of a flank act, with FE teeth turned back, for means over a cycle.
 
-Contacts stay beside their planet, while the teeth of an FE ring or FE planet pass through the gear
-mesh. For a mean at a fixed position of the gear's displacement field, the motion of tooth j, at the
-angle φ_j when the gear has advanced by δ, is replaced by that of the field at φ_j − δ:
+Contacts keep their place relative to the planet, while the teeth of an FE ring or FE planet pass
+through the gear mesh. For a mean at a fixed place of the gear's displacement field, the motion of
+tooth j, at the angle φ_j when the gear has advanced by δ, is replaced by that of the field at
+φ_j − δ:
 
     u(φ_j − δ) = Σ_m D(φ_m − φ_j + δ) R(φ_j − φ_m) u_m
 
 u_m (6,): displacement and rotation of tooth m of z; R: rotation about the axis; D: Dirichlet kernel
-of z teeth, band-limited interpolation between z equal angles. It commutes with every matrix that is
-the same from tooth to tooth.
+of z teeth, the band-limited interpolation between z equal angles. This interpolation commutes with
+every matrix that is the same for all teeth (circulant).
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from flexgear.coupling.pair_data import PairData
 
 
 class RowArrays(Protocol):
-    """Rows as ``coupling.kernels.elements.Rows`` has them, of one position or of several."""
+    """Arrays of ``coupling.kernels.elements.Rows``, for one position or several."""
 
     @property
     def row(self) -> Records: ...
@@ -37,9 +38,11 @@ class RowArrays(Protocol):
 
 @dataclass(frozen=True)
 class _Teeth:
-    """Teeth of an FE gear: blocks from ``first`` on, at angles ``place`` (z,) rad. turns: index of
-    the angle of the train by which they pass their gear mesh, −1 where they do not; sense: 1 where
-    they pass it against that angle, else −1."""
+    """The z teeth of an FE gear.
+
+    first: number of their first block; place (z,): their angles, rad; turns: index of the angle of
+    the train with which they pass the gear mesh, −1 where they do not pass it; sense: 1 where they
+    pass it against that angle, else −1."""
 
     first: int
     place: Array
@@ -47,15 +50,15 @@ class _Teeth:
     sense: float
 
     def turned_back(self, wrench: Array, tooth: Ints, turned: Array) -> Array:
-        """Rows (n, 6) on the motion of teeth (n,) as rows (n, 6 z) on those of all teeth, at the
-        position without the advance; turned (n, A): angles of the train since the start, rad."""
+        """Rows (n, 6) on the motion of teeth (n,) as rows (n, 6 z) on the motions of all teeth,
+        turned back by the advance; turned (n, A): angles of the train since the start, rad."""
         count = len(self.place)
         advance = np.zeros(len(tooth)) if self.turns < 0 else self.sense * turned[:, self.turns]
-        away = self.place - self.place[tooth][:, None]
+        angle = self.place - self.place[tooth][:, None]
         same_tooth = np.arange(count) == tooth[:, None]
-        turned_field = _kernel(away + advance[:, None], count)
-        share = np.where(advance[:, None] == 0.0, same_tooth, turned_field)[..., None]
-        c, s = share * np.cos(away)[..., None], share * np.sin(away)[..., None]
+        kernel = _kernel(angle + advance[:, None], count)
+        share = np.where(advance[:, None] == 0.0, same_tooth, kernel)[..., None]
+        c, s = share * np.cos(angle)[..., None], share * np.sin(angle)[..., None]
         x, y, z = (wrench[:, None, k::3] for k in range(3))
         out = np.empty((len(tooth), count, 6))
         out[..., 0::3] = c * x - s * y
@@ -65,8 +68,8 @@ class _Teeth:
 
 
 class FlankEnds:
-    """Blocks that a flank's rows act on: its planet's and its gear's, and all teeth of either whose
-    teeth are blocks."""
+    """Blocks on which the rows of flank m act: those of its planet and its gear, or all teeth of a
+    gear or planet whose teeth are blocks. columns (c,): their dofs among those of all blocks."""
 
     def __init__(self, pairs: PairData, m: int) -> None:
         gear, planet = int(pairs.gear_block[m]), int(pairs.planet_tooth_block[m])
@@ -77,24 +80,25 @@ class FlankEnds:
         if pairs.planet_turns[m] >= 0:
             place = _angles(pairs.tooth_position, planet, int(pairs.planet_teeth[m]))
             self.teeth.append(_Teeth(planet, place, int(pairs.planet_turns[m]), -1.0))
-        alone = [int(pairs.planet_block[m]), *([] if pairs.per_tooth[m] else [gear])]
-        blocks = [*alone, *(t.first + k for t in self.teeth for k in range(len(t.place)))]
+        bodies = [int(pairs.planet_block[m]), *([] if pairs.per_tooth[m] else [gear])]
+        blocks = [*bodies, *(t.first + k for t in self.teeth for k in range(len(t.place)))]
         self.columns = (6 * np.array(blocks)[:, None] + np.arange(6)).ravel().astype(np.int64)
-        starts = np.cumsum([6 * len(alone), *(6 * len(t.place) for t in self.teeth)]).tolist()
-        self._of_teeth = [slice(a, b) for a, b in pairwise(starts)]
-        self._of_block = {block: 6 * k for k, block in enumerate(alone)}
+        starts = np.cumsum([6 * len(bodies), *(6 * len(t.place) for t in self.teeth)]).tolist()
+        self._teeth_columns = [slice(a, b) for a, b in pairwise(starts)]
+        self._body_column = {block: 6 * k for k, block in enumerate(bodies)}
 
     def coefficients(self, rows: RowArrays, at: Ints, angles: Array, start: Array) -> Array:
-        """Rows ``at`` on ``columns`` (n, c), teeth turned back by their advance from angles
-        ``start`` (A,) to those of all rows (A,) or of each (n, A)."""
+        """The rows numbered ``at`` (n,) on the motions ``columns``: (n, c). Teeth are turned back
+        by their advance from angles ``start`` (A,) to ``angles``, of all rows (A,) or each (n, A).
+        """
         out = np.zeros((len(at), len(self.columns)))
         turned = np.broadcast_to(angles - start, (len(at), len(start)))
         blocks, coef, width = rows.blocks[at], rows.coef[at], rows.row["width"][at]
         for a in range(int(width.max(initial=0))):
-            for block, column in self._of_block.items():
+            for block, column in self._body_column.items():
                 selected = (a < width) & (blocks[:, a] == block)
                 out[selected, column : column + 6] += coef[selected, a]
-            for teeth, columns in zip(self.teeth, self._of_teeth, strict=True):
+            for teeth, columns in zip(self.teeth, self._teeth_columns, strict=True):
                 tooth = blocks[:, a] - teeth.first
                 selected = np.flatnonzero((a < width) & (tooth >= 0) & (tooth < len(teeth.place)))
                 out[selected, columns] += teeth.turned_back(
@@ -104,14 +108,14 @@ class FlankEnds:
 
 
 def _angles(positions: Array, first: int, teeth: int) -> Array:
-    """Angles (z,) about the axis, rad, of ``teeth`` tooth nodes: positions (·, 3) m, from block
-    ``first`` on."""
+    """Angles (z,) about the axis, rad, of ``teeth`` tooth nodes from block ``first`` on; positions
+    (n, 3) m: of all blocks."""
     place = positions[first : first + teeth]
     return np.arctan2(place[:, 1], place[:, 0])
 
 
 def _kernel(x: Array, count: int) -> Array:
-    """Dirichlet kernel of ``count`` equal places, 1 at x = 0 and 0 at the others."""
-    below = count * (np.sin(0.5 * x) if count % 2 else np.tan(0.5 * x))
+    """Dirichlet kernel of ``count`` equal angles: 1 at x = 0, 0 at other multiples of 2π/count."""
+    denominator = count * (np.sin(0.5 * x) if count % 2 else np.tan(0.5 * x))
     at_zero = np.abs(np.sin(0.5 * x)) < 1e-12
-    return np.where(at_zero, 1.0, np.sin(0.5 * count * x) / np.where(at_zero, 1.0, below))
+    return np.where(at_zero, 1.0, np.sin(0.5 * count * x) / np.where(at_zero, 1.0, denominator))

@@ -1,20 +1,19 @@
 r"""Gear meshes as linear springs under a load: at a position, or their mean over a gear-mesh cycle.
 
-At a position of the train the rows of the tooth pairs that carry, linearised about the equilibrium
-under the given torques, are springs Vᵀ K V with K = (I + T B)⁻¹ T: T tangents of the pairs'
-laws, zero of pairs that do not touch, B what neighbouring pairs yield to each other. As the gears
-turn, pairs come and go with the gear-mesh frequency. What vibrates as fast or faster than that
-follows, to first order, the mean
+At a position of the train the loaded tooth pairs, linearised about the equilibrium under given
+torques, are springs Vᵀ K V with K = (I + T B)⁻¹ T: V (n, d) rows of the pairs, T (n, n) tangents of
+their laws, zero for pairs without contact, B (n, n) flexibility between neighbouring pairs. As the
+gears turn, pairs enter and leave with the gear-mesh frequency. The mean over the cycle of a stage,
 
     K̄ = 1/P Σ_p V(ψ_p)ᵀ K(ψ_p) V(ψ_p),   ψ_p = 2π p/P,
 
-over the cycle of each stage, all else standing still: what turns slower than teeth pass (supports
-that stand against a turning frame, bolts of a ring) is taken as it is, not smeared.
+gives to first order the stiffness for vibration. Slower rotations (supports fixed in the housing
+seen from a turning frame, bolts of a ring) are kept at angle zero, not averaged.
 
 Rows move with the planets. The teeth of an FE ring pass through the gear mesh instead: rows on them
-are turned back by the ring's advance (``flank_ends``). N equal planets then see a ring alike
-wherever its teeth stand, and pairs of planet and translational modes stay pairs. P is a multiple of
-N, for the same reason.
+are turned back by the ring's advance (``flank_ends``). N equal planets then have equal springs to
+the ring whatever the position of its teeth, and planet and translational modes keep their repeated
+frequencies. P is a multiple of N for the same reason.
 """
 
 from __future__ import annotations
@@ -41,19 +40,19 @@ from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData, carrying_flanks
 from flexgear.coupling.system import System
 
-POSITIONS = 120  # of a gear-mesh cycle, or the next multiple of the number of planets
-WITHIN = 8  # positions of a part of the cycle that counts by its mean
-UNLOADED = 1e-9  # of the largest load: a gear mesh with less has none
-NOTHING = 1e-14  # of the largest square of a row: what is left out of a sum of thousands
+POSITIONS = 120  # in a gear-mesh cycle, rounded up to a multiple of the number of planets
+WITHIN = 8  # positions in each part of a cycle of which the mean is taken
+UNLOADED = 1e-9  # load over the largest load below which a gear mesh is unloaded
+LEAST_EIGENVALUE = 1e-14  # over the largest, below which rows are dropped from a sum of squares
 
 
 @dataclass(frozen=True)
 class _FlankRows:
-    """Rows of a flank that have a spring at one of P positions.
+    """R rows of a flank at P positions (``count``), of tooth pairs in contact.
 
-    position (R,): of each row, rising; columns (c,): of the blocks' motions, on which ``motion``
-    (R, c) acts; stiffness (R, R): K of all positions, N/m, root: A of the same pattern with
-    Aᵀ A = K; damping (R,) N s/m.
+    position (R,): position of each row, rising; motion (R, c): the rows on the motions ``columns``
+    (c,) of the blocks; stiffness (R, R): K of all positions, N/m; root: A with Aᵀ A = K, block by
+    block; damping (R,) N s/m.
     """
 
     count: int
@@ -66,11 +65,11 @@ class _FlankRows:
 
     @cached_property
     def rows(self) -> Array:
-        """Rows (n, c), as few as there can be, with Σ rowᵀ row = Σ_p Vᵀ K V."""
+        """The least number of rows (n, c) with Σ rowᵀ row = Σ_p Vᵀ K V."""
         return _fewest(self.root @ self.motion)
 
     def cycle(self, blocks: Array) -> FlankCycle:
-        """Sums over the rows of each position; blocks (c, d): motions of ``columns``."""
+        """Stiffness, damping and force at each position; blocks (c, d): motions of ``columns``."""
         at = (self.position, np.arange(len(self.position)))
         total = sparse.csr_array((np.ones(len(at[0])), at), shape=(self.count, len(at[0])))
         row_sums = self.stiffness.sum(axis=1)
@@ -80,18 +79,18 @@ class _FlankRows:
 
 def springs_under_load(modal: ModalSystem, input_angles: Array) -> ContactSprings:
     """Springs at independent rotations (F,) rad under the rated torques."""
-    system, at = modal.system, np.asarray(input_angles, dtype=float)[None]
-    theta, every = system.theta(at), np.ones(len(system.pairs.s0), dtype=bool)
-    flanks = _flank_rows(system, theta, every, revolution(modal, at, system.rated_torque))
+    system, angles = modal.system, np.asarray(input_angles, dtype=float)[None]
+    theta, every = system.theta(angles), np.ones(len(system.pairs.s0), dtype=bool)
+    flanks = _flank_rows(system, theta, every, revolution(modal, angles, system.rated_torque))
     return _springs(system, flanks, theta[0], cycles=False)
 
 
 def mean_springs(system: System, modal: ModalSystem | None) -> ContactSprings:
     """Mean springs over a cycle of each stage, with all slower rotations at zero.
 
-    modal: of the system, for the equilibria under rated torques that decide which pairs touch; None
-    for a train without load: then all pairs in the zone of contact touch, as do those of an
-    unloaded gear mesh.
+    modal: modes of the system, for the equilibria under rated torques in which pairs touch. None:
+    a train without load, in which all pairs in the zone of contact touch. Pairs of an unloaded gear
+    mesh are always taken as touching.
     """
     flanks: dict[int, _FlankRows] = {}
     for stage in sorted({label.stage for label in system.gear_meshes}):
@@ -100,8 +99,8 @@ def mean_springs(system: System, modal: ModalSystem | None) -> ContactSprings:
 
 
 def mean_channel_springs(modal: ModalSystem, left_out: int) -> list[tuple[Ints, Array, float]]:
-    """Mean springs under rated torques of the gear meshes of all stages but one, on the channels:
-    columns (c,), rows (n, c) with K̄ = rowᵀ row, and damping over stiffness, s."""
+    """Mean springs under rated torques of all flanks but those of the stage ``left_out``: channels
+    (c,), rows (n, c) with K̄ = Σ rowᵀ row, and damping over stiffness, s."""
     system, out = modal.system, list[tuple[Ints, Array, float]]()
     for stage in sorted({label.stage for label in system.gear_meshes} - {left_out}):
         for flank in _cycle_rows(system, stage, modal).values():
@@ -112,25 +111,24 @@ def mean_channel_springs(modal: ModalSystem, left_out: int) -> list[tuple[Ints, 
 
 @dataclass(frozen=True)
 class StageCycle:
-    """Gear meshes of a stage in n modes over P equal parts of its gear-mesh cycle, each with its
-    mean over the part: stiffness (P, n, n) and damping (P, n, n), in the order in which a train at
-    rated speed runs through them."""
+    """Stiffness and damping (P, n, n) of the gear meshes of a stage in n modes, as means over P
+    equal parts of its gear-mesh cycle, in the order of time at rated speed."""
 
     stiffness: Array
     damping: Array
 
 
 def stage_cycle(system: System, modal: ModalSystem | None, stage: int, shapes: Array) -> StageCycle:
-    """Stiffness of the gear meshes of a stage (number from 0) over one gear-mesh period, in modes
-    ``shapes`` (d, n); modal: see ``mean_springs``.
+    """Stiffness and damping of the gear meshes of a stage (number from 0) over one gear-mesh
+    period, in modes ``shapes`` (d, n); modal: see ``mean_springs``.
 
-    Each part's mean is of ``WITHIN`` positions, so that a pair that comes into contact within a
-    part counts by its share of it.
+    The mean over a part is taken over ``WITHIN`` positions, so that a pair that enters contact
+    within the part contributes in proportion to its time in contact.
     """
     of_stage = _flanks_of(system, stage)
     count = _count(system, of_stage)
-    turn = int(system.pairs.angle[np.flatnonzero(of_stage)[0]])
-    backwards = system.angles[turn] @ system.rolling @ system.rated_input_speeds < 0.0
+    angle = int(system.pairs.angle[np.flatnonzero(of_stage)[0]])
+    backwards = system.angles[angle] @ system.rolling @ system.rated_input_speeds < 0.0
     theta = cycle_angles(system, of_stage, count * WITHIN, -1.0 if backwards else 1.0)
     stiffness, damping = np.zeros((2, count, shapes.shape[1], shapes.shape[1]))
     flanks = _flank_rows(system, theta, of_stage, _under_load(system, modal, theta))
@@ -145,19 +143,19 @@ def stage_cycle(system: System, modal: ModalSystem | None, stage: int, shapes: A
 
 
 def _flanks_of(system: System, stage: int) -> NDArray[np.bool_]:
-    """Which flanks (M,) are of a stage (number from 0)."""
+    """Whether each flank (M,) belongs to a stage (number from 0)."""
     return np.array([label.stage == stage for label in system.gear_meshes])
 
 
 def _cycle_rows(system: System, stage: int, modal: ModalSystem | None) -> dict[int, _FlankRows]:
-    """Rows of the flanks of a stage over its cycle, under rated torques or none."""
+    """Rows of the flanks of a stage over its cycle; modal: see ``mean_springs``."""
     of_stage = _flanks_of(system, stage)
     theta = cycle_angles(system, of_stage, _count(system, of_stage))
     return _flank_rows(system, theta, of_stage, _under_load(system, modal, theta))
 
 
 def _count(system: System, of_stage: NDArray[np.bool_]) -> int:
-    """``POSITIONS``, or the next multiple of the number of planets."""
+    """``POSITIONS``, rounded up to a multiple of the number of planets."""
     planets = {
         label.planet
         for label, included in zip(system.gear_meshes, of_stage, strict=True)
@@ -167,7 +165,7 @@ def _count(system: System, of_stage: NDArray[np.bool_]) -> int:
 
 
 def _under_load(system: System, modal: ModalSystem | None, theta: Array) -> Equilibrium | None:
-    """Equilibria at the positions (P, A) under rated torques, or none."""
+    """Equilibria at positions (P, A) under rated torques; None without ``modal``."""
     if modal is None:
         return None
     at_zero = np.zeros((len(theta), len(system.input_rows)))
@@ -177,25 +175,26 @@ def _under_load(system: System, modal: ModalSystem | None, theta: Array) -> Equi
 def cycle_angles(
     system: System, of_stage: NDArray[np.bool_], count: int, sense: float = 1.0
 ) -> Array:
-    """Angles (P, A) over a gear-mesh cycle of the flanks ``of_stage`` (M,), all others 0; sense: −1
-    for falling ones."""
+    """Angles (P, A) over a gear-mesh cycle of the flanks ``of_stage`` (M,), other angles zero;
+    sense: 1 for a rising angle, −1 for a falling one."""
     pairs = system.pairs
     m = int(np.flatnonzero(of_stage)[0])
     theta = np.zeros((count, len(system.angles)))
-    turn, planets_turn = int(pairs.angle[m]), int(pairs.planet_turns[m])
-    theta[:, turn] = sense * abs(pairs.pitch[m] / pairs.rate[m]) / count * np.arange(count)
-    if planets_turn >= 0:  # FE planets, in a fixed ratio
-        row = system.angles[turn]
-        ratio = float(system.angles[planets_turn] @ row) / float(row @ row)
-        theta[:, planets_turn] = ratio * theta[:, turn]
+    angle, planet_angle = int(pairs.angle[m]), int(pairs.planet_turns[m])
+    theta[:, angle] = sense * abs(pairs.pitch[m] / pairs.rate[m]) / count * np.arange(count)
+    if planet_angle >= 0:  # FE planets turn in a fixed ratio
+        row = system.angles[angle]
+        ratio = float(system.angles[planet_angle] @ row) / float(row @ row)
+        theta[:, planet_angle] = ratio * theta[:, angle]
     return theta
 
 
 class _TrainRows(NamedTuple):
-    """Rows (R,) of a train at P positions, behind each other, as in ``Rows``; starts (P + 1,): the
-    first row of each; pair (n,): all tooth pairs, each with the number of its first row among all,
-    at positions pair_position (n,); between: B (·, ·) of each position, none where no pair yields
-    to its neighbour."""
+    """Rows of a train at P positions, joined.
+
+    row, blocks, coef (R, …): as in ``Rows``; starts (P + 1,): first row of each position; pair
+    (n,): all tooth pairs, with the number of their first row among all rows; pair_position (n,):
+    their position; between: B of each position, an empty list without coupling of pairs."""
 
     row: Records
     blocks: Ints
@@ -209,8 +208,8 @@ class _TrainRows(NamedTuple):
 def _train_rows(
     system: System, theta: Array, of_stage: NDArray[np.bool_], active: Ints | None
 ) -> _TrainRows:
-    """Rows at positions (P, A) of the flanks ``of_stage`` (M,) that carry or are ``active``
-    (P, M)."""
+    """Rows at positions (P, A) of those flanks ``of_stage`` (M,) that carry rated load or are
+    ``active`` (P, M)."""
     work, elements = pair_rows(system.pairs), packed(system.pairs)
     carrying = carrying_flanks(system.pairs)
     parts, starts, between = [], [0], []
@@ -224,8 +223,7 @@ def _train_rows(
         between.append(between_rows(work, n))
         starts.append(starts[-1] + n)
     row, blocks, coef, pair, at = (
-        # of records, NumPy would else work out the type that all have in common, slowly
-        np.concatenate(part, dtype=part[0].dtype)
+        np.concatenate(part, dtype=part[0].dtype)  # without dtype NumPy promotes records slowly
         for part in zip(*parts, strict=True)
     )
     between = between if row["following"].any() else []
@@ -235,8 +233,8 @@ def _train_rows(
 def _flank_rows(
     system: System, theta: Array, of_stage: NDArray[np.bool_], result: Equilibrium | None
 ) -> dict[int, _FlankRows]:
-    """Rows of the flanks ``of_stage`` (M,) over positions (P, A); of the pairs that touch in an
-    equilibrium, where there is one."""
+    """Rows of the flanks ``of_stage`` (M,) over positions (P, A), of pairs that touch in the
+    equilibria ``result``; of all pairs where it is None."""
     rows = _train_rows(system, theta, of_stage, None if result is None else result.active_flanks)
     stiffness = _stiffness(rows, result, _unloaded(system.pairs, result))
     root, touching = _root(stiffness, rows.starts), stiffness.count_nonzero(axis=1) > 0
@@ -253,7 +251,7 @@ def _flank_rows(
 
 
 def _unloaded(pairs: PairData, result: Equilibrium | None) -> NDArray[np.bool_]:
-    """Flanks (M,) that should carry and do not."""
+    """Whether each flank (M,) is without load although it carries rated load."""
     if result is None:
         return np.ones(len(pairs.s0), dtype=bool)
     load = np.abs(result.pair_load).max(axis=(0, 2), initial=0.0)
@@ -263,8 +261,8 @@ def _unloaded(pairs: PairData, result: Equilibrium | None) -> NDArray[np.bool_]:
 def _stiffness(
     rows: _TrainRows, result: Equilibrium | None, unloaded: NDArray[np.bool_]
 ) -> sparse.csr_array:
-    """K (R, R) N/m of all rows: nominal for flanks that are ``unloaded`` (M,) and for pairs that
-    may pull, else the tangent of the pairs' laws under the load of an equilibrium."""
+    """K (R, R) N/m of all rows: nominal stiffness for flanks that are ``unloaded`` (M,) and for
+    two-sided pairs, else the tangents of the pairs' laws in the equilibria."""
     pair, p, count = rows.pair, rows.pair_position, len(rows.row)
     first, flank, slot = (pair[name].astype(int) for name in ("row", "gear_mesh", "slot"))
     by_law = ~unloaded[flank] & ((rows.row["sided"][first] != 0) | (pair["rows"] == 2))
@@ -278,10 +276,10 @@ def _stiffness(
     sliced = np.flatnonzero(by_law & (pair["rows"] == 2))
     lines = line_loads(result) if result is not None and len(sliced) else None
     if lines is not None:
-        of_pair = np.nan_to_num(lines.tangent[p[sliced], flank[sliced], slot[sliced]])
+        by_pair = np.nan_to_num(lines.tangent[p[sliced], flank[sliced], slot[sliced]])
         at = first[sliced][:, None] + np.arange(2)
         places = (np.repeat(at, 2, axis=1).ravel(), np.tile(at, 2).ravel())
-        tangent += sparse.csr_array((of_pair.ravel(), places), shape=(count, count))
+        tangent += sparse.csr_array((by_pair.ravel(), places), shape=(count, count))
     if rows.between:
         blocks = zip(_position_blocks(tangent, rows.starts), rows.between, strict=True)
         coupled = [np.linalg.solve(np.eye(len(t)) + t @ b, t) for t, b in blocks]
@@ -291,13 +289,13 @@ def _stiffness(
 
 
 def _position_blocks(matrix: sparse.csr_array, starts: Ints) -> Iterator[Array]:
-    """The square blocks (n, n) of the positions on the diagonal of a matrix."""
+    """Diagonal blocks (n, n) of a matrix, one for each position."""
     for start, stop in pairwise(starts.tolist()):
         yield matrix[start:stop, start:stop].toarray()
 
 
 def _root(matrix: sparse.csr_array, starts: Ints) -> sparse.csr_array:
-    """Symmetric A with A A = K, block by block: rows that K does not couple stay apart."""
+    """Symmetric A with A A = K, for each position's block; diagonal where K is diagonal."""
     diagonal = matrix.diagonal()
     if matrix.count_nonzero() == np.count_nonzero(diagonal):
         return sparse.diags_array(np.sqrt(diagonal), format="csr")
@@ -309,27 +307,27 @@ def _root(matrix: sparse.csr_array, starts: Ints) -> sparse.csr_array:
 
 
 def _fewest(rows: Array) -> Array:
-    """Fewer rows with the same sum of squares rowᵀ row."""
+    """The least number of rows with the same sum of squares Σ rowᵀ row."""
     if len(rows) > rows.shape[1]:
         return np.asarray(np.linalg.qr(rows, mode="r"))
     values, vectors = np.linalg.eigh(rows @ rows.T)
-    significant = values > NOTHING * values[-1]
+    significant = values > LEAST_EIGENVALUE * values[-1]
     return np.asarray(vectors[:, significant].T @ rows)
 
 
 def _springs(
     system: System, flanks: dict[int, _FlankRows], theta: Array, cycles: bool
 ) -> ContactSprings:
-    """Springs of every flank, in the mean over its positions, and all other springs at angles
-    ``theta`` (A,); cycles: whether the stiffness at each position goes with them."""
-    d, springs, over = system.size, {}, {}
+    """Mean springs of every flank over its positions, and all other springs at angles ``theta``
+    (A,); cycles: whether the stiffness at each position is included."""
+    springs, by_position = {}, {}
     for m, flank in flanks.items():
         blocks = system.blocks[flank.columns]
         springs[m] = Springs(flank.rows @ blocks, np.eye(len(flank.rows)) / flank.count)
         if cycles:
-            over[m] = flank.cycle(blocks)
-    nothing = Springs(np.zeros((0, d)), np.zeros((0, 0)))
+            by_position[m] = flank.cycle(blocks)
+    no_spring = Springs(np.zeros((0, system.size)), np.zeros((0, 0)))
     rows = pair_rows(system.pairs)
     n, _ = build_rows(system.pairs, rows, theta, carrying_flanks(system.pairs))
-    of_flanks = tuple(springs.get(m, nothing) for m in range(len(system.pairs.s0)))
-    return ContactSprings(of_flanks, other_springs(system, rows, n), over)
+    gear_meshes = tuple(springs.get(m, no_spring) for m in range(len(system.pairs.s0)))
+    return ContactSprings(gear_meshes, other_springs(system, rows, n), by_position)

@@ -1,18 +1,19 @@
 r"""Steady states over a gear-mesh period: harmonic balance, alternating frequency and time.
 
-Unknown are the harmonics f_l (q,), l = 0 … H, of the forces that force elements put on their
-channels, and the amplitudes a of the rigid motions. With motion and rate of the channels,
+The unknowns are the harmonics f_l (q,), l = 0 … H, of the forces of force elements on their
+channels, and the amplitudes a of the rigid motions. Motion u and rate u̇ of the channels are
 
     u_0 = S f_0 + Z a + e,   u_l = H_l f_l,   u̇_l = H'_l f_l,
-    u(t) = Re Σ u_l e^{ilωt},
+    u(t) = Re Σ u_l e^{ilωt}
 
-the laws give forces at N samples of the period, whose first harmonics are to be those assumed,
+(S, Z, e, H, H', Y, g: ``orbit_receptance``). The laws give forces at N samples of the period, whose
+harmonics must equal the assumed ones,
 
     f_l + (Wᵀ F(W u + e, W u̇ + ė))_l = 0,   Zᵀ f_0 − Y a + g = 0.
 
-Laws are taken as they are: one-sided contact is not smoothed, and N ≥ 16 H samples follow it. The
-Jacobian is exact: with K̂_m the harmonics of the tangents over the samples, K̂_m = 1/N Σ_j K_j
-e^{−2πimj/N}, a change of u_k changes the forces' harmonic l by K̂_{l−k} u_k + K̂_{l+k} ū_k.
+One-sided contact is not smoothed; N ≥ 16 H samples resolve it. The Jacobian is exact: with K̂_m the
+harmonics of the tangents over the samples, K̂_m = 1/N Σ_j K_j e^{−2πimj/N}, a change of u_k changes
+the forces' harmonic l by K̂_{l−k} u_k + K̂_{l+k} ū_k.
 After Cameron and Griffin 1989 (alternating frequency/time); condensed to the channels of contact.
 """
 
@@ -26,19 +27,19 @@ from scipy import linalg
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from flexgear.analysis.orbit import OrbitElements, products
-from flexgear.analysis.orbit_receptance import Point, Receptance
+from flexgear.analysis.orbit_receptance import OperatingPoint, Receptance
 from flexgear.arrays import Array, Complex, Ints
 
 SAMPLES = 16  # of a period, for every harmonic: forces of one-sided contact decay slowly
-AGREES = 1e-9  # of the largest force of a channel: what may be left over of its balance
-TRIES = 40  # Newton steps
-DIRECT = 600  # unknowns up to which every Jacobian is factored
-PRODUCTS, EXACT = 30, 1e-8  # of GMRES before factors are renewed, and what it leaves over
-HALVINGS = 4  # of a step that does not lessen what is left over
+TOLERANCE = 1e-9  # residual of the equations over the largest force of a channel
+MAX_ITERATIONS = 40  # Newton steps
+MAX_FACTORED = 600  # unknowns up to which every Jacobian is factored
+GMRES_PRODUCTS, GMRES_TOLERANCE = 30, 1e-8  # products before factors are renewed; rel. residual
+MAX_HALVINGS = 4  # of a step that does not reduce the residual
 
 
 class Waves(NamedTuple):
-    """Channels over the N samples of a period: motion m and rate m/s (N, q)."""
+    """Motion, m, and rate, m/s, of the channels at the N samples of a period, (N, q) each."""
 
     motion: Array
     rate: Array
@@ -46,14 +47,15 @@ class Waves(NamedTuple):
 
 @dataclass(frozen=True)
 class Orbit:
-    """A steady state; unknown (m,): real f_0, then real and imaginary parts of f_1 … f_H, then a.
+    """A steady state.
 
-    force (N, n) N and displacement (N, n) m of the rows; tangents (2, N, q, q): ∂(Wᵀ F)/∂u, ∂u̇;
-    by_frequency (N, q): ∂(Wᵀ F)/∂ω, by the rate of errors; residual: largest force that is not
-    balanced over the largest force of a channel.
+    unknown (m,): real f_0, then real and imaginary parts of f_1 … f_H, then a; force (N, n) N and
+    displacement (N, n) m of the rows; tangents (2, N, q, q): ∂(Wᵀ F)/∂u and ∂(Wᵀ F)/∂u̇;
+    by_frequency (N, q): ∂(Wᵀ F)/∂ω by the rate of errors; residual: largest unbalanced force over
+    the largest force of a channel.
     """
 
-    point: Point
+    point: OperatingPoint
     unknown: Array
     waves: Waves
     force: Array
@@ -63,8 +65,8 @@ class Orbit:
     residual: float
 
     @property
-    def light(self) -> Orbit:
-        """The same without what it has over time but waves."""
+    def without_histories(self) -> Orbit:
+        """The state with its waves, but without forces, displacements and tangents over time."""
         none = np.zeros((2, 0, 0, 0))
         return replace(
             self, force=none[0], displacement=none[0], tangents=none, by_frequency=none[0]
@@ -72,25 +74,25 @@ class Orbit:
 
 
 class Balance:
-    """Equations of the steady state of force elements at one point."""
+    """Equations of the steady state of force elements at one operating point."""
 
     def __init__(self, elements: OrbitElements, receptance: Receptance) -> None:
         self.elements, self.receptance = elements, receptance
-        self.q, self.harmonics = receptance.static.size, len(receptance.moving)
+        self.q, self.harmonics = receptance.static_motion.size, len(receptance.dynamic)
         self.forces = self.q * (2 * self.harmonics + 1)
-        self.size = self.forces + len(receptance.balance)
+        self.size = self.forces + len(receptance.rigid_force)
 
     def waves(self, unknown: Array) -> Waves:
-        """Motion and rate of the channels."""
+        """Motion and rate of the channels for unknowns (m,)."""
         r, (f, a) = self.receptance, self.parts(unknown)
-        u = np.einsum("kij,kj->ki", r.moving, f[1:])
-        first = r.still @ f[0].real + r.rigid @ a + r.static
+        u = np.einsum("kij,kj->ki", r.dynamic, f[1:])
+        mean = r.static @ f[0].real + r.rigid @ a + r.static_motion
         rate = np.einsum("kij,kj->ki", r.rate, f[1:])
         n = self.elements.samples
-        return Waves(in_time(np.vstack([first, u]), n), in_time(np.vstack([0 * first, rate]), n))
+        return Waves(in_time(np.vstack([mean, u]), n), in_time(np.vstack([0 * mean, rate]), n))
 
     def parts(self, unknown: Array) -> tuple[Complex, Array]:
-        """Harmonics f (H + 1, q) and rigid amplitudes a."""
+        """Harmonics f (H + 1, q) and rigid amplitudes a of unknowns (m,)."""
         q, h = self.q, self.harmonics
         f = np.zeros((h + 1, q), dtype=complex)
         f[0] = unknown[:q]
@@ -98,8 +100,8 @@ class Balance:
         f[1:] = real_imaginary[:, 0] + 1j * real_imaginary[:, 1]
         return f, unknown[self.forces :]
 
-    def together(self, f: Complex, a: Array) -> Array:
-        """Unknowns (m,) of the first harmonics f (h + 1, q), h ≤ H, and rigid amplitudes a."""
+    def unknowns(self, f: Complex, a: Array) -> Array:
+        """Unknowns (m,) from harmonics f (h + 1, q), h ≤ H, and rigid amplitudes a."""
         out = np.zeros(self.size)
         real_imaginary = np.stack([f[1:].real, f[1:].imag], axis=1).ravel()
         out[: self.q], out[self.q : self.q + len(real_imaginary)] = f[0].real, real_imaginary
@@ -107,47 +109,49 @@ class Balance:
         return out
 
     def residual(self, unknown: Array) -> tuple[Array, Orbit]:
-        """Residual (m,) of the equations, and the state of the unknowns, without point."""
+        """Residual (m,) of the equations, and the state of the unknowns without operating point."""
         waves, e = self.waves(unknown), self.elements
         force, tangent, displacement = e.row_forces(*waves, self.receptance.omega)
-        out = self._left(unknown, e.channel_forces(force))
+        out = self._imbalance(unknown, e.channel_forces(force))
         largest = float(np.abs(unknown[: self.forces]).max(initial=0.0)) or 1.0
-        over = float(np.abs(out[: self.forces]).max(initial=0.0)) / largest
+        relative = float(np.abs(out[: self.forces]).max(initial=0.0)) / largest
         tangents = np.array([e.on_channels(t) for t in tangent])
         by_frequency = e.channel_forces(products(tangent[1], e.error_slope))
-        nowhere = Point(0.0, 0.0)
+        no_point = OperatingPoint(0.0, 0.0)
         return out, Orbit(
-            nowhere, unknown, waves, force, displacement, tangents, by_frequency, over
+            no_point, unknown, waves, force, displacement, tangents, by_frequency, relative
         )
 
-    def _left(self, unknown: Array, on_channels: Array) -> Array:
+    def _imbalance(self, unknown: Array, forces: Array) -> Array:
+        """Residual (m,) of the equations with channel forces (N, q) over the samples, N."""
         r, (f, a) = self.receptance, self.parts(unknown)
-        answer = np.fft.rfft(on_channels, axis=0)[: self.harmonics + 1] / len(on_channels)
-        answer[1:] *= 2.0
-        return self.together(f + answer, r.rigid.T @ f[0].real - r.yielding @ a + r.balance)
+        harmonics = np.fft.rfft(forces, axis=0)[: self.harmonics + 1] / len(forces)
+        harmonics[1:] *= 2.0
+        rigid = r.rigid.T @ f[0].real - r.rigid_stiffness @ a + r.rigid_force
+        return self.unknowns(f + harmonics, rigid)
 
     def change(self, other: Balance, orbit: Orbit) -> Array:
-        """Residual (m,) of the equations of another point for a state of these, to first order in
-        the motion that its forces cause and the rates of errors."""
+        """Change (m,) of the residual at a state of these equations in those of another operating
+        point, to first order in the motion by its forces and in the rates of errors."""
         other_waves = other.waves(orbit.unknown)
         motion, rate = other_waves.motion - orbit.waves.motion, other_waves.rate - orbit.waves.rate
         (k, c), none = orbit.tangents, np.zeros_like(motion)
-        faster = other.receptance.omega - self.receptance.omega
-        forces = products(k, motion) + products(c, rate) + faster * orbit.by_frequency
-        return other._left(orbit.unknown, forces) - self._left(orbit.unknown, none)
+        d_omega = other.receptance.omega - self.receptance.omega
+        forces = products(k, motion) + products(c, rate) + d_omega * orbit.by_frequency
+        return other._imbalance(orbit.unknown, forces) - self._imbalance(orbit.unknown, none)
 
-    def between(self, at: Ints) -> tuple[Ints, Balance]:
-        """Indices (k,) of the unknowns of some channels and of rigid motions, and the linear part
-        of the equations between them."""
+    def restricted(self, at: Ints) -> tuple[Ints, Balance]:
+        """Indices (k,) of the unknowns of the channels ``at`` and of rigid motions, and the linear
+        part of the equations in these unknowns."""
         places = self.q * np.arange(2 * self.harmonics + 1)[:, None] + at
-        free = np.arange(self.forces, self.size)
-        part = Balance(self.elements, self.receptance.between(at))
-        return np.r_[places.ravel(), free].astype(np.int64), part
+        rigid = np.arange(self.forces, self.size)
+        part = Balance(self.elements, self.receptance.restricted(at))
+        return np.r_[places.ravel(), rigid].astype(np.int64), part
 
     def product(self, tangents: Array, unknown: Array) -> Array:
-        """Jacobian times ``unknown`` (m,), of linear equations."""
+        """Jacobian times ``unknown`` (m,), for equations without constant part."""
         motion, rate = self.waves(unknown)
-        return self._left(unknown, products(tangents[0], motion) + products(tangents[1], rate))
+        return self._imbalance(unknown, products(tangents[0], motion) + products(tangents[1], rate))
 
     def jacobian(self, tangents: Array) -> Array:
         """∂ residual / ∂ unknown (m, m) from tangents (2, N, q, q)."""
@@ -156,55 +160,55 @@ class Balance:
         out = np.eye(self.size)
         at = np.arange(1, h + 1)
         difference, total = at[:, None] - at + 2 * h, at[:, None] + at + 2 * h
-        forward = k[difference] @ r.moving + c[difference] @ r.rate  # of f_k
-        mirrored = k[total] @ r.moving.conj() + c[total] @ r.rate.conj()  # of f_k conjugate
+        forward = k[difference] @ r.dynamic + c[difference] @ r.rate  # factor of f_k
+        mirrored = k[total] @ r.dynamic.conj() + c[total] @ r.rate.conj()  # of its conjugate
         plus, minus = forward + mirrored, forward - mirrored
         blocks: Array = np.array([[plus.real, -minus.imag], [plus.imag, minus.real]])
         varying = blocks.transpose(2, 0, 4, 3, 1, 5).reshape(2 * h * q, 2 * h * q)
         out[q : self.forces, q : self.forces] += varying
-        mean = k[2 * h - at] @ r.moving + c[2 * h - at] @ r.rate  # (H, q, q)
+        mean = k[2 * h - at] @ r.dynamic + c[2 * h - at] @ r.rate  # (H, q, q)
         out[:q, q : self.forces] += (
             np.stack([mean.real, -mean.imag], axis=1).transpose(2, 0, 1, 3).reshape(q, 2 * h * q)
         )
-        of_mean = np.hstack([r.still, r.rigid])
-        by_mean = 2.0 * k[2 * h + at] @ of_mean  # (H, q, q + r)
-        onto = np.stack([by_mean.real, by_mean.imag], axis=1).reshape(2 * h * q, -1)
-        constant: Array = k[2 * h].real @ of_mean
+        mean_motion = np.hstack([r.static, r.rigid])  # (q, q + r)
+        by_mean = 2.0 * k[2 * h + at] @ mean_motion  # (H, q, q + r)
+        varying_by_mean = np.stack([by_mean.real, by_mean.imag], axis=1).reshape(2 * h * q, -1)
+        constant: Array = k[2 * h].real @ mean_motion
         out[:q, :q] += constant[:, :q]
         out[:q, self.forces :] += constant[:, q:]
-        out[q : self.forces, :q] += onto[:, :q]
-        out[q : self.forces, self.forces :] += onto[:, q:]
+        out[q : self.forces, :q] += varying_by_mean[:, :q]
+        out[q : self.forces, self.forces :] += varying_by_mean[:, q:]
         out[self.forces :, :q] = r.rigid.T
-        out[self.forces :, self.forces :] = -r.yielding
+        out[self.forces :, self.forces :] = -r.rigid_stiffness
         return out
 
     def start(self) -> Array:
-        """Initial unknowns: all pairs of the carrying flanks that are on their path act as linear
-        springs."""
+        """Initial unknowns (m,): the solution with all pairs on the path of the carrying flanks as
+        linear springs."""
         e = self.elements
         tangents = e.linear_tangents
-        pull = np.einsum("jnq,jn->jq", e.rows, e.nominal[0] * e.offset)
+        by_offset = e.channel_forces(e.nominal[0] * e.offset)
         out = np.zeros(self.size)
         motion = self.waves(out).motion
-        left = self._left(out, pull + products(tangents[0], motion))
+        imbalance = self._imbalance(out, by_offset + products(tangents[0], motion))
         at = np.flatnonzero(tangents.any(axis=(0, 1, 2)))
-        places, part = self.between(at)
+        places, part = self.restricted(at)
         matrix = part.jacobian(tangents[:, :, at[:, None], at])
-        out[places] = -Factors(matrix).solve(left[places])
+        out[places] = -Factors(matrix).solve(imbalance[places])
         return out
 
 
 def in_time(harmonics: Complex, samples: int) -> Array:
-    """Σ Re(x_l e^{ilφ}) at N samples (N, q)."""
+    """Σ Re(x_l e^{ilφ}) at N samples (N, q); harmonics: x (H + 1, q)."""
     spectrum = np.zeros((samples // 2 + 1, harmonics.shape[1]), dtype=complex)
     spectrum[: len(harmonics)] = harmonics
     spectrum[1:] *= 0.5
     return np.asarray(np.fft.irfft(spectrum * samples, samples, axis=0))
 
 
-def _coefficients(values: Array, most: int) -> Complex:
-    """K̂_m for m = −most … most of samples (N, q, q)."""
-    spectrum = np.fft.rfft(values, axis=0)[: most + 1] / len(values)
+def _coefficients(values: Array, highest: int) -> Complex:
+    """K̂_m, m = −highest … highest, of samples (N, q, q)."""
+    spectrum = np.fft.rfft(values, axis=0)[: highest + 1] / len(values)
     return np.concatenate([spectrum[:0:-1].conj(), spectrum])
 
 
@@ -217,22 +221,22 @@ class Factors:
         self._lu = linalg.lu_factor(scaled, overwrite_a=True, check_finite=False)
 
     def solve(self, right: Array, scaled: bool = False) -> Array:
-        """Solution x, or x times ``columns``."""
+        """Solution x of matrix · x = right; scaled: x times ``columns``."""
         x = linalg.lu_solve(self._lu, right / self.rows, check_finite=False)
         return np.asarray(x if scaled else x / self.columns)
 
 
 def _scaled(matrix: Array, axis: int) -> tuple[Array, Array]:
-    """Largest entries along an axis, one where all are zero, and the matrix over them."""
+    """Largest entries along an axis, 1 where all are zero, and the matrix divided by them."""
     largest = np.abs(matrix).max(axis=axis)
     largest = np.where(largest > 0, largest, 1.0)
     return largest, matrix / np.expand_dims(largest, axis)
 
 
 class Solver:
-    """Solves with bordered Jacobians of neighbouring states. With few unknowns each is factored;
-    with many the factors of an earlier one precondition GMRES, and are renewed where that takes
-    many products."""
+    """Solver for bordered Jacobians of neighbouring states. With few unknowns each Jacobian is
+    factored; with many the factors of an earlier one precondition GMRES, and are renewed where it
+    needs too many products."""
 
     def __init__(self) -> None:
         self._places: Ints = np.zeros(0, dtype=np.int64)
@@ -241,26 +245,26 @@ class Solver:
     def solve(
         self, balance: Balance, orbit: Orbit, right: Array, column: Array, row: Array
     ) -> Array:
-        """x and λ (m + 1,) with J x + column λ = right, row · (x, λ) = right_m at a state; of
-        channels that carry nothing J is one."""
+        """(x, λ) (m + 1,) with J x + column λ = right and row · (x, λ) = right_m at a state; J is
+        the identity for channels without force."""
         loaded = balance.parts(orbit.unknown)[0].any(axis=0)
         at = np.flatnonzero(loaded | orbit.tangents.any(axis=(0, 1, 2)))
-        inner, part = balance.between(at)
+        inner, part = balance.restricted(at)
         places, tangents = np.r_[inner, balance.size], orbit.tangents[:, :, at[:, None], at]
         out, column, row = right.copy(), column[inner], row[places]
-        if len(places) > DIRECT and np.array_equal(places, self._places):
+        if len(places) > MAX_FACTORED and np.array_equal(places, self._places):
 
             def product(y: Array) -> Array:
                 x = y / self._factors.columns
                 image = part.product(tangents, x[:-1]) + column * x[-1]
                 return self._factors.solve(np.r_[image, row @ x], scaled=True)
 
-            y, trouble = gmres(
+            y, not_converged = gmres(
                 LinearOperator((len(places), len(places)), product),
                 self._factors.solve(right[places], scaled=True),
-                rtol=EXACT, restart=PRODUCTS, maxiter=1,
+                rtol=GMRES_TOLERANCE, restart=GMRES_PRODUCTS, maxiter=1,
             )  # fmt: skip
-            if not trouble:
+            if not not_converged:
                 out[places] = y / self._factors.columns
                 return out
         matrix = np.block([[part.jacobian(tangents), column[:, None]], [row[None]]])
@@ -269,22 +273,23 @@ class Solver:
         return out
 
 
-def converge(balance: Balance, point: Point, unknown: Array) -> Orbit | None:
-    """The steady state that Newton's method leads to from some unknowns; None where to none."""
-    left, orbit = balance.residual(unknown)
+def converge(balance: Balance, point: OperatingPoint, unknown: Array) -> Orbit | None:
+    """The steady state to which Newton's method converges from unknowns (m,); None without
+    convergence."""
+    imbalance, orbit = balance.residual(unknown)
     solver, difference = Solver(), np.zeros(balance.size + 1)
     difference[-1] = 1.0
-    for _ in range(TRIES):
-        if orbit.residual <= AGREES:
+    for _ in range(MAX_ITERATIONS):
+        if orbit.residual <= TOLERANCE:
             return replace(orbit, point=point)
-        step = solver.solve(balance, orbit, np.r_[left, 0.0], difference[:-1], difference)[:-1]
+        step = solver.solve(balance, orbit, np.r_[imbalance, 0.0], difference[:-1], difference)[:-1]
         if not np.isfinite(step).all():
             return None
         share = 1.0
-        for _ in range(HALVINGS + 1):
+        for _ in range(MAX_HALVINGS + 1):
             trial, state = balance.residual(orbit.unknown - share * step)
-            if np.linalg.norm(trial) < np.linalg.norm(left):
+            if np.linalg.norm(trial) < np.linalg.norm(imbalance):
                 break
             share *= 0.5
-        left, orbit = trial, state
+        imbalance, orbit = trial, state
     return None

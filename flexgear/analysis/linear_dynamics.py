@@ -1,22 +1,20 @@
-"""Linear dynamics of given matrices: whirl modes of turning systems, steady states.
+"""Linear dynamics with given matrices: whirl modes of turning systems, harmonic response.
 
-Whirl modes of a turning system and its Campbell diagram.
-
-M q̈ + s G q̇ + (K − s² C) q = 0 at a share s of the speed for which G = −Gᵀ and C were formed.
-While K_s = K − s² C = LᵀL (L = Λ^½Uᵀ, K_s = UΛUᵀ in coordinates with M = I) stays without negative
-eigenvalues, the state y = (L q, q̇) obeys
+**Whirl modes.** M q̈ + s G q̇ + (K − s² C) q = 0 at a share s of the speed for which the gyroscopic
+matrix G = −Gᵀ and the centripetal matrix C were formed. While K_s = K − s² C = LᵀL (L = Λ^½Uᵀ,
+K_s = UΛUᵀ in coordinates with M = I) has no negative eigenvalues, the state y = (L q, q̇) obeys
 
     ẏ = B y,   B = [[0, L], [−Lᵀ, −s G]] = −Bᵀ,
 
-so that the frequencies are the eigenvalues of the Hermitian matrix −iB and are real to rounding.
-Above, where the centrifugal term has taken all stiffness of some direction away, the general
-eigenvalue problem of (q, q̇) is solved; a real part is then the growth of an unstable motion.
-Frequencies are those seen in the frame in which a body's coordinates are described.
+so that the frequencies are the eigenvalues of the Hermitian matrix −iB and are exactly real. At
+higher speeds, where the centrifugal term exceeds the stiffness in some direction, the general
+eigenvalue problem of (q, q̇) is solved; a real part is then the growth rate of an unstable motion.
+Frequencies are those in the frame in which the coordinates of a body are defined.
 
-Steady state under harmonic loads, M q̈ + C q̇ + K q = Σ_k Re(f_k e^{iω_k t}), C with gyroscopic
-terms: one linear solve a frequency, (K − ω² M + iω C) Q = f. Free rolling R (K R = 0) is split off,
-q = R a + N b with Rᵀ M N = 0: it carries no stiffness at all, so that slow excitation of a train
-that can roll loses no digits, and at ω = 0, where only balanced loads have a steady state, a = 0.
+**Harmonic response.** M q̈ + C q̇ + K q = Σ_k Re(f_k e^{iω_k t}), C with gyroscopic terms: one linear
+system (K − ω² M + iω C) Q = f per frequency. Free rigid motions R (K R = 0) are separated,
+q = R a + N b with Rᵀ M N = 0, and have exactly zero stiffness, so that slow excitation loses no
+digits. At ω = 0, where only balanced loads have a steady state, a = 0.
 """
 
 from __future__ import annotations
@@ -33,16 +31,16 @@ from scipy.optimize import linear_sum_assignment
 from flexgear.arrays import Array, Complex
 from flexgear.model.errors import FlexgearError
 
-SOFT = 1e-13  # of the largest stiffness over mass: below it a direction is free, not stiff
-ZERO = 1e-6  # of the largest |eigenvalue| of the general problem, where zeros are ill-conditioned
+FREE = 1e-13  # eigenvalue of K over the largest one below which a motion has no stiffness
+ZERO = 1e-6  # |eigenvalue| over the largest one, taken as zero in the general problem
 
 
 @dataclass(frozen=True)
 class WhirlModes:
     """Modes q = Re(x e^{(g + iω) t}) at one speed.
 
-    frequencies: (m,) Hz rising; shapes: (d, m) complex, xᴴ M x = 1; growth: (m,) 1/s, 0 while
-    stable.
+    frequencies (m,): ω/2π, Hz, rising; shapes (d, m): x, complex, xᴴ M x = 1; growth (m,): g, 1/s,
+    0 while stable.
     """
 
     frequencies: Array
@@ -52,10 +50,10 @@ class WhirlModes:
 
 @dataclass(frozen=True)
 class Campbell:
-    """Frequencies over speed, each column one tracked mode.
+    """Frequencies over speed, with one tracked mode per column.
 
-    factors: (f,) rising; frequencies: (f, m) Hz; sense: (f, m) in [−1, 1], +1 circular forward,
-    NaN without plane.
+    factors (f,): speeds over rated speed, rising; frequencies (f, m): Hz; sense (f, m): sense of
+    whirl in [−1, 1] (``whirl_sense``), NaN without planes.
     """
 
     factors: Array
@@ -65,7 +63,7 @@ class Campbell:
 
 @dataclass(frozen=True)
 class Crossing:
-    """Where an excitation line meets a mode: speed factor and frequency in Hz."""
+    """Intersection of an excitation line and a mode: their indices, speed factor, frequency, Hz."""
 
     line: int
     mode: int
@@ -81,7 +79,8 @@ def whirl_modes(
     factor: float = 1.0,
     count: int | None = None,
 ) -> WhirlModes:
-    """The lowest ``count`` (None: all d) whirl modes; rigid motions come first with 0 Hz.
+    """The lowest ``count`` whirl modes (None: all d) at a speed factor; rigid motions come first,
+    with 0 Hz.
 
     mass, stiffness, gyroscopic, centripetal: (d, d), the last two at factor 1. FlexgearError if
     the gyroscopic matrix is not skew-symmetric.
@@ -97,14 +96,14 @@ def whirl_modes(
     k = scaled(stiffness - factor**2 * centripetal)
     values, vectors = linalg.eigh(0.5 * (k + k.T))
     size = len(values) if count is None else min(count, len(values))
-    least = SOFT * np.abs(values).max(initial=0.0)
-    soft, growth = values <= least, np.zeros(size)
+    least = FREE * np.abs(values).max(initial=0.0)
+    free, growth = values <= least, np.zeros(size)
     if np.any(values < -least):
         omega, x, growth = _general(k, turning, size)
     elif not np.any(turning):
-        omega, x = np.sqrt(np.where(soft, 0.0, values))[:size], vectors[:, :size].astype(complex)
+        omega, x = np.sqrt(np.where(free, 0.0, values))[:size], vectors[:, :size].astype(complex)
     else:
-        spring = np.sqrt(values[~soft])[:, None] * vectors[:, ~soft].T
+        spring = np.sqrt(values[~free])[:, None] * vectors[:, ~free].T
         omega, x = _skew(spring, turning, size)
     shapes = linalg.solve_triangular(lower, x, lower=True, trans="T")
     norm = np.sqrt(np.einsum("dm,de,em->m", shapes.conj(), mass, shapes).real)
@@ -112,19 +111,20 @@ def whirl_modes(
 
 
 def _skew(spring: Array, turning: Array, size: int) -> tuple[Array, Complex]:
-    """ω (size,) and shapes from the Hermitian problem −iB y = ω y."""
+    """ω (size,) and shapes (d, size) from −iB y = ω y; spring: L, turning: s G."""
     elastic, d = spring.shape
     b = np.zeros((elastic + d, elastic + d))
     b[:elastic, elastic:], b[elastic:, :elastic] = spring, -spring.T
     b[elastic:, elastic:] = -turning
-    # eigenvalues stand in pairs ±ω round one zero for each rigid motion: the upper d are the modes
+    # eigenvalues are pairs ±ω and a zero for each rigid motion: the upper d are the modes
     omega, y = linalg.eigh(-1j * b, subset_by_index=[elastic, elastic + size - 1])
     omega = np.where(omega <= 1e-12 * np.abs(b).sum(axis=1).max(), 0.0, omega)
     return omega, y[elastic:]  # q̇ is proportional to q
 
 
 def _general(k: Array, turning: Array, size: int) -> tuple[Array, Complex, Array]:
-    """ω, shapes and growth from q̇ = v, v̇ = −K q − G v, one of each conjugate or real pair."""
+    """ω, shapes and growth rates from q̇ = v, v̇ = −K q − s G v, for one eigenvalue of each pair;
+    turning: s G."""
     d = len(k)
     state = np.block([[np.zeros((d, d)), np.eye(d)], [-k, -turning]])
     values, vectors = linalg.eig(state)
@@ -133,7 +133,7 @@ def _general(k: Array, turning: Array, size: int) -> tuple[Array, Complex, Array
         np.abs(values.real) > least, values.real, 0
     )
     order = np.lexsort((-values.real, np.abs(values.imag), values.imag < 0))
-    real = int(np.sum(values.imag == 0))  # real pairs: growing and decaying, or twice zero
+    real = int(np.sum(values.imag == 0))  # in pairs: growth and decay, or twice zero
     keep = np.concatenate([order[: real // 2], order[real : d + real // 2]])[:size]
     return values[keep].imag, vectors[:d, keep], values[keep].real
 
@@ -146,8 +146,9 @@ def _check_skew(gyroscopic: Array) -> None:
 def whirl_sense(shapes: Complex, planes: Array, weights: ArrayLike | None = None) -> Array:
     """Sense of whirl (m,) in [−1, 1]: −2 Σ w Im(X* Y) / Σ w (|X|² + |Y|²).
 
-    planes: (n, 2, d) rows of the motion x, y of n points; weights: (n,), e.g. masses. +1 is a
-    circle counter-clockwise, −1 clockwise, 0 a line; NaN where no point moves in its plane.
+    planes (n, 2, d): rows of the motions x, y of n points; weights (n,): e.g. masses. +1 is
+    counter-clockwise motion on a circle, −1 clockwise, 0 motion on a line; NaN where no point moves
+    in the plane.
     """
     w = np.ones(len(planes)) if weights is None else np.asarray(weights, dtype=float)
     x, y = np.moveaxis(planes @ shapes, 1, 0)
@@ -170,8 +171,9 @@ def campbell(
 ) -> Campbell:
     """Whirl modes over speed factors (f,), tracked from each factor to the next.
 
-    Modes are paired for the largest sum of MAC = |xᴴ M x'|²; where shapes cannot tell (turned
-    bases of one frequency) the nearer frequency decides. planes, weights: see ``whirl_sense``.
+    Modes are paired for the largest sum of MAC = |xᴴ M x'|²; where shapes do not decide (modes of
+    equal frequency) the nearer frequency does. count: see ``whirl_modes``; planes, weights: see
+    ``whirl_sense``.
     """
     s = np.asarray(factors, dtype=float)
     runs = [whirl_modes(mass, stiffness, gyroscopic, centripetal, f, count) for f in s]
@@ -183,9 +185,9 @@ def campbell(
     for i, run in enumerate(runs):
         order = np.arange(width)
         if before is not None:
-            like = np.abs(before.conj().T @ mass @ run.shapes) ** 2
+            mac = np.abs(before.conj().T @ mass @ run.shapes) ** 2
             distances = np.abs(last[:, None] - run.frequencies[None]) / max(last.max(), 1e-300)
-            order = linear_sum_assignment(like - 1e-3 * distances, maximize=True)[1]
+            order = linear_sum_assignment(mac - 1e-3 * distances, maximize=True)[1]
         before, last = run.shapes[:, order], run.frequencies[order]
         frequencies[i] = last
         if planes is not None:
@@ -194,29 +196,29 @@ def campbell(
 
 
 def crossings(campbell: Campbell, slopes: Sequence[float]) -> tuple[Crossing, ...]:
-    """All crossings of lines with modes within the factors, rising in factor; where several meet at
-    one, to nine digits, in the order of modes. slopes: Hz per unit of the speed factor.
+    """All crossings of lines with modes within the factors, sorted by factor (to nine digits), then
+    by mode. slopes: of the lines, Hz per unit of the speed factor.
 
-    Frequencies are taken as straight between factors: the error falls with the square of the
-    spacing. Rigid motions, which every line meets at rest, do not count.
+    Frequencies are interpolated linearly between factors, with an error proportional to the square
+    of the spacing. Crossings with rigid motions at zero speed are not counted.
     """
-    s, met = campbell.factors, []
+    s, found_crossings = campbell.factors, []
     for line, slope in enumerate(slopes):
         gap = campbell.frequencies - slope * s[:, None]
         for mode in range(gap.shape[1]):
             g, f = gap[:, mode], campbell.frequencies[:, mode]
             for i in np.flatnonzero(g[:-1] * g[1:] < 0):
                 share = g[i] / (g[i] - g[i + 1])
-                at = s[i] + share * (s[i + 1] - s[i])
-                met.append(Crossing(line, mode, float(at), float(slope * at)))
+                factor = s[i] + share * (s[i + 1] - s[i])
+                found_crossings.append(Crossing(line, mode, float(factor), float(slope * factor)))
             for i in np.flatnonzero((g == 0) & (f > 0)):
-                met.append(Crossing(line, mode, float(s[i]), float(f[i])))
-    return tuple(sorted(met, key=lambda c: (float(f"{c.factor:.9g}"), c.mode)))
+                found_crossings.append(Crossing(line, mode, float(s[i]), float(f[i])))
+    return tuple(sorted(found_crossings, key=lambda c: (float(f"{c.factor:.9g}"), c.mode)))
 
 
-UNBALANCED = 1e-6  # of the load: what may drive the rigid motion at ω = 0
-LOST = 1e12  # amplification in scaled coordinates that leaves no digits
-RESISTED = 1e-6  # of the largest stiffness: what may resist it
+UNBALANCED = 1e-6  # force on a rigid motion over the load, allowed at ω = 0
+MAX_AMPLIFICATION = 1e12  # in scaled coordinates, above which no digits remain
+RESISTED = 1e-6  # stiffness against a rigid motion over the largest one, allowed as rounding
 
 
 def harmonic_response(
@@ -227,11 +229,11 @@ def harmonic_response(
     loads: Complex,
     rigid: Array | None = None,
 ) -> Complex:
-    """Q (d, K) of M q̈ + C q̇ + K q = Re(f_k e^{iω_k t}) for ω (K,) rad/s and f (d, K).
+    """Amplitudes Q (d, K) of the steady state of M q̈ + C q̇ + K q = Σ Re(f_k e^{iω_k t}).
 
-    damping: (d, d), gyroscopic terms included; rigid: (d, r) free rigid motions, K R = 0. At ω = 0
-    the motion is M-orthogonal to them. FlexgearError where a load at ω = 0 is not balanced, where
-    stiffness resists a rigid motion, or where an undamped frequency meets a resonance.
+    omega (K,): rad/s; loads (d, K): f; damping (d, d): C, including gyroscopic terms; rigid (d, r):
+    free rigid motions, K R = 0, to which the motion at ω = 0 is M-orthogonal. FlexgearError for an
+    unbalanced load at ω = 0, for stiffness against a rigid motion, and at an undamped resonance.
     """
     basis, r = _split(mass, stiffness, rigid)
     m, c, k = (basis.T @ a @ basis for a in (mass, damping, stiffness))
@@ -249,7 +251,9 @@ def harmonic_response(
 
 
 def _split(mass: Array, stiffness: Array, rigid: Array | None) -> tuple[Array, int]:
-    """Basis [R, N] of all coordinates, M-orthonormal within each part and RᵀMN = 0."""
+    """M-orthonormal basis (d, d) of all coordinates, of which the first r columns span the rigid
+    motions, and r; the unit matrix and 0 without rigid motions. FlexgearError for stiffness against
+    a rigid motion."""
     if rigid is None or rigid.shape[1] == 0:
         return np.eye(len(mass)), 0
     resisted = np.abs(stiffness @ rigid).max(axis=0)
@@ -261,10 +265,10 @@ def _split(mass: Array, stiffness: Array, rigid: Array | None) -> tuple[Array, i
     return basis, rigid.shape[1]
 
 
-def _check_balance(rigid: Array, load: Complex, drive: Complex) -> None:
-    """Mean loads do no work on rigid motions; ``drive`` = Rᵀ f."""
+def _check_balance(rigid: Array, load: Complex, rigid_force: Complex) -> None:
+    """FlexgearError for a mean load with forces Rᵀ f on the rigid motions, beyond rounding."""
     allowed = UNBALANCED * (np.abs(rigid).T @ np.abs(load))
-    if np.any(np.abs(drive) > allowed):
+    if np.any(np.abs(rigid_force) > allowed):
         raise FlexgearError(
             "the mean load is not balanced: it would accelerate the train without end; give "
             "input and output torques that agree with the power flow"
@@ -272,7 +276,8 @@ def _check_balance(rigid: Array, load: Complex, drive: Complex) -> None:
 
 
 def _solve(matrix: Complex, load: Complex, omega: float) -> Complex:
-    """Solution with rows and columns scaled by the diagonal; FlexgearError where singular."""
+    """Solution with rows and columns scaled by their largest entries; FlexgearError for a singular
+    matrix."""
     if not len(load):
         return np.zeros(0, dtype=complex)
     size = np.sqrt(np.abs(matrix).max(axis=1))
@@ -283,7 +288,7 @@ def _solve(matrix: Complex, load: Complex, omega: float) -> Complex:
             x = linalg.solve(matrix / np.multiply.outer(size, size), load / size)
     except (linalg.LinAlgError, linalg.LinAlgWarning):
         x = np.full(len(load), np.nan)
-    if not np.abs(x).max() <= LOST * np.abs(load / size).max():
+    if not np.abs(x).max() <= MAX_AMPLIFICATION * np.abs(load / size).max():
         raise FlexgearError(
             f"no steady state at {omega:.6g} rad/s: the system is free to move or resonates "
             "without damping; state its rigid motions or give damping"

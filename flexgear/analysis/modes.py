@@ -1,26 +1,22 @@
-"""Natural modes of the coupled train with its gear meshes as linear springs.
+"""Natural modes of the coupled train with linear gear meshes, their types and strain energies.
 
-(K + K_g) φ = ω² M φ, K_g of the contact rows; damping is left out.
+(K + K_g) φ = ω² M φ, K_g the stiffness of the contact rows, without damping. ``springs_at`` gives
+all tooth pairs on the carrying flanks at one position of the train. Springs under a load, and their
+means over a gear-mesh cycle: ``gear_mesh_cycle``.
 
-``springs_at`` takes every tooth pair on the loaded flanks at one position of the train. What of the
-pairs carries under a load, and the mean over a gear-mesh cycle: ``gear_mesh_cycle``.
+With ΦᵀMΦ = I the kinetic energy of a mode is split by bodies and in each body by its rigid motions
+(translation x, y, axial motion z, tilting rx, ry, rotation rz) and the rest, deformation. The parts
+are M-orthogonal (tilting and rotation about the centre of mass), so that shares are not negative
+and sum to one. The motion of the central members (sun, ring, carrier) decides the type:
 
-Types of natural modes by kinetic energy, groups of repeated frequencies, strain energy.
-
-With ΦᵀMΦ = I the energy of a mode is split over bodies and, in each body, over its motion as
-rigid: translation in the plane x, y, along the axis z, tilting rx, ry, rotation rz, and what is
-left, its deformation. The parts are M-orthogonal (tilting and rotation are taken about the centre
-of mass), so shares are never negative and sum to one. The central members (sun, ring, carrier)
-decide the type:
-
-    rotational, axial, translational, tilting   they move in that way only
-    rotational-axial, translational-tilting     the pairs that helical gears couple
+    rotational, axial, translational, tilting   this motion only
+    rotational-axial, translational-tilting     two motions that helical gears couple
     elastic                                     most of their energy is deformation
-    planet                                      they are at rest
+    planet                                      no motion
     mixed                                       anything else
 
-A flexible member deforms a little in every mode; below half of the central energy that does not
-decide the type.
+A flexible member deforms a little in every mode; deformation below half of the central energy does
+not decide the type.
 
 Source: Lin & Parker 1999, J. Vib. Acoust. 121:316 (planar); Eritenel & Parker 2009, J. Sound Vib.
 325:397 (three-dimensional, helical).
@@ -49,24 +45,23 @@ from flexgear.structures.bodies import Body
 
 @dataclass(frozen=True)
 class Springs:
-    """Springs of energy ½ qᵀ Rᵀ K R q: rows R (n, d), matrix K (n, n) N/m."""
+    """Springs with the energy ½ qᵀ Rᵀ K R q: rows R (n, d), matrix K (n, n) N/m."""
 
     rows: Array
     matrix: Array
 
     @property
     def stiffness(self) -> Array:
-        """Rᵀ K R (d, d)."""
+        """Stiffness matrix Rᵀ K R (d, d) of all coordinates."""
         return np.asarray(self.rows.T @ self.matrix @ self.rows)
 
 
 @dataclass(frozen=True)
 class FlankCycle:
-    """A flank over P positions, evenly spread over the gear-mesh cycle of its stage.
+    """Stiffness and damping of a flank at P equal positions of its stage's gear-mesh cycle.
 
-    stiffness (P,) N/m: 1ᵀ K 1 of its rows; damping (P,) N s/m of the rows that touch; force (P, c)
-    N/m: force of its rows on the coordinates ``blocks`` (c, d) of the bodies per common closing of
-    all rows, (1ᵀ K R).
+    stiffness (P,): 1ᵀ K 1 of its rows, N/m; damping (P,): of the rows in contact, N s/m; force
+    (P, c): force 1ᵀ K R on the coordinates ``blocks`` (c, d) per equal closing of all rows, N/m.
     """
 
     stiffness: Array
@@ -75,11 +70,12 @@ class FlankCycle:
     blocks: Array
 
     def harmonic_stiffness(self) -> NDArray[np.complex128]:
-        """k_l (P // 2 + 1,), k(θ) = Re Σ k_l e^{ilψ} with ψ = 2π over the cycle."""
+        """Harmonics k_l (P // 2 + 1,) of the stiffness, k(ψ) = Re Σ k_l e^{ilψ}, ψ = 0 … 2π over
+        the cycle."""
         return _harmonics(self.stiffness)
 
     def harmonic_force(self, order: int) -> NDArray[np.complex128]:
-        """Force (d,) on all coordinates per metre of closing at one order, as k_l."""
+        """Harmonic l = ``order`` of the force (d,) on all coordinates per closing, N/m."""
         return np.asarray(_harmonics(self.force)[order] @ self.blocks)
 
 
@@ -91,8 +87,11 @@ def _harmonics(values: Array) -> NDArray[np.complex128]:
 
 @dataclass(frozen=True)
 class ContactSprings:
-    """gear_meshes: springs of every flank (M,), without rows where it does not carry; others: of
-    supports and bearings by the kind of their rows; cycles: by flank, of a mean over cycles."""
+    """Springs of all contact rows.
+
+    gear_meshes (M,): of every flank, without rows where it carries no load; others: of supports
+    and bearings, by the kind of their rows; cycles: stiffness over the cycle by flank, where the
+    springs are means over gear-mesh cycles."""
 
     gear_meshes: tuple[Springs, ...]
     others: Mapping[int, Springs]
@@ -100,13 +99,13 @@ class ContactSprings:
 
     @cached_property
     def stiffness(self) -> Array:
-        """Sum of all springs, (d, d)."""
+        """Stiffness matrix (d, d) of all springs."""
         return np.asarray(sum(s.stiffness for s in (*self.gear_meshes, *self.others.values())))
 
 
 def springs_at(system: System, input_angles: Array | float = 0.0) -> ContactSprings:
-    """All tooth pairs of the loaded flanks at independent rotations (F,) or the first of them, rad,
-    with their nominal stiffness."""
+    """Springs of all tooth pairs on the carrying flanks with nominal stiffness; input_angles:
+    independent rotations (F,), or the first of them, rad."""
     rows, n = rows_at(system, input_angles)
     vectors, stiffness = row_vectors(system, rows, n), row_stiffness(rows, n)
     owner = np.where(rows.row["kind"][:n] >= 0, rows.row["owner"][:n], -1)
@@ -128,7 +127,7 @@ def other_springs(system: System, rows: Rows, n: int) -> dict[int, Springs]:
 
 
 def rows_at(system: System, input_angles: float | Array = 0.0) -> tuple[Rows, int]:
-    """Rows of the loaded flanks at independent rotations (F,) or the first of them, rad."""
+    """Rows of the carrying flanks and their number; input_angles: see ``springs_at``."""
     rows, angles = pair_rows(system.pairs), np.zeros(len(system.input_rows))
     rotations = np.atleast_1d(np.asarray(input_angles, dtype=float))
     angles[: len(rotations)] = rotations
@@ -137,14 +136,14 @@ def rows_at(system: System, input_angles: float | Array = 0.0) -> tuple[Rows, in
 
 
 def row_vectors(system: System, rows: Rows, n: int) -> Array:
-    """Rows V in physical coordinates, (n, d)."""
+    """The first n rows V in physical coordinates, (n, d)."""
     return row_motions(rows, n, system.blocks)
 
 
 @dataclass(frozen=True)
 class Modes:
-    """frequencies (m,) Hz rising; shapes (d, m) with ΦᵀMΦ = I; energy: body -> (m,) share of
-    kinetic energy in each body."""
+    """Undamped modes: frequencies (m,) Hz, rising; shapes (d, m) with ΦᵀMΦ = I; energy: share of
+    kinetic energy (m,) by body."""
 
     frequencies: Array
     shapes: Array
@@ -152,10 +151,11 @@ class Modes:
 
 
 def modes(system: System, contact: Array, limit_hz: float | None = None) -> Modes:
-    """Undamped modes up to ``limit_hz`` (None: all) with the stiffness (d, d) of the contact rows;
-    rigid rotations of the train come first.
+    """Undamped modes up to ``limit_hz`` (None: all), rigid rotations of the train first; contact:
+    stiffness (d, d) of the contact rows.
 
-    Frequencies below 1e-3 of the first elastic one are set to zero exactly where they are rigid.
+    Frequencies of the rigid rotations are set to zero if they are below 1e-3 of the first elastic
+    one.
     """
     k = system.stiffness + contact
     free = len(system.input_rows)
@@ -173,7 +173,7 @@ def modes(system: System, contact: Array, limit_hz: float | None = None) -> Mode
 def _lowest(
     stiffness: Array, mass: Array, free: int, limit_hz: float | None
 ) -> tuple[Array, Array]:
-    """ω² and shapes up to the limit, and at least those of the rigid motions and one more."""
+    """ω² and shapes up to the limit, but at least one more mode than rigid motions."""
     if limit_hz is None:
         return linalg.eigh(stiffness, mass)  # type: ignore[no-any-return]
     top = (2 * np.pi * limit_hz) ** 2
@@ -187,17 +187,20 @@ MOTIONS = ("translational", "axial", "rotational", "tilting")
 _DOFS = {"translational": (0, 1), "axial": (2,), "rotational": (5,), "tilting": (3, 4)}
 PARTS = (*MOTIONS, "elastic", "planet")
 PAIRS = (("rotational", "axial"), ("translational", "tilting"))
-AT_REST = 1e-6  # share of energy of the central members below which they are at rest
-PURE = 1e-3  # share of the central members' rigid energy that another motion may hold
-EQUAL = 1e-6  # relative distance of repeated frequencies
-RIGID = 1e-6  # of the highest frequency: below it a mode is rigid
+AT_REST = 1e-6  # energy share of the central members below which they do not move
+PURE = 1e-3  # share of the rigid energy of the central members below which a motion is neglected
+EQUAL = 1e-6  # relative difference of repeated frequencies
+RIGID = 1e-6  # frequency over the highest one below which a mode is rigid
 
 
 @dataclass(frozen=True)
 class ModeTypes:
-    """kinds (m,); shares: part -> (m,), sum 1 ("planet": all planets, the others: central
-    members); bodies: name -> (m,), sum 1; groups: indices of modes of one frequency; shapes:
-    (d, m) with repeated frequencies turned to pure types where the given ones mixed them."""
+    """Types of m modes.
+
+    kinds (m,): type of each mode; shares: energy (m,) by part, with sum 1 ("planet": all planets,
+    other parts: central members); bodies: energy (m,) by body, with sum 1; groups: indices of modes
+    of one frequency; shapes (d, m): the modes, those of repeated frequencies combined to pure
+    types where the solver had mixed them."""
 
     kinds: tuple[str, ...]
     shares: dict[str, Array]
@@ -207,7 +210,7 @@ class ModeTypes:
 
     @property
     def multiplicity(self) -> NDArray[np.int64]:
-        """Number of modes with the frequency *and* the type of each mode, (m,)."""
+        """For each mode, number of modes with its frequency and type, (m,)."""
         count = np.ones(len(self.kinds), dtype=np.int64)
         for group in self.groups:
             for i in group:
@@ -216,7 +219,7 @@ class ModeTypes:
 
 
 def _placed_bodies(bodies: Sequence[Body]) -> Iterator[tuple[Body, slice]]:
-    """Bodies that have coordinates, and where these are."""
+    """Bodies with coordinates, and the slice of these."""
     start = 0
     for body in bodies:
         if body.size:
@@ -225,7 +228,7 @@ def _placed_bodies(bodies: Sequence[Body]) -> Iterator[tuple[Body, slice]]:
 
 
 def body_energies(mass: Array, bodies: Sequence[Body], shapes: Array) -> dict[BodyName, Array]:
-    """Shares (m,) of kinetic energy that each body with coordinates has in M-orthonormal modes."""
+    """Share (m,) of each body with coordinates in the kinetic energy of M-orthonormal modes."""
     return {
         body.name: np.einsum("im,im->m", shapes[at], mass[at, at] @ shapes[at])
         for body, at in _placed_bodies(bodies)
@@ -242,11 +245,11 @@ def classify(
 ) -> ModeTypes:
     """Types of modes with frequencies (m,) rising and M-orthonormal shapes (d, m).
 
-    rigid: number of rigid motions among them, which come first (None: those below 1e-6 of the
-    highest frequency); bodies: in the order of their coordinates.
-    Eigenvalue solvers return any basis of a repeated frequency, so where different types share
-    one, the basis is turned until each mode is of one type.
-    FlexgearError where the mass couples bodies, so that energy has no owner.
+    rigid: number of rigid motions, which come first (None: modes below 1e-6 of the highest
+    frequency); bodies: in the order of their coordinates.
+    Eigenvalue solvers return an arbitrary basis for a repeated frequency; where modes of different
+    types have one frequency the basis is changed so that each mode has one type.
+    FlexgearError where the mass matrix couples bodies, so that energy cannot be assigned.
     """
     f = np.asarray(frequencies, dtype=float)
     parts = _projections(mass, bodies)
@@ -277,7 +280,7 @@ def classify(
 
 
 def repeated(frequencies: ArrayLike, rigid: int | None = None) -> tuple[tuple[int, ...], ...]:
-    """Groups of neighbouring modes within 1e-6 of each other; rigid motions are one group."""
+    """Groups of successive modes with frequencies within 1e-6; rigid motions are one group."""
     f = np.asarray(frequencies, dtype=float)
     first = _rigid_count(f, rigid)
     breaks = np.flatnonzero(np.diff(f) > EQUAL * f[1:]) + 1
@@ -288,11 +291,10 @@ def repeated(frequencies: ArrayLike, rigid: int | None = None) -> tuple[tuple[in
 def strain_shares(
     contributions: Mapping[str, tuple[Array, Array]], shapes: Array
 ) -> dict[str, Array]:
-    """Share of strain energy ½ φᵀ Rᵀ K R φ of every spring in every mode: name -> (m,).
+    """Share (m,) of every spring in the strain energy ½ φᵀ Rᵀ K R φ of every mode, by name.
 
-    contributions: name -> (rows R (k, d), matrix K (k, k)): links, supports, gear meshes, the
-    stiffness of bodies. Shares sum to one if nothing was left out of the list; in a mode that
-    strains nothing (rigid) all are zero.
+    contributions: rows R (k, d) and matrix K (k, k) of links, supports, gear meshes and stiffness
+    of bodies, by name. Shares sum to one; in rigid modes all are zero.
     """
     energy = {
         name: np.sum((motion := rows @ shapes) * (matrix @ motion), axis=0)
@@ -307,7 +309,8 @@ def strain_shares(
 
 
 def planar_rows(mass: Array, bodies: Sequence[Body]) -> tuple[Array, Array]:
-    """Mean in-plane motion of the central members that translate: rows (n, 2, d), masses (n,)."""
+    """Mean motions in the plane of the n central members that can translate: rows (n, 2, d), and
+    their masses (n,), kg."""
     rows, masses = [], []
     for body, at in _placed_bodies(bodies):
         plane, body_mass = body.rigid_motions[:, :2], mass[at, at]
@@ -326,15 +329,15 @@ def _rigid_count(f: Array, rigid: int | None) -> int:
 
 
 def _projections(mass: Array, bodies: Sequence[Body]) -> dict[str, Array]:
-    """Rows Q (k, d) of every part with |Q φ|² its kinetic energy in a mode (times two)."""
+    """Rows Q (k, d) by part, such that |Q φ|² is the part's share of φᵀ M φ."""
     rows: dict[str, list[Array]] = {p: [] for p in PARTS}
     for body, at in _placed_bodies(bodies):
         lower = linalg.cholesky(mass[at, at], lower=True)
-        rest = np.eye(lower.shape[0])  # projector in y = Lᵀ q, in which energy is |y|²
+        rest = np.eye(lower.shape[0])  # projector in y = Lᵀ q, where qᵀ M q = |y|²
         if body.name.part == "planet":
             rows["planet"].append(_placed(lower.T, at, len(mass)))
             continue
-        for motion in MOTIONS:  # translation first: what follows turns about the centre of mass
+        for motion in MOTIONS:  # translation first, so that rotations are about the centre of mass
             basis = _basis(rest, lower.T @ body.rigid_motions[:, _DOFS[motion]])
             rows[motion].append(_placed(basis.T @ lower.T, at, len(mass)))
             rest = rest - basis @ basis.T
@@ -343,7 +346,7 @@ def _projections(mass: Array, bodies: Sequence[Body]) -> dict[str, Array]:
 
 
 def _basis(rest: Array, motion: Array) -> Array:
-    """Orthonormal basis of what is new in ``motion`` (d_b, k) after projection by ``rest``."""
+    """Orthonormal basis of the motions (d_b, k) after projection by ``rest`` (d_b, d_b)."""
     u, size, _ = np.linalg.svd(rest @ motion, full_matrices=False)
     return u[:, size > 1e-9 * max(float(np.linalg.norm(motion)), np.finfo(float).tiny)]
 
@@ -359,11 +362,12 @@ def _shares(parts: Mapping[str, Array], shapes: Array) -> dict[str, Array]:
 
 
 def _kinds(shares: Mapping[str, Array]) -> list[str]:
-    of_modes = np.stack(list(shares.values()), axis=1)
-    return [_kind(dict(zip(shares, values, strict=True))) for values in of_modes]
+    by_mode = np.stack(list(shares.values()), axis=1)
+    return [_kind(dict(zip(shares, values, strict=True))) for values in by_mode]
 
 
 def _kind(shares: Mapping[str, float]) -> str:
+    """Type of a mode from the energy shares of its parts."""
     rigid = sum(shares[p] for p in MOTIONS)
     if rigid + shares["elastic"] < AT_REST:
         return "planet"
@@ -379,23 +383,24 @@ def _kind(shares: Mapping[str, float]) -> str:
 
 
 def _separated(parts: Mapping[str, Array], shapes: Array) -> Array:
-    """Basis (d, g) of the same space whose modes are of one type, as far as possible.
+    """Basis (d, g) of the space of modes (d, g) of one frequency, of one type each if possible.
 
-    In the space of one frequency the energy of each part is a quadratic form. Planet modes are the
-    null space of the central energy; in the remaining space first rotational-axial against the
-    rest, then single motions are diagonalised one after the other.
+    In this space the energy of each part is a quadratic form. These forms are diagonalised one
+    after the other: first the central energy, whose null space are planet modes, then deformation,
+    pairs of motions, and single motions.
     """
-    cuts = [PARTS[:-1], ("elastic",), *PAIRS, *((p,) for p in MOTIONS)]
+    groups = [PARTS[:-1], ("elastic",), *PAIRS, *((p,) for p in MOTIONS)]
     spaces = [shapes]
-    for cut in cuts:
-        spaces = [part for s in spaces for part in _cut(s, np.vstack([parts[p] for p in cut]))]
+    for group in groups:
+        rows = np.vstack([parts[p] for p in group])
+        spaces = [part for space in spaces for part in _split(space, rows)]
     return np.hstack(spaces)
 
 
-def _cut(shapes: Array, rows: Array) -> list[Array]:
-    """Splits a subspace of modes by the share of their motion that ``rows`` see: modes of equal
-    shares, from none of it to all."""
+def _split(shapes: Array, rows: Array) -> list[Array]:
+    """Subspaces of a space of modes (d, g) in which all modes have the same energy |rows φ|², in
+    rising order."""
     motion = rows @ shapes
-    values, turn = np.linalg.eigh(motion.T @ motion)
+    values, vectors = np.linalg.eigh(motion.T @ motion)
     edges = np.flatnonzero(np.diff(values) > 1e-6) + 1
-    return np.split(shapes @ turn, edges, axis=1)
+    return np.split(shapes @ vectors, edges, axis=1)

@@ -1,18 +1,19 @@
-r"""Force elements of one stage over a period of its gear meshes, on few channels.
+r"""Force elements of one stage over a gear-mesh period, acting on few channels.
 
 At a steady mean speed the rows of the tooth pairs of a stage repeat with the gear-mesh frequency:
-places of contact, stiffness and errors of the base pitch run through one period while the train
-rolls by one pitch, all that turns slower than teeth pass standing still (as in ``gear_mesh_cycle``,
-which also says how teeth that are blocks of their own are held in place). With the rows V_j
-(n, n_c) of sample j over the channels of a ``ModalSystem``, N samples of a period,
+positions of contact, stiffness and errors of the base pitch pass through one period while the train
+rotates by one pitch. All slower rotations are fixed at angle zero (see ``gear_mesh_cycle``, also
+for teeth that are blocks). The rows V_j (n, n_c) of sample j on the channels of a ``ModalSystem``,
+at N samples of a period, are reduced to q channels,
 
-    V_j = W_j B,   B (q, n_c) an orthonormal basis of each gear mesh's rows, W_j (n, q),
+    V_j = W_j B,   B (q, n_c) an orthonormal basis of each gear mesh's rows, W_j (n, q).
 
-a force element sees δ = W_j u + e − Σ B' F' of the motion u (q,) of these channels, at the rate
-W_j u̇ + ω e', e' per radian of the gear-mesh angle, and acts on them by −W_jᵀ F. Gear meshes of
-other stages are their mean springs; bearings and supports are as they stand at angle zero. Causes
-that repeat once a turn (runout, pitch deviations of single teeth, loads that turn against a frame)
-are left out: ``left_out``.
+With the motion u (q,) of these channels a force element has the displacement δ = W_j u + e − B' F
+and the rate W_j u̇ + ω e'. e: offset by errors and gaps; e': its derivative by the gear-mesh angle;
+B' F: what neighbouring rows yield under the forces F. Its forces on the channels are −W_jᵀ F. Gear
+meshes of other stages are mean springs; bearings and supports are taken at angle zero. Causes with
+the period of a turn (runout, pitch deviations of single teeth, loads that turn against a frame) are
+neglected and listed in ``left_out``.
 """
 
 from __future__ import annotations
@@ -36,16 +37,16 @@ from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import LOAD, SUPPORT, PairData
 from flexgear.model.errors import FlexgearError
 
-DIRECTIONS = 1e-9  # of the largest singular value: directions of rows that count
-# the same where teeth are blocks: flexibility, which goes with the square, is right to 1e-4
-TOOTH_DIRECTIONS = 1e-2
-WITHIN = 8  # places of a step over which tangents are averaged
-LOCAL_TRIES = 40  # of the rows of one sample that yield to each other
+LEAST_SINGULAR = 1e-9  # singular values over the largest, below which directions are dropped
+# where teeth are blocks: flexibility, proportional to the square, is then exact to 1e-4
+LEAST_SINGULAR_OF_TEETH = 1e-2
+WITHIN = 8  # positions within a step over which tangents are averaged
+MAX_ITERATIONS = 40  # for the forces of rows of one sample that are coupled by flexibility
 
 
 @dataclass(frozen=True)
 class Springs:
-    """Linear rows (s, n_c) over the channels: stiffness (s,) N/m and damping (s,) N s/m."""
+    """Linear springs: rows (s, n_c) on the channels, stiffness (s,) N/m and damping (s,) N s/m."""
 
     rows: Array
     stiffness: Array
@@ -54,17 +55,16 @@ class Springs:
 
 @dataclass(frozen=True)
 class OrbitElements:
-    """Force elements over N samples of a period, n rows at most at one of them.
+    """Force elements at N samples of a period, with at most n rows at a sample.
 
-    channels (q, n_c): B; source (q,): flank of each, or −1 − the number of a bearing row; rows
-    (N, n, q): W; offset (N, n) m; error_slope (N, n): e', m/rad; owner (N, n): flank m of a row, −1
-    of bearings, −2 where there is no row; nominal (2, N, n): stiffness N/m and damping N s/m of
-    rows that carry; elements (E, 4), parameters (E, p): see ``evaluate_laws``;
-    between (N, n, n) m/N: by which rows yield to each other, or (0, 0, 0); springs: linear rows;
-    load (2, n_c): constant forces on the channels, and what grows with the square of speed, at the
-    rated one; frequency: of the period at rated speed, Hz; flanks (M,) 1 where rows were filled;
-    gear_meshes: gear-mesh periods that the period has, the angle of ``error_slope`` being that of
-    the period.
+    channels (q, n_c): B; source (q,): flank of each channel, or −1 − number of a bearing row; rows
+    (N, n, q): W; offset (N, n): e, m; error_slope (N, n): e', m/rad of the angle of the period;
+    owner (N, n): flank of a row, −1 for bearings, −2 without a row; nominal (2, N, n): stiffness
+    N/m and damping N s/m of rows of carrying flanks and bearings; elements (E, 4), parameters
+    (E, p): see ``evaluate_laws``; between (N, n, n): flexibility B' between neighbouring rows, m/N,
+    or (0, 0, 0); springs: linear rows; load (2, n_c): constant forces on the channels, and forces
+    proportional to the square of speed, at rated speed; frequency: of the period at rated speed,
+    Hz; flanks (M,): 1 for flanks with rows; gear_meshes: number of gear-mesh periods in the period.
     """
 
     modal: ModalSystem
@@ -88,11 +88,11 @@ class OrbitElements:
 
     @property
     def samples(self) -> int:
-        """N."""
+        """Number N of samples."""
         return len(self.rows)
 
     def repeated(self, times: int) -> OrbitElements:
-        """The same over several of its periods."""
+        """The elements over a period that is ``times`` as long."""
         elements = np.tile(self.elements, (times, 1))
         elements[:, 1] += np.repeat(self.samples * np.arange(times), len(self.elements))
         return replace(
@@ -111,7 +111,7 @@ class OrbitElements:
 
     @property
     def bearing_rows(self) -> Ints:
-        """Numbers, among rows that are no tooth pairs, of those that are the last channels."""
+        """Numbers of the bearing rows that are the last channels, in the order of these."""
         return -1 - self.source[self.source < 0]
 
     @cached_property
@@ -120,26 +120,26 @@ class OrbitElements:
 
     @cached_property
     def _space(self) -> tuple[Any, ...]:
-        most = max(1, int(self.elements[:, 3].max(initial=1)))
+        widest = max(1, int(self.elements[:, 3].max(initial=1)))
         return tuple(
-            (np.zeros((2, r)), np.zeros((2, r)), np.zeros((2, r, r))) for r in range(1, most + 1)
+            (np.zeros((2, r)), np.zeros((2, r)), np.zeros((2, r, r))) for r in range(1, widest + 1)
         )
 
     def mean_row(self, m: int) -> Array:
-        """Mean row (q,) of a flank's tooth pairs over the period: closing of the gear mesh."""
+        """Mean row (q,) of the tooth pairs of flank m over the period: closing of the gear mesh."""
         rows = self.owner == m
         return np.asarray(self.rows[rows].mean(axis=0))
 
     def row_forces(self, motion: Array, rate: Array, omega: float) -> tuple[Array, Array, Array]:
-        """Forces (N, n) N, tangents (2, N, n, n) to displacement and rate, and displacements (N, n)
-        of the rows under the motion u and its rate (N, q) at a gear-mesh frequency, rad/s."""
+        """Forces F (N, n) N, tangents ∂F/∂δ and ∂F/∂δ̇ (2, N, n, n), and displacements δ (N, n) of
+        the rows for the motion u and its rate (N, q); omega: frequency of the period, rad/s."""
         closing_rate = products(self.rows, rate) + omega * self.error_slope
         delta = np.stack([products(self.rows, motion) + self.offset, closing_rate], axis=2)
         force, tangent = self._laws(delta)
         if not self.between.size:
             return force, tangent, delta[:, :, 0]
         free, eye = delta[:, :, 0].copy(), np.eye(delta.shape[1])
-        for _ in range(LOCAL_TRIES):
+        for _ in range(MAX_ITERATIONS):
             gap = delta[:, :, 0] - free + products(self.between, force)
             matrix = eye + self.between @ tangent[0]
             delta[:, :, 0] -= np.linalg.solve(matrix, gap[:, :, None])[:, :, 0]
@@ -160,7 +160,7 @@ class OrbitElements:
 
     @cached_property
     def linear_tangents(self) -> Array:
-        """Tangents (2, N, q, q) on the channels with all pairs of the carrying flanks on their path
+        """Tangents (2, N, q, q) on the channels with all pairs on the path of the carrying flanks
         in contact, and bearings with their nominal stiffness."""
         stiffness, damping = (np.einsum("jn,nm->jnm", x, np.eye(x.shape[1])) for x in self.nominal)
         if self.between.size:
@@ -173,57 +173,59 @@ class OrbitElements:
         return np.asarray(self.rows.transpose(0, 2, 1) @ (tangent @ self.rows))
 
     def tangents_around(self, motion: Array, rate: Array, period: float) -> Array:
-        """Tangents (2, N, q, q) on the channels under u and its rate (N, q) over a period, s, each
-        the mean over a step around its sample, within which rows may begin or cease to touch."""
+        """Tangents (2, N, q, q) on the channels for u and its rate (N, q) over a period, s, each
+        averaged over a step around its sample, within which contact may begin or end."""
         around = period / self.samples * ((np.arange(WITHIN) + 0.5) / WITHIN - 0.5)
         omega = 2 * np.pi / period
         tangents = [self.row_forces(motion + t * rate, rate, omega)[1] for t in around]
         return np.array([self.on_channels(t) for t in np.mean(tangents, axis=0)])
 
     def channel_forces(self, force: Array) -> Array:
-        """Wᵀ F (N, q) of forces (N, n) of the rows: what resists the motion u."""
+        """Wᵀ F (N, q): forces of the rows (N, n) on the channels, against the motion u."""
         return np.einsum("jnq,jn->jq", self.rows, force)
 
 
 def products(matrices: Array, vectors: Array) -> Array:
-    """(N, n) of matrices (N, n, q) and vectors (N, q)."""
+    """Matrix-vector products (N, n) of matrices (N, n, q) and vectors (N, q)."""
     return np.asarray((matrices @ vectors[:, :, None])[:, :, 0])
 
 
 def orbit_elements(
     modal: ModalSystem, stage: int, samples: int, coast: bool = False
 ) -> OrbitElements:
-    """Elements of a stage (number); coast: with the flanks that carry no rated load. FlexgearError
-    where a bearing or damper depends on the speed of its shaft."""
+    """Force elements of a stage (number from 0) at ``samples`` samples; coast: also of the flanks
+    without rated load. FlexgearError where a bearing or damper depends on its shaft's speed."""
     system, pairs = modal.system, periodic(modal.system.pairs)
-    if first_memory(_taking_turns(pairs), system.rolling_rates)[:, 1].any():
+    if first_memory(_without_axial_dampers(pairs), system.rolling_rates)[:, 1].any():
         raise FlexgearError(
-            "periodic states have no shaft speeds, which plain bearings and dampers "
-            "against turning take: run transients, or take these out"
+            "periodic states have no shaft speeds, on which the forces of plain bearings and of "
+            "dampers against rotation depend: run transients, or remove them from the case"
         )
     in_stage = np.array([label.stage == stage for label in system.gear_meshes])
     flanks = np.where(in_stage & ((pairs.carries == 1) | coast), 1, 0).astype(np.int64)
     m = int(np.flatnonzero(in_stage)[0])
     rated = system.theta(system.rated_input_speeds)[pairs.angle[m]]
     theta = cycle_angles(system, in_stage, samples, -1.0 if rated < 0.0 else 1.0)
-    filled = _Filling(modal, pairs, flanks, (theta[1] - theta[0]) * samples / (2 * np.pi))
+    collected = _RowCollector(modal, pairs, flanks, (theta[1] - theta[0]) * samples / (2 * np.pi))
     for j in range(samples):
-        filled.add(j, np.ascontiguousarray(theta[j]), theta[0])
-    channels, rows, owner, (offset, slope, *nominal) = filled.condensed()
+        collected.add(j, np.ascontiguousarray(theta[j]), theta[0])
+    channels, rows, owner, (offset, slope, *nominal) = collected.condensed()
     return OrbitElements(
         modal=modal,
         stage=stage,
         channels=channels,
-        source=np.array([*filled.source, *(-1 - row for row in filled.bearing_rows)], np.int64),
+        source=np.array(
+            [*collected.source, *(-1 - row for row in collected.bearing_rows)], np.int64
+        ),
         rows=rows,
         offset=offset,
         error_slope=slope,
         owner=owner,
         nominal=np.array(nominal),
-        elements=np.vstack(filled.elements).astype(np.int64),
-        parameters=np.vstack(filled.parameters),
-        between=filled.between(rows.shape[1]),
-        springs=_springs(modal, filled, stage),
+        elements=np.vstack(collected.elements).astype(np.int64),
+        parameters=np.vstack(collected.parameters),
+        between=collected.between(rows.shape[1]),
+        springs=_springs(modal, collected, stage),
         load=_loads(modal, pairs),
         frequency=abs(float(rated * pairs.rate[m] / pairs.pitch[m])),
         flanks=flanks,
@@ -231,17 +233,18 @@ def orbit_elements(
     )
 
 
-def _taking_turns(pairs: PairData) -> PairData:
-    """Pairs without the dampers that have no coefficient about the axis."""
+def _without_axial_dampers(pairs: PairData) -> PairData:
+    """The pair data without dampers that have no coefficient for rotation about the axis."""
     dampers = pairs.bearing_law == LAW_NUMBERS["dampers"]
-    takes = ~dampers | np.array([c[-1] != 0.0 for c in pairs.bearing_parameters], bool)
+    remains = ~dampers | np.array([c[-1] != 0.0 for c in pairs.bearing_parameters], bool)
     fields = ("bearing_law", "bearing_block", "bearing_angle", "bearing_parameters",
               "bearing_turned")  # fmt: skip
-    return pairs._replace(**{name: getattr(pairs, name)[takes] for name in fields})
+    return pairs._replace(**{name: getattr(pairs, name)[remains] for name in fields})
 
 
 def periodic(pairs: PairData) -> PairData:
-    """Pairs without errors and faults that repeat once a turn, and with stationary rollers."""
+    """The pair data without errors and faults with the period of a turn, and with stationary
+    rollers."""
     return pairs._replace(
         gear_table=np.zeros_like(pairs.gear_table),
         planet_table=np.zeros_like(pairs.planet_table),
@@ -253,7 +256,7 @@ def periodic(pairs: PairData) -> PairData:
 
 
 def _left_out(modal: ModalSystem, stage: int) -> tuple[str, ...]:
-    """Neglected causes that do not repeat with the gear mesh, one phrase each."""
+    """Neglected causes that do not have the period of the gear mesh, one phrase each."""
     pairs, words = modal.system.pairs, []
     if pairs.error_gear.any() or pairs.error_planet.any():
         words.append("pitch deviations of single teeth")
@@ -272,9 +275,9 @@ def _left_out(modal: ModalSystem, stage: int) -> tuple[str, ...]:
     return tuple(words)
 
 
-class _Filling:
-    """Rows of one sample after the other; speeds (A,): of the angles, per radian of the gear-mesh
-    angle."""
+class _RowCollector:
+    """Collects the rows of all samples, then reduces them to channels; speeds (A,): derivatives of
+    the train's angles by the gear-mesh angle."""
 
     def __init__(self, modal: ModalSystem, pairs: PairData, flanks: Ints, speeds: Array) -> None:
         self.modal, self.pairs, self.flanks, self.speeds = modal, pairs, flanks, speeds
@@ -283,14 +286,15 @@ class _Filling:
         self.elements: list[Array] = []
         self.parameters: list[Array] = []
         self.coefficients: dict[int, list[Array]] = {m: [] for m in self.ends}
-        self.of_rows: list[tuple[Ints, Array]] = []  # flank or −3 − bearing row, its numbers
+        # per sample: flank or −3 − bearing row (n,); offset, slope of error, stiffness, damping
+        self.row_data: list[tuple[Ints, Array]] = []
         self.source: list[int] = []  # flank of every channel
         self.bearing_rows: dict[int, Array] = {}
-        self.support_rows: list[tuple[Array, float]] = []
-        self._yields: list[Array] = []
+        self.support_rows: list[tuple[Array, float]] = []  # row and stiffness
+        self._flexibilities: list[Array] = []  # between neighbouring rows, per sample
 
     def add(self, j: int, angles: Array, start: Array) -> None:
-        """Enter sample j, at the angles (A,), with those of sample 0."""
+        """Add sample j at angles (A,); start (A,): angles of sample 0."""
         work = self.work
         n, count, _ = fill_rows(self.data, angles, self.flanks, work)
         kinds = work.row["kind"][:n]
@@ -302,7 +306,7 @@ class _Filling:
         carries = np.where(of_teeth, self.pairs.carries[flank], 1.0)
         springs = carries * np.array([row["stiffness"], row["damping"]])
         numbers = np.vstack([row["offset"], of_teeth * slopes[flank], springs])
-        self.of_rows.append((np.where(of_teeth, owner, -3 - owner), numbers))
+        self.row_data.append((np.where(of_teeth, owner, -3 - owner), numbers))
         for m in np.unique(owner[of_teeth]).tolist():
             at = taken[of_teeth & (owner == m)]
             self.coefficients[m].append(self.ends[m].coefficients(work, at, angles, start))
@@ -315,7 +319,7 @@ class _Filling:
         self.elements.append(columns[selected])
         self.parameters.append(work.parameters[:count][selected])
         if work.row["following"][:n].any():
-            self._yields.append(between_rows(work, n)[np.ix_(taken, taken)])
+            self._flexibilities.append(between_rows(work, n)[np.ix_(taken, taken)])
         if j == 0:
             for i in np.flatnonzero(kinds == SUPPORT):
                 row = self._on_channels(work, int(i))
@@ -329,23 +333,24 @@ class _Filling:
         return row
 
     def between(self, n: int) -> Array:
-        """(N, n, n), or nothing where no row yields to another."""
-        if not self._yields:
+        """Flexibility (N, n, n) m/N between neighbouring rows; (0, 0, 0) without coupling."""
+        if not self._flexibilities:
             return np.zeros((0, 0, 0))
-        out = np.zeros((len(self._yields), n, n))
-        for matrix, part in zip(out, self._yields, strict=True):
+        out = np.zeros((len(self._flexibilities), n, n))
+        for matrix, part in zip(out, self._flexibilities, strict=True):
             matrix[: len(part), : len(part)] = part
         return out
 
     def _directions(self, m: int, rows: Array) -> Array:
-        """Orthonormal shares U (rows, k) with rows ≈ U Uᵀ rows, of rows (rows, c) of a flank.
+        """Orthonormal U (r, k) with rows ≈ U Uᵀ rows, for the rows (r, c) of flank m.
 
-        Where teeth are blocks they are measured by the motion that their forces cause: U are the
-        first singular vectors of rows S^½ beside those of the rigid motions, S flexibility.
+        Where teeth are blocks, rows are weighted by the motion that their forces cause: U are the
+        first singular vectors of [rows S^½, rows Z], S the elastic flexibility of the channels, Z
+        their rigid motions.
         """
         if not self.ends[m].teeth:
             u, s, _ = np.linalg.svd(rows, full_matrices=False)
-            return np.asarray(u[:, s > DIRECTIONS * s[0]])
+            return np.asarray(u[:, s > LEAST_SINGULAR * s[0]])
         at, r = self.ends[m].columns, self.modal.rigid_count
         p = self.modal.channel_modes[at]
         flexible = (p[:, r:] / self.modal.omega[r:] ** 2) @ p[:, r:].T
@@ -355,15 +360,15 @@ class _Filling:
         rigid = rows @ p[:, :r]
         size = np.linalg.norm(elastic) / (np.linalg.norm(rigid) or 1.0)
         u, s, _ = np.linalg.svd(np.hstack([elastic, size * rigid]), full_matrices=False)
-        return np.asarray(u[:, s > TOOTH_DIRECTIONS * s[0]])
+        return np.asarray(u[:, s > LEAST_SINGULAR_OF_TEETH * s[0]])
 
     def condensed(self) -> tuple[Array, Array, Ints, Array]:
         """Channels (q, n_c), rows (N, n, q), owners (N, n), and offsets, slopes of errors, nominal
         stiffness and damping (4, N, n)."""
-        n = max((len(owner) for owner, _ in self.of_rows), default=0)
-        owners = np.full((len(self.of_rows), n), -2, dtype=np.int64)
+        n = max((len(owner) for owner, _ in self.row_data), default=0)
+        owners = np.full((len(self.row_data), n), -2, dtype=np.int64)
         numbers = np.zeros((4, *owners.shape))
-        for j, (owner, values) in enumerate(self.of_rows):
+        for j, (owner, values) in enumerate(self.row_data):
             owners[j, : len(owner)], numbers[:, j, : len(owner)] = owner, values
         channels, blocks = [np.zeros((0, len(self.modal.channels)))], list[tuple[int, Array]]()
         for m, parts in self.coefficients.items():
@@ -385,20 +390,20 @@ class _Filling:
         return np.vstack(channels), rows, np.where(owners < -2, -1, owners), numbers
 
 
-def _springs(modal: ModalSystem, filled: _Filling, stage: int) -> Springs:
-    """Turning supports at angle zero, and mean springs of the gear meshes of other stages."""
-    springs = [(row, k, 0.0) for row, k in filled.support_rows]
-    for columns, of_flank, damping in mean_channel_springs(modal, stage):
-        full = np.zeros((len(of_flank), len(modal.channels)))
-        full[:, columns] = of_flank
+def _springs(modal: ModalSystem, collected: _RowCollector, stage: int) -> Springs:
+    """Supports in turning frames at angle zero, and mean springs of other stages' gear meshes."""
+    springs = [(row, k, 0.0) for row, k in collected.support_rows]
+    for columns, flank_rows, damping in mean_channel_springs(modal, stage):
+        full = np.zeros((len(flank_rows), len(modal.channels)))
+        full[:, columns] = flank_rows
         springs += [(row, 1.0, damping) for row in full]
     rows = np.reshape([row for row, _, _ in springs], (-1, len(modal.channels)))
     return Springs(rows, *np.reshape([numbers for _, *numbers in springs], (-1, 2)).T)
 
 
 def _loads(modal: ModalSystem, pairs: PairData) -> Array:
-    """Constant forces (2, n_c) on the channels: by loads that do not turn, and of these what grows
-    with the square of speed, at rated speed; torques of ports are no part of it."""
+    """Forces (2, n_c) on the channels by loads that do not turn: constant ones, and those that grow
+    with the square of speed, at rated speed; without torques of ports."""
     out = np.zeros((2, len(modal.channels)))
     for block, vector, size, angle, grows in zip(
         pairs.load_block, pairs.load_vector, pairs.load_size, pairs.load_angle, pairs.load_grows,

@@ -15,13 +15,13 @@ from flexgear.arrays import Array, Complex
 def recovery_of(
     train: CondensedTrain, balance: Balance, orbit: Orbit, outputs: dict[str, Output]
 ) -> Recovery:
-    """Elastic motions and forces over the N samples of a steady state's period, with all frames at
-    angle zero; without loads of single tooth pairs."""
+    """Elastic motions and forces at the N samples of a steady state's period, with all frames at
+    angle zero and without loads of single tooth pairs."""
     elements, modal = train.elements, train.modal
     f, a = balance.parts(orbit.unknown)
-    eta, on_linear = _harmonics(train, orbit, f, a)
-    constant, count, q = train.given_forces(orbit.point), elements.samples, f.shape[1]
-    forces = in_time(np.hstack([f, on_linear]), count) @ train.rows + constant
+    eta, linear_forces = _harmonics(train, orbit, f, a)
+    constant, count, q = train.constant_forces(orbit.point), elements.samples, f.shape[1]
+    forces = in_time(np.hstack([f, linear_forces]), count) @ train.rows + constant
     system, pairs = modal.system, modal.system.pairs
     ports = len(system.ports)
     loads = empty_pair_loads(pairs, count)
@@ -48,22 +48,23 @@ def _harmonics(
     modal, point, q = train.modal, orbit.point, f.shape[1]
     r, harmonics = modal.rigid_count, len(f) - 1
     w = 2 * np.pi * train.elements.frequency * point.speed * np.arange(1.0, harmonics + 1)
-    answers = train.answers(w, point.speed)
-    whole = train.modes @ answers + train.residual
-    on_linear = np.zeros((harmonics + 1, len(train.linear)), dtype=complex)
-    on_linear[1:] = np.einsum("hsq,hq->hs", train.follow(whole, w, point), f[1:])
-    constant = train.given_forces(point)
-    flexibility, under_load = train.still_motions(point, constant)
-    free = train.modes[q:, :r] @ train.free @ a
-    motion = flexibility[q:, :q] @ f[0].real + free + under_load[q:]
-    k, eye = train.steady, np.eye(len(train.steady))
-    on_linear[0] = -np.linalg.solve(eye + k[:, None] * flexibility[q:, q:], k * motion)
-    every = np.hstack([f, on_linear])
+    response = train.modal_response(w, point.speed)
+    receptance = train.modes @ response + train.residual
+    linear_forces = np.zeros((harmonics + 1, len(train.linear)), dtype=complex)
+    by_unit_forces = train.linear_row_forces(receptance, w, point)
+    linear_forces[1:] = np.einsum("hsq,hq->hs", by_unit_forces, f[1:])
+    constant = train.constant_forces(point)
+    flexibility, under_load = train.static_motions(point, constant)
+    rigid = train.modes[q:, :r] @ train.rigid_basis @ a
+    motion = flexibility[q:, :q] @ f[0].real + rigid + under_load[q:]
+    k, eye = train.static_stiffness, np.eye(len(train.static_stiffness))
+    linear_forces[0] = -np.linalg.solve(eye + k[:, None] * flexibility[q:, q:], k * motion)
+    forces = np.hstack([f, linear_forces])
     eta = np.zeros((harmonics + 1, len(modal.omega)), dtype=complex)
-    eta[1:] = np.einsum("hnq,hq->hn", answers, every[1:])
-    push = train.modes.T @ every[0].real + modal.channel_modes.T @ constant
-    a_still = train.operator(np.zeros(1), point.speed)[0].real
-    elastic = a_still[r:] if a_still.ndim == 1 else a_still[r:, r:]
-    eta[0, r:] = push[r:] / elastic if elastic.ndim == 1 else np.linalg.solve(elastic, push[r:])
-    eta[0, :r] = train.free @ a
-    return eta, on_linear
+    eta[1:] = np.einsum("hnq,hq->hn", response, forces[1:])
+    mean = train.modes.T @ forces[0].real + modal.channel_modes.T @ constant
+    operator = train.operator(np.zeros(1), point.speed)[0].real
+    elastic = operator[r:] if operator.ndim == 1 else operator[r:, r:]
+    eta[0, r:] = mean[r:] / elastic if elastic.ndim == 1 else np.linalg.solve(elastic, mean[r:])
+    eta[0, :r] = train.rigid_basis @ a
+    return eta, linear_forces

@@ -1,14 +1,16 @@
 """Signals of sensors from a run: uniform grid, derivatives, filter, decimation.
 
-Samples at the times of the steps become values at k h of a uniform grid, thrice as fine, by
-polynomials through the eight samples around, whose images then lie beyond the band; central
-differences of order eight give derivatives there; a linear-phase FIR
-low-pass (Kaiser window) takes away all from half of the sampling rate on; every M-th value is kept,
-with the time of the middle of its filter, so that nothing is delayed. The rates are those of what
-is recovered with its quasi-static part: differences of the modes' rates alone would leave it out.
+Samples at the times of steps are interpolated to a uniform grid, three times as fine, by
+polynomials through the eight samples around each point, so that the images of interpolation are
+beyond the band. Central differences of order eight give derivatives on the grid. A linear-phase FIR
+low-pass (Kaiser window) suppresses all frequencies above half of the sampling rate. Every M-th
+value is output, at the time of the middle of its filter, so that there is no delay. Displacements
+are differentiated after their recovery, which includes the quasi-static part: the rates of the kept
+modes alone would not.
 
-What a signal needs of the past is kept from chunk to chunk: chunks of any size give what the whole
-gives. The first and the last of a run are left out, where a filter would have to invent samples.
+Samples and grid values that later signals need are stored from chunk to chunk, so that the result
+does not depend on the size of chunks. There are no signals at the beginning and the end of a run,
+where a filter would need samples outside it.
 """
 
 from __future__ import annotations
@@ -26,18 +28,18 @@ from scipy.ndimage import correlate1d
 
 from flexgear.arrays import Array
 
-AROUND = 8  # samples that a value between them follows from
-LATER = AROUND // 2 + 1  # samples, of which the first is behind all that the others complete
-REACH = 4  # of a central difference, to each side
-SAMPLES = 16  # of a run in a period of the band's top, at least, where its steps allow
-FINER = 3  # times as many values of the grid as samples, at least
-REJECTION = 100.0  # dB, from half of the sampling rate on
+AROUND = 8  # samples for the interpolation of a value
+LATER = AROUND // 2 + 1  # last samples, after whose first one values cannot be interpolated yet
+REACH = 4  # values on each side of a central difference
+SAMPLES = 16  # least number in a period of the highest frequency, as far as steps allow
+FINER = 3  # least number of grid values per sample
+REJECTION = 100.0  # dB, above half of the sampling rate
 _OFFSETS = np.arange(-REACH, REACH + 1)
 
 
 def _difference(order: int) -> Array:
-    """Weights (2 REACH + 1,) of a central difference of values one apart; exact for polynomials of
-    degree 2 REACH."""
+    """Weights (2 REACH + 1,) of a central difference on a grid with spacing 1, exact for
+    polynomials of degree 2 REACH; order: of the derivative."""
     powers = np.vander(_OFFSETS.astype(float), increasing=True).T
     unit = np.zeros(len(_OFFSETS))
     unit[order] = math.factorial(order)
@@ -45,20 +47,20 @@ def _difference(order: int) -> Array:
 
 
 def local_weights(places: Array, at: Array) -> Array:
-    """Lagrange's weights (n, k) of values at places (n, k) for the value at (n,)."""
-    away = at[:, None] - places
+    """Lagrange weights (n, k) of values at ``places`` (n, k) for interpolation at ``at`` (n,)."""
+    distance = at[:, None] - places
     weights = np.ones_like(places)
     for j in range(places.shape[1]):
         for m in range(places.shape[1]):
             if m != j:
-                weights[:, j] *= away[:, m] / (places[:, j] - places[:, m])
+                weights[:, j] *= distance[:, m] / (places[:, j] - places[:, m])
     return weights
 
 
 @dataclass(frozen=True)
 class Clock:
-    """band: highest frequency that passes; rate: of sampling, Hz; step: between samples of a run,
-    where they are closest, s."""
+    """Sampling of signals. band: highest frequency that passes, Hz; rate: sampling rate, Hz; step:
+    shortest time between samples of the run, s."""
 
     band: float
     rate: float
@@ -66,7 +68,7 @@ class Clock:
 
     @property
     def factor(self) -> int:
-        """Values of the fine grid for one that is kept."""
+        """Number M of values of the fine grid per output value."""
         return math.ceil(FINER / (self.step * self.rate) * (1 - 1e-9))
 
     @property
@@ -76,7 +78,7 @@ class Clock:
 
     @cached_property
     def taps(self) -> Array:
-        """Coefficients (2 H + 1,) of the low-pass, unity at 0 Hz; H is a multiple of ``factor``."""
+        """Coefficients (2 H + 1,) of the low-pass with gain 1 at 0 Hz; H is a multiple of M."""
         width = (0.5 * self.rate - self.band) / (0.5 * self.fine)
         count, beta = scipy.signal.kaiserord(REJECTION, width)
         half = self.factor * math.ceil(count / 2 / self.factor)
@@ -85,12 +87,12 @@ class Clock:
         return np.asarray(scipy.signal.firwin(2 * half + 1, cutoff, window=window, fs=self.fine))
 
     def times(self, first: int, count: int) -> Array:
-        """Times of ``count`` values from number ``first`` on, s."""
+        """Times of ``count`` output values from number ``first`` on, s."""
         return np.arange(first, first + count) / self.rate
 
     def count(self, times: Array) -> int:
-        """Values of a run; times: of its first sample and of at least as many of its last ones as
-        ``LATER``, s."""
+        """Number of output values of a run; times: of its first and of at least its last ``LATER``
+        samples, s."""
         if len(times) <= LATER:
             return 0
         half = len(self.taps) // 2 + REACH
@@ -100,26 +102,26 @@ class Clock:
 
 
 def _grid(time: float, rate: float) -> int:
-    """Number of the first value of a grid from ``time`` on."""
+    """Number of the first grid value at or after ``time``."""
     return math.ceil(time * rate * (1 - 1e-12) - 1e-9)
 
 
 def _grid_end(time: float, rate: float) -> int:
-    """Number behind the last value of a grid up to ``time``."""
+    """1 plus the number of the last grid value at or before ``time``."""
     return math.floor(time * rate * (1 + 1e-12)) + 1
 
 
 def first_column(derivative: Array, position: Array) -> Array:
-    """Derivative of a position with one component."""
+    """The first column (n,) of a derivative (n, k), for positions with one component."""
     return derivative[:, 0]
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """How a sensor's signal follows from n samples.
+    """Computation of a sensor's signal from n samples.
 
-    position: makes k columns (n, k) of them; order: of the time derivative that is taken of these,
-    0 to 2; part: makes the signal (n,) of derivative and position.
+    position: function from samples to k columns (n, k); order: order of their time derivative, 0 to
+    2; part: function from derivative and position to the signal (n,).
     """
 
     position: Callable[[Any], Array]
@@ -127,7 +129,7 @@ class Quantity:
     part: Callable[[Array, Array], Array] = first_column
 
     def over_period(self, samples: Any, omega: float) -> Array:
-        """Signal (n,) of samples spread evenly over a period 2π/ω, by their harmonics."""
+        """Signal (n,) from samples equally spaced over a period 2π/ω, by Fourier series."""
         position = self.position(samples)
         if self.order == 0:
             return self.part(position, position)
@@ -137,7 +139,7 @@ class Quantity:
 
 
 class Recorder:
-    """Signals (m, s) of quantities from samples of a run, chunk by chunk."""
+    """Computes the signals (m, s) of quantities from the samples of a run, chunk by chunk."""
 
     def __init__(self, clock: Clock, quantities: Sequence[Quantity]) -> None:
         self.clock, self._quantities = clock, tuple(quantities)
@@ -149,7 +151,7 @@ class Recorder:
         self._next: int | None = None  # number of the next value of the fine grid
 
     def append(self, times: Array, samples: Any) -> tuple[Array, Array]:
-        """Times (m,) s and signals (m, s) that samples at times (t,) more complete."""
+        """Add samples at times (t,), s; returns times (m,) and signals (m, s) that are complete."""
         positions = [quantity.position(samples) for quantity in self._quantities]
         stops = np.cumsum([0, *(position.shape[1] for position in positions)]).tolist()
         self._places = [slice(a, b) for a, b in pairwise(stops)]
@@ -163,18 +165,18 @@ class Recorder:
         return self._completed()
 
     def _on_grid(self) -> Array:
-        """Values (n, c) of the fine grid that have their samples; drops samples that are done."""
+        """New values (n, c) of the fine grid; drops samples that are no longer needed."""
         times, rate = self._times, self.clock.fine
         if self._next is None:
             self._next = self._first = _grid(float(times[0]), rate)
         stop = _grid_end(float(times[-LATER]), rate)
         numbers = np.arange(self._next, max(stop, self._next))
-        at = numbers / rate
-        before = np.searchsorted(times, at * (1 + 1e-12), side="right") - AROUND // 2
+        grid = numbers / rate
+        before = np.searchsorted(times, grid * (1 + 1e-12), side="right") - AROUND // 2
         before = np.maximum(before, 0)
         around = before[:, None] + np.arange(AROUND)
-        weights = local_weights(times[around], at)
-        values = np.zeros((len(at), self._values.shape[1]))
+        weights = local_weights(times[around], grid)
+        values = np.zeros((len(grid), self._values.shape[1]))
         for weight, sample in zip(weights.T, around.T, strict=True):
             values += weight[:, None] * self._values[sample]
         self._next += len(numbers)
@@ -184,7 +186,8 @@ class Recorder:
         return values
 
     def _completed(self) -> tuple[Array, Array]:
-        """Signals whose filters lie in the fine grid as it is; drops what none needs any more."""
+        """Signals whose filters are within the present fine grid; drops values that are no longer
+        needed."""
         clock, m = self.clock, self.clock.factor
         half = len(clock.taps) // 2
         first = -(-(self._first + half + REACH) // m)

@@ -1,9 +1,9 @@
-"""From saved samples back to motions and forces in physical coordinates.
+"""Recovery of motions and forces in physical coordinates from saved samples.
 
-A sample holds modal coordinates and pair loads. Channel forces follow from the pair loads by
-rebuilding the contact rows at the sample's angle; then q = Φ η + R f. Rolling of the undeflected
-train is taken off, so that what remains is elastic displacement plus wind-up:
-q_el = q − rolling · input_angles.
+A sample has modal coordinates η and pair loads. The channel forces f follow from the pair loads and
+the contact rows at the sample's angle; then q = Φ η + R f, R the residual flexibility. Without
+rigid rotation of the undeflected train, q_el = q − rolling · input_angles is elastic displacement
+including wind-up.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from flexgear.model.bearings import at_height
 from flexgear.structures.bodies import rotation
 
 Result = Equilibrium | Transient
-BLOCK = 128  # samples over which few of a ring's teeth carry load
+BLOCK = 128  # samples of one product, over which only few teeth of a ring are loaded
 
 
 def channel_forces(result: Result) -> Array:
-    """Forces on the channels (t, n_c): contact blocks, then torques on the ports."""
+    """Forces (t, n_c) on the channels: on contact blocks, then torques on the ports, N and N·m."""
     modal = result.modal
     pairs, ports = modal.system.pairs, len(modal.system.ports)
     out = np.zeros((len(result.theta), len(modal.channels)))
@@ -47,7 +47,7 @@ def channel_forces(result: Result) -> Array:
 
 
 def _in_blocks(forces: Array) -> list[tuple[NDArray[np.intp], Array]]:
-    """Forces (t, n_c) in blocks of samples: which channels are loaded, and their forces."""
+    """Forces (t, n_c) in blocks of samples: indices of loaded channels, and their forces."""
     parts = []
     for start in range(0, len(forces), BLOCK):
         block = forces[start : start + BLOCK]
@@ -58,8 +58,8 @@ def _in_blocks(forces: Array) -> list[tuple[NDArray[np.intp], Array]]:
 
 @dataclass(frozen=True)
 class Output:
-    """Rows (k, d) of physical coordinates, in what samples hold: modes (k, n), residual (k, n_c)
-    of channel forces, rolling (k, F). basis: (d, n) of the modes."""
+    """A linear output with k components as matrices for the data of samples: modes (k, n),
+    residual (k, n_c) for channel forces, rolling (k, F); basis (d, n): the modes of the system."""
 
     basis: Array
     modes: Array
@@ -68,17 +68,16 @@ class Output:
 
 
 def output_of(modal: ModalSystem, rows: Array) -> Output:
-    """Output of rows (k, d) at the samples of a system."""
+    """The output with rows (k, d) on physical coordinates."""
     basis = modal.modes
     return Output(basis, rows @ basis, rows @ modal.residual_motion, rows @ modal.system.rolling)
 
 
 class Recovery:
-    """Elastic motions of any linear output of the physical coordinates, without storing q(t).
+    """Elastic motions and forces of a result, without storing q(t).
 
-    Built once for a result: ``motion(rows)`` gives rows @ q_el with rows (k, d) -> (t, k). outputs:
-    by name, of all results of a system: those named are worked out once. forces (t, n_c): on the
-    channels, where they are known already.
+    outputs: cache of outputs by name, shared by the results of a system; forces (t, n_c): forces on
+    the channels, computed if left out.
     """
 
     def __init__(
@@ -93,25 +92,25 @@ class Recovery:
         self._forces = _in_blocks(channel_forces(result) if forces is None else forces)
         self._roll = np.zeros_like(result.eta[:, : len(self.modal.input_rows)])
         if isinstance(result, Transient):
-            # rotations of a run are those of its modes; dropped modes wind the train up as well
+            # input_angles are those of the kept modes; residual flexibility adds wind-up
             static = self.modal.system.input_rows @ self.modal.residual_motion
             self._roll = result.input_angles + self._motion_by_forces(static)
 
     @property
     def rotations(self) -> Array:
-        """Independent rotations (t, F) of the rolling train that q_el is measured from, rad."""
+        """Independent rotations (t, F) of the undeflected train, relative to which q_el is, rad."""
         return self._roll if isinstance(self.result, Transient) else self.result.input_angles
 
     def motion(self, rows: Array) -> Array:
-        """rows @ q_el over samples, (t, k); rows (k, d) act on physical coordinates."""
+        """rows · q_el over samples, (t, k), for rows (k, d) on physical coordinates."""
         return self._value(output_of(self.modal, rows))
 
     def named(self, name: str, rows: Callable[[], Array]) -> Array:
-        """``motion`` of the rows that go by a name."""
+        """``motion`` of rows whose output is cached under a name; rows: called on first use."""
         return self._value(self._output(name, rows))
 
     def of_blocks(self, blocks: NDArray[np.int64]) -> Array:
-        """Motions (t, k, 6) of the system's blocks, at every sample of those numbered (t, k)."""
+        """Motions (t, k, 6) of the system's blocks with numbers ``blocks`` (t, k)."""
         output = self._output("blocks", lambda: self.modal.system.blocks)
         out = np.empty((*blocks.shape, 6))
         for start, (loaded, forces) in zip(range(0, len(out), BLOCK), self._forces, strict=True):
@@ -126,7 +125,7 @@ class Recovery:
         return out
 
     def _output(self, name: str, rows: Callable[[], Array]) -> Output:
-        """Output of named rows, computed once."""
+        """The output of a name from the cache, computed on first use."""
         output = self._outputs.get(name)
         if output is None or output.basis is not self.modal.modes:
             output = self._outputs[name] = output_of(self.modal, rows())
@@ -137,7 +136,7 @@ class Recovery:
         return np.asarray(out - self._roll @ output.rolling.T)
 
     def _motion_by_forces(self, residual: Array) -> Array:
-        """R f (t, k) of residual (k, n_c)."""
+        """Motion (t, k) by the channel forces, with residual flexibility (k, n_c)."""
         out = np.empty((len(self.result.theta), len(residual)))
         for start, (loaded, forces) in zip(range(0, len(out), BLOCK), self._forces, strict=True):
             np.matmul(forces, residual[:, loaded].T, out=out[start : start + BLOCK])
@@ -148,10 +147,9 @@ class Recovery:
         return self.motion(self.modal.system.node_rows(body, node))
 
     def link_force(self, name: str) -> Array:
-        """Force and moment (t, 6) that a link carries, in its axes, N and N·m.
-
-        Carrier and sun bearings: carrier axes, also where their stiffness is fixed in the housing.
-        """
+        """Force and moment (t, 6) in a link or bearing, in its axes, N and N·m; for carrier and sun
+        bearings in carrier axes, also where their stiffness is fixed in the housing. KeyError for
+        an unknown name."""
         for support in self.modal.system.rotating_frame_supports:
             if support.name == name:
                 return self._turning_force(support) + self._law_force(name, support.rows)
@@ -162,7 +160,7 @@ class Recovery:
 
     @cached_property
     def _link_motions(self) -> dict[str, Array]:
-        """Motions of the rows of all links, by name."""
+        """Motions (t, 6) of the rows of all links, by name."""
         links = self.modal.system.links
         motions = self.named("links", lambda: np.vstack([link.rows for link in links]))
         stops = np.cumsum([len(link.rows) for link in links])[:-1]
@@ -170,13 +168,14 @@ class Recovery:
         return dict(zip(names, np.split(motions, stops, axis=1), strict=True))
 
     def _law_force(self, name: str, rows: Array) -> Array:
-        """Force (t, 6) by the laws of a bearing, along the motions ``rows`` (6, d) of a spring."""
+        """Force (t, 6) by the nonlinear laws of a bearing, in the sense of the rows (6, d) of its
+        spring."""
         pairs, at = self.modal.system.pairs, len(self.modal.system.pairs.support_stiffness)
         force = np.zeros((len(self.result.theta), 6))
         for bearing in self.modal.system.bearings:
             stop = at + len(bearing.components)
             if bearing.name == name:
-                # a spring may say outer less inner, in the outer ring's frame
+                # rows of a spring may be outer minus inner ring, in the outer ring's frame
                 sign = np.sign(np.sum(rows * (at_height(-bearing.z) @ bearing.relative)))
                 by_law = np.zeros_like(force)
                 by_law[:, bearing.components] = sign * self.result.support_load[:, at:stop]
@@ -187,10 +186,9 @@ class Recovery:
         return force
 
     def row_loads(self, names: Sequence[str]) -> Array:
-        """Radial force (t, names, rows) of the rows of bearings, N; NaN where they have none.
-
-        rows: as many as any bearing of the train has; 0 where none of those named has rollers.
-        """
+        """Radial forces (t, names, rows) of the roller rows of bearings, N; NaN where a bearing has
+        fewer rows. The last axis has the largest number of rows in the train, or length 0 if no
+        named bearing has rollers."""
         rollers = {b.name: b.part_rows for b in self.modal.system.bearings if b.has_parts}
         rows = max(rollers.values()) if rollers.keys() & {*names} else 0
         out = np.full((len(self.result.theta), len(names), rows), np.nan)
@@ -202,7 +200,8 @@ class Recovery:
         return out
 
     def bearing_loads(self, name: str) -> Array:
-        """Loads (t, rows, parts) of the parts of a bearing with a law of its own, N."""
+        """Loads (t, rows, parts) of the rollers or pads of a bearing with a nonlinear law, N;
+        KeyError for an unknown name."""
         for bearing in self.modal.system.bearings:
             if bearing.name == name:
                 inner = self._turned(bearing.angle, self.motion(bearing.rows), 1)
@@ -211,7 +210,8 @@ class Recovery:
         raise KeyError(name)
 
     def _turned(self, angle: int, vectors: Array, sense: int) -> Array:
-        """6-vectors (t, 6) turned by one of the system's angles, −1: by none; sense: 1 or −1."""
+        """Vectors (t, 6) rotated by the angle numbered ``angle`` of the system (−1: not rotated)
+        times ``sense``, 1 or −1."""
         if angle < 0:
             return vectors
         turns = rotation(sense * self.result.theta[:, angle])
@@ -219,7 +219,7 @@ class Recovery:
 
     @cached_property
     def _support_motions(self) -> dict[str, tuple[Array, Array]]:
-        """Motions (t, 6) of the nodes of all supports in turning frames, and of their housing."""
+        """Motions (t, 6) of node and housing of all supports in turning frames, by name."""
         supports = self.modal.system.rotating_frame_supports
         motions = self.named(
             "supports", lambda: np.vstack([np.vstack([s.rows, s.housing]) for s in supports])
@@ -237,8 +237,8 @@ class Recovery:
         return self._turned(support.angle, closing @ support.matrix.T, -1)
 
     def coordinates(self, body: str) -> Array:
-        """Elastic coordinates (t, n) of one body, for its full displacement field; of an FE ring
-        that turns against its hub."""
+        """Elastic coordinates (t, n) of one body, for its displacement field; without the rotation
+        of a turning FE ring against its hub."""
         system = self.modal.system
         motion = np.zeros((system.body(body).size, system.size))
         motion[:, system.slice_of(body)] = np.eye(len(motion))

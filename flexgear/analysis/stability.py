@@ -2,13 +2,15 @@ r"""Stability of steady states over a gear-mesh period: Floquet multipliers of t
 
 A small change of a steady state obeys
 
-    ξ̈ + D ξ̇ + K ξ + Pᵀ [K_j (P ξ + R f) + C_j P ξ̇] = 0,   f = −[…],
+    ξ̈ + D ξ̇ + K ξ + Pᵀ [K_j (P ξ + R f) + C_j P ξ̇] = 0,   f = −[K_j (P ξ + R f) + C_j P ξ̇],
 
-in the kept modes without rolling and without what machines of given speed hold, K_j and C_j (q, q)
-being the tangents of the channel forces at sample j. Steps of average acceleration take every
-change of ξ and ξ̇ through the period: they damp nothing by themselves, so that |μ| > 1 means growth.
-A real multiplier that passes +1 is a turning point, one that passes −1 a doubled period, a pair of
-complex ones a second frequency. Hill's infinite determinant, cut off, would give copies of each.
+in the kept modes, without rigid rotation of the train and without the motion that machines of given
+speed prevent. K_j and C_j (q, q) are the tangents of the channel forces at sample j, P (q, x) the
+motion of the channels, R (q, q) their residual flexibility. The monodromy matrix is integrated in
+steps of average acceleration, which have no numerical damping, so that |μ| > 1 means growth. A real
+multiplier that passes +1 is a turning point, one that passes −1 a period doubling, a complex pair
+that leaves the unit circle a second frequency. (Hill's determinant, truncated, would give several
+copies of each multiplier.)
 """
 
 from __future__ import annotations
@@ -18,16 +20,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import linalg
 
-from flexgear.analysis.orbit_receptance import CondensedTrain, Point
+from flexgear.analysis.orbit_receptance import CondensedTrain, OperatingPoint
 from flexgear.arrays import Array, Complex
 
-SMALL = 8  # coordinates up to which all steps of a period are matrices of their own
+MAX_PRODUCT_SIZE = 8  # coordinates up to which the matrix of every step is formed
 
 
 @dataclass(frozen=True)
-class Vibrating:
-    """What of the train can vibrate at a point, x coordinates: stiffness, damping (x, x), without
-    the channels; channels (q, x) and residual flexibility (q, q) m/N between them."""
+class VibrationMatrices:
+    """Linear part of a train for vibration about a steady state, in x coordinates of unit mass:
+    stiffness and damping (x, x) without the channels; motion of the channels (q, x) and residual
+    flexibility (q, q) m/N between them."""
 
     stiffness: Array
     damping: Array
@@ -35,36 +38,37 @@ class Vibrating:
     residual: Array
 
 
-def vibrating(train: CondensedTrain, point: Point) -> Vibrating:
-    """The linear part of a train for small changes of its steady states."""
+def vibration_matrices(train: CondensedTrain, point: OperatingPoint) -> VibrationMatrices:
+    """The linear part of a train for small changes of its steady state at an operating point."""
     modal, q = train.modal, len(train.elements.channels)
     free = _free_coordinates(train)
     damping, stiffness = np.diag(modal.damping), np.diag(modal.omega**2)
     if modal.gyroscopic.size:
         damping = damping + point.speed * modal.gyroscopic
         stiffness = stiffness - point.speed**2 * modal.centripetal
-    moves = ~train.held
+    moves = ~train.fixed
     rows, k, c = train.modes[q:][moves], train.stiffness[moves], train.damping_at(point)[moves]
     residual = train.residual[q:, q:][np.ix_(moves, moves)]
     flexible = np.linalg.solve(np.eye(len(k)) + k[:, None] * residual, k[:, None] * rows)
     stiffness = free.T @ (stiffness + rows.T @ flexible) @ free
     damping = free.T @ (damping + rows.T @ (c[:, None] * rows)) @ free
-    return Vibrating(stiffness, damping, train.modes[:q] @ free, train.residual[:q, :q])
+    return VibrationMatrices(stiffness, damping, train.modes[:q] @ free, train.residual[:q, :q])
 
 
 def _free_coordinates(train: CondensedTrain) -> Array:
-    """Orthonormal basis (n, x) of what neither rolls nor is held at a port of given speed."""
+    """Orthonormal basis (n, x) of the modal coordinates without rigid rotation of the train and
+    without motion of ports of given speed."""
     modal, q = train.modal, len(train.elements.channels)
-    fixed = np.vstack([modal.rolling.T, train.modes[q:][train.held]])
-    if not fixed[:, modal.rigid_count :].any():  # rigid motions alone: elastic modes stay apart
+    fixed = np.vstack([modal.rolling.T, train.modes[q:][train.fixed]])
+    if not fixed[:, modal.rigid_count :].any():  # a diagonal basis for the elastic modes
         rigid = linalg.null_space(fixed[:, : modal.rigid_count])
         return linalg.block_diag(rigid, np.eye(len(modal.omega) - modal.rigid_count))
     return np.asarray(linalg.null_space(fixed))
 
 
-def monodromy(part: Vibrating, period: float, tangents: Array) -> Array:
-    """Change (2x, 2x) of displacements and velocities over a period, s, with tangents (2, N, q, q)
-    of the channel forces to motion, N/m, and to rate, N s/m, at the N steps."""
+def monodromy(part: VibrationMatrices, period: float, tangents: Array) -> Array:
+    """Monodromy matrix (2x, 2x) of displacements and velocities over a period, s; tangents
+    (2, N, q, q): of the channel forces to motion, N/m, and to rate, N s/m, at the N steps."""
     loaded = np.flatnonzero(tangents.any(axis=(0, 1, 2)))
     tangents = tangents[:, :, loaded[:, None], loaded]
     part = replace(
@@ -72,10 +76,10 @@ def monodromy(part: Vibrating, period: float, tangents: Array) -> Array:
     )
     x, h = len(part.stiffness), period / tangents.shape[1]
     stiffness, damping = _of_channels(part, tangents)
-    if x <= SMALL:
+    if x <= MAX_PRODUCT_SIZE:
         return _product(part, h, stiffness, damping)
-    # average acceleration: v⁺ = v + h/2 (a + a⁺), ξ⁺ = ξ + h/2 (v + v⁺); with what ξ⁺ and v⁺ are
-    # but for a⁺, the forces g of the channels follow from their motion, of low rank beside the rest
+    # average acceleration: v⁺ = v + h/2 (a + a⁺), ξ⁺ = ξ + h/2 (v + v⁺). With ξ⁺ and v⁺ predicted
+    # without a⁺, the channel forces g follow from the motion of the channels, a problem of low rank
     p, answer = part.channels, np.eye(x) + 0.5 * h * part.damping + 0.25 * h * h * part.stiffness
     constant = np.linalg.inv(answer)
     onto = constant @ p.T
@@ -97,8 +101,8 @@ def monodromy(part: Vibrating, period: float, tangents: Array) -> Array:
     return np.vstack([motion, rate])
 
 
-def _product(part: Vibrating, h: float, stiffness: Array, damping: Array) -> Array:
-    """Monodromy matrix by the matrices of all steps, (1 − h/2 A⁺)⁻¹ (1 + h/2 A) for ẏ = A y."""
+def _product(part: VibrationMatrices, h: float, stiffness: Array, damping: Array) -> Array:
+    """Monodromy matrix as the product of the steps' (1 − h/2 A⁺)⁻¹ (1 + h/2 A), for ẏ = A y."""
     x, p = len(part.stiffness), part.channels
     rates = np.zeros((len(stiffness), 2 * x, 2 * x))
     rates[:, :x, x:] = np.eye(x)
@@ -119,9 +123,9 @@ def fewer_steps(tangents: Array, least: int) -> Array:
     return np.asarray(tangents.reshape(2, count // each, each, *tangents.shape[2:]).mean(axis=2))
 
 
-def _of_channels(part: Vibrating, tangents: Array) -> tuple[Array, Array]:
-    """Stiffness and damping (N, q, q) against modal motion and rate, residual flexibility in
-    line: (1 + K R)⁻¹ K and (1 + K R)⁻¹ C."""
+def _of_channels(part: VibrationMatrices, tangents: Array) -> tuple[Array, Array]:
+    """Stiffness and damping (N, q, q) of the channels in series with their residual flexibility:
+    (1 + K R)⁻¹ K and (1 + K R)⁻¹ C."""
     stiffness, damping = tangents
     if not part.residual.any():
         return stiffness, damping

@@ -11,8 +11,8 @@ import numpy as np
 from flexgear.analysis.kernels.refinement import Control, control
 from flexgear.arrays import Array
 
-CHUNK = 4096  # ticks: handing the arrays over takes as long as some thirty steps
-LAST = 8  # samples of which the times are asked for
+CHUNK = 4096  # ticks of one compiled call, whose overhead equals about thirty steps
+LAST_SAMPLES = 8  # at the end of a run, in ``Stepping.sampled``
 _ROUNDED = 1 + 1e-9
 
 
@@ -27,17 +27,18 @@ class FineWindow:
 
 @dataclass(frozen=True)
 class Adaptive:
-    """Step sizes chosen by an error estimate (``kernels.refinement``). tolerance: error of a pair's
-    load in one step, relative to the largest load at rated torque; shortest, longest: s. Sizes are
-    halvings of the longest one."""
+    """Step sizes chosen by an error estimate (``kernels.refinement``).
+
+    tolerance: error of a pair's load in one step over the largest load at rated torque; shortest,
+    longest: limits of the step size, s. Step sizes are the longest one halved repeatedly."""
 
     tolerance: float
     shortest: float
     longest: float
 
     def sizes(self, span: float, interval: float) -> tuple[Array, int]:
-        """Step sizes (L,) s rising, of which samples every ``interval`` s and a span are whole
-        multiples; and the number of shortest steps between two samples."""
+        """Step sizes (L,) s, rising, and the number of shortest steps between two samples. The
+        sample interval of about ``interval`` s and the span are whole multiples of each size."""
         between = span / max(1, round(span / interval))
         longest = between / int(np.ceil(between / self.longest - 1e-9))
         halved = max(0, int(np.ceil(np.log2(longest / self.shortest) - 1e-9)))
@@ -47,9 +48,10 @@ class Adaptive:
 
 @dataclass(frozen=True)
 class Plan:
-    """A time interval without a jump: ``ticks`` steps of the shortest size, a sample after every
-    ``every`` of them, of which every ``sparse``-th is an output and the others are for sensors
-    only."""
+    """Steps in a time interval without a jump, from ``start``, s.
+
+    sizes (L,): step sizes, s, rising; ticks: number of shortest steps; every: ticks from sample to
+    sample; sparse: samples from output to output, the others being for sensors only."""
 
     start: float
     sizes: Array
@@ -60,7 +62,7 @@ class Plan:
 
     @property
     def chunk(self) -> int:
-        """Ticks that are run at once; coarser levels skip most of theirs."""
+        """Ticks of one compiled call; more with several step sizes, as longer steps skip ticks."""
         return CHUNK << len(self.sizes) // 2
 
     @property
@@ -77,10 +79,12 @@ class Plan:
 
 @dataclass(frozen=True)
 class Stepping:
-    """Steps and samples of a run, s. There is a sample about every ``output_interval``, at least
-    one between two jumps or window edges. jumps: times at which a torque jumps or a given speed has
-    a kink; adaptive: chooses step sizes, ``time_step`` and windows are then not used; start: time
-    at which the run begins; between: largest interval of samples for sensors."""
+    """Steps and samples of a run; all times in s.
+
+    output_interval: between outputs, with at least one output between two jumps or window edges;
+    jumps: times at which a torque jumps or the slope of a given speed changes; windows: intervals
+    with finer steps; adaptive: chooses step sizes in the place of ``time_step`` and windows; start:
+    time at which the run begins; between: largest interval between samples for sensors."""
 
     duration: float
     time_step: float
@@ -92,8 +96,8 @@ class Stepping:
     between: float = math.inf
 
     def plans(self, load: float = np.inf) -> list[Plan]:
-        """A plan for each interval between two jumps; load: N, to which the tolerated error of
-        steps refers."""
+        """A plan for each interval between two jumps; load: reference of the tolerated error of
+        steps, N."""
         stop = self.start + self.duration
         edges = [edge for w in self.windows for edge in (w.start, w.stop)]
         edges = edges if self.adaptive is None else []
@@ -104,7 +108,7 @@ class Stepping:
         return [self._graded_steps(a, b, self.adaptive, load) for a, b in pieces]
 
     def _equal_steps(self, start: float, stop: float) -> Plan:
-        """A whole number of steps between two times, an output about every interval, and samples
+        """Equal steps between two times, with outputs about every ``output_interval`` and samples
         at most ``between`` apart, or at every step."""
         middle, span = 0.5 * (start + stop), stop - start
         fine = [w.time_step for w in self.windows if w.start <= middle <= w.stop]
@@ -118,7 +122,7 @@ class Stepping:
         return Plan(start, np.array([h]), steps, every, control(1, every=every), sparse)
 
     def _graded_steps(self, start: float, stop: float, adaptive: Adaptive, load: float) -> Plan:
-        """Steps of several sizes, with errors relative to ``load``, N; samples as of equal ones."""
+        """Steps of several sizes with errors relative to ``load``, N; samples as in equal steps."""
         interval, span = self.output_interval, stop - start
         several = self.between < interval
         sparse = math.ceil(interval / self.between / _ROUNDED) if several else 1
@@ -128,13 +132,13 @@ class Stepping:
 
     @property
     def least_steps(self) -> float:
-        """About the number of steps without finer windows; infinite above any limit."""
+        """Approximate number of steps without finer windows; infinite on overflow."""
         longest = self.time_step if self.adaptive is None else self.adaptive.longest
         return self.duration / longest
 
     @property
     def samples(self) -> int:
-        """Number of outputs that are saved."""
+        """Number of outputs."""
         return sum(plan.outputs for plan in self.plans())
 
     @property
@@ -150,11 +154,11 @@ class Stepping:
 
     @property
     def sampled(self) -> Array:
-        """Times of the first sample and of the last few (``LAST``), s."""
+        """Times of the first sample and of the last ``LAST_SAMPLES``, s."""
         plans = self.plans()
         last = np.zeros(0)
         for plan in reversed(plans):
             last = np.concatenate([plan.times, last])
-            if len(last) >= LAST:
+            if len(last) >= LAST_SAMPLES:
                 break
-        return np.concatenate([plans[0].times[:1], last[-LAST:]])
+        return np.concatenate([plans[0].times[:1], last[-LAST_SAMPLES:]])

@@ -1,12 +1,12 @@
 """Data of the steps of a run: constants of its step sizes, work space, accelerations.
 
-Steps of average acceleration need the acceleration they start from. A step with h = 0 moves
-nothing, D = 1 and G = R: it finds the contact forces of the motion as it is, hence accelerations.
+**Accelerations.** A step of average acceleration needs the acceleration at its start. A step with
+h = 0, D = 1 and G = R changes no displacement: it gives the contact forces of the present motion,
+and hence its acceleration.
 
-Springs in turning frames between bodies whose receptances are the same at every angle.
-
-They are worked out at some angles; where all agree, a step eliminates the springs from its contact
-problem (``kernels.eliminated_springs``), else they stay rows of it.
+**Springs in turning frames** whose receptances do not depend on the angle are eliminated from the
+contact problem of a step (``kernels.eliminated_springs``). The receptances are computed at four
+angles; where they differ the springs remain rows of the contact problem.
 """
 
 from __future__ import annotations
@@ -57,19 +57,19 @@ from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData, action_lines, covered
 from flexgear.coupling.system import System
 
-ANGLES = (0.0, 0.7, 2.3, 4.4)  # rad, of the first angle of a system; each further one turns on
-SAME = 1e-11  # of the receptances of two rows by themselves
+ANGLES = (0.0, 0.7, 2.3, 4.4)  # rad; angle k of the system is k + 1 times these
+SAME = 1e-11  # difference of receptances over the geometric mean of the direct ones
 
 
 def eliminated_springs(pairs: PairData, channels: Channels, ports: int) -> EliminatedSprings:
-    """The rotating-frame supports for steps with the receptances of ``channels``; none of them
-    where a receptance between them, or to a port or line of action, changes with the angle."""
+    """The rotating-frame supports eliminated with the receptances of ``channels``; none where a
+    receptance between them, or to a port or line of action, depends on the angle."""
     levels, stiffness = len(channels.displacement), pairs.support_stiffness
     first = 6 * len(channels.part)
     head = slice(first, first + ports + 2 * len(pairs.s0) + 1)
-    nothing = no_springs(levels, head.stop - head.start)
+    none = no_springs(levels, head.stop - head.start)
     if not len(stiffness) or not stiffness.all():
-        return nothing
+        return none
     count, size = len(stiffness), rounded_up(len(stiffness))
     at = np.unique(pairs.support_block[pairs.support_block >= 0])
     at = (6 * at[:, None] + np.arange(6)).ravel()
@@ -79,30 +79,30 @@ def eliminated_springs(pairs: PairData, channels: Channels, ports: int) -> Elimi
     condensed, *tables = aligned(levels, count, size), *(aligned(*shape) for _ in range(3))
     displacement, modal, force = tables
     for level, g in enumerate(channels.displacement):
-        between = rows @ g[np.ix_(at, at)] @ rows.transpose(0, 2, 1)
-        each = np.sqrt(np.abs(np.diagonal(between[0])))
-        scale = np.outer(each, np.sqrt(np.abs(np.diag(g)[head])))
+        springs = rows @ g[np.ix_(at, at)] @ rows.transpose(0, 2, 1)
+        root = np.sqrt(np.abs(np.diagonal(springs[0])))
+        scale = np.outer(root, np.sqrt(np.abs(np.diag(g)[head])))
         for table, matrix in ((displacement, g), (modal, g - channels.residual)):
-            across = rows @ matrix[at, head]
-            if not _all_same(across, scale):
-                return nothing
-            table[level, :, :count] = across[0].T
-        if not _all_same(between, np.outer(each, each)):
-            return nothing
-        flexibility = np.diag(1.0 / stiffness) + 0.5 * (between[0] + between[0].T)
+            to_head = rows @ matrix[at, head]
+            if not _all_same(to_head, scale):
+                return none
+            table[level, :, :count] = to_head[0].T
+        if not _all_same(springs, np.outer(root, root)):
+            return none
+        flexibility = np.diag(1.0 / stiffness) + 0.5 * (springs[0] + springs[0].T)
         condensed[level, :, :count] = np.linalg.inv(flexibility)
         force[level] = displacement[level, :, :count] @ condensed[level]
     return EliminatedSprings(np.array(stiffness), condensed, displacement, modal, force)
 
 
 def _all_same(values: Array, scale: Array) -> bool:
-    """Whether values (angles, …) differ by nothing but rounding."""
+    """Whether values (angles, …) differ only by rounding."""
     return bool((np.abs(values - values[0]) <= SAME * scale + np.finfo(float).tiny).all())
 
 
 def _rows(pairs: PairData, angle: float, motion: Array) -> Array:
-    """Motion (B, c) of the supports' rows, from that of the blocks (6 n_b, c), where every angle of
-    the system is a multiple of one."""
+    """Motions (B, c) of the supports' rows for motions (6 n_b, c) of the blocks, with angle k of
+    the system k + 1 times ``angle``, rad."""
     rows, none = pair_rows(pairs), np.zeros(len(pairs.s0), dtype=np.int64)
     angles = pairs.support_angle, pairs.bearing_angle, pairs.load_angle, pairs.bearing_turned
     count = 1 + max(numbers.max(initial=0) for numbers in angles)
@@ -111,7 +111,8 @@ def _rows(pairs: PairData, angle: float, motion: Array) -> Array:
 
 
 def step_data(modal: ModalSystem, sizes: float | Array) -> StepData:
-    """Constant arrays of one step size or several (s): modal factors, receptances, elements."""
+    """Constant arrays of a run: modal factors, receptances, elements; sizes: one step size or
+    several, s."""
     h = np.atleast_1d(np.asarray(sizes, dtype=float))
     omega2 = modal.omega**2
     inverse = 1.0 / (1.0 + GAMMA * h[:, None] * modal.damping + BETA * h[:, None] ** 2 * omega2)
@@ -134,7 +135,7 @@ def step_data(modal: ModalSystem, sizes: float | Array) -> StepData:
 
 
 def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -> Space:
-    """Empty work space for ``sizes`` step sizes, with or without the energy balance."""
+    """Empty work space for ``sizes`` step sizes; track_energy: with the energy balance."""
     pairs, active = modal.system.pairs, active_dofs(modal, sizes)
     ports = len(modal.system.ports)
     rows, last = pair_rows(pairs, ports), pair_rows(pairs, ports)
@@ -170,7 +171,8 @@ def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -
 
 
 def begin(space: Space, data: StepData) -> None:
-    """Make the ports of other constants the only active dofs; a step gathers what else it needs."""
+    """Prepare the work space for steps with ``data``: the ports become the only active dofs, to
+    which steps add others."""
     active = space.work.active
     counts = active.counts[0]
     ports = 6 * counts["blocks"] + np.arange(counts["ports"])
@@ -184,7 +186,7 @@ def begin(space: Space, data: StepData) -> None:
 
 
 def empty_samples(modal: ModalSystem, count: int) -> Samples:
-    """Where so many saved samples go; no pair is in contact."""
+    """Arrays for ``count`` saved samples, without pairs in contact."""
     system = modal.system
     return Samples(
         eta=np.zeros((count, modal.modes.shape[1])),
@@ -199,14 +201,14 @@ def empty_samples(modal: ModalSystem, count: int) -> Samples:
 
 
 def channels(modal: ModalSystem, h: Array, inverse: Array) -> Channels:
-    """Channels of a system for steps of the sizes h (L,) s with D = ``inverse`` (L, n)."""
+    """Receptances of the channels for steps of the sizes h (L,), s; inverse (L, n): D."""
     ports, count = len(modal.system.ports), len(modal.system.pairs.s0)
     block_channels = len(modal.channels) - ports
     lines = action_lines(modal.system.pairs, block_channels // 6)
     p = np.vstack([modal.channel_modes, lines @ modal.channel_modes[:block_channels]])
-    across = lines @ modal.residual[:block_channels]
+    to_lines = lines @ modal.residual[:block_channels]
     residual = np.block(
-        [[modal.residual, across.T], [across, across[:, :block_channels] @ lines.T]]
+        [[modal.residual, to_lines.T], [to_lines, to_lines[:, :block_channels] @ lines.T]]
     )
     part = _parts(p, residual, block_channels)
     displacement = np.zeros((len(h), *residual.shape))
@@ -222,39 +224,40 @@ def channels(modal: ModalSystem, h: Array, inverse: Array) -> Channels:
     first = np.concatenate(
         [np.arange(0, block_channels, 6), block_channels + ports + 2 * np.arange(count)]
     )
-    of_block = part[:block_channels:6]
-    return Channels(modes, _spans(p), displacement, np.ascontiguousarray(residual), first, of_block)
+    parts = part[:block_channels:6]
+    return Channels(modes, _spans(p), displacement, np.ascontiguousarray(residual), first, parts)
 
 
 def _parts(p: Array, residual: Array, block_channels: int) -> Ints:
-    """Part of the train (n_c,) that each channel is on: parts share neither modes p (n_c, n) nor
-    residual flexibility (n_c, n_c). Ports and lines of action, the last channels, are on part 0.
-    """
+    """Number (n_c,) of the uncoupled part of the train to which each channel belongs: parts share
+    neither modes p (n_c, n) nor residual flexibility (n_c, n_c). Ports and lines of action, the
+    last channels, belong to part 0."""
     starts = np.r_[0:block_channels:6, block_channels : len(p)]
-    moves = np.logical_or.reduceat(p != 0.0, starts, axis=0)
-    yields = np.logical_or.reduceat(residual != 0.0, starts, axis=0)
-    yields = np.logical_or.reduceat(yields, starts, axis=1)
-    links = csr_array(np.block([[yields, moves], [moves.T, np.zeros((p.shape[1],) * 2, bool)]]))
+    by_modes = np.logical_or.reduceat(p != 0.0, starts, axis=0)
+    by_residual = np.logical_or.reduceat(residual != 0.0, starts, axis=0)
+    by_residual = np.logical_or.reduceat(by_residual, starts, axis=1)
+    no_links = np.zeros((p.shape[1],) * 2, bool)
+    links = csr_array(np.block([[by_residual, by_modes], [by_modes.T, no_links]]))
     component = connected_components(links, directed=False)[1]
-    of_head = np.isin(component, component[block_channels // 6 : len(starts)])
-    of_group = np.where(of_head, -1, component)[: len(starts)]
-    by_channel = np.repeat(of_group, np.diff(np.r_[starts, len(p)]))
+    first_part = np.isin(component, component[block_channels // 6 : len(starts)])
+    by_group = np.where(first_part, -1, component)[: len(starts)]
+    by_channel = np.repeat(by_group, np.diff(np.r_[starts, len(p)]))
     return np.unique(by_channel, return_inverse=True)[1]
 
 
 def _spans(p: Array) -> Ints:
-    """Ranges of modes that hold all that are not zero, in multiples of SIMD."""
-    moves = p != 0.0
-    first = np.where(moves.any(axis=1), moves.argmax(axis=1), 0)
-    stop = np.where(moves.any(axis=1), p.shape[1] - moves[:, ::-1].argmax(axis=1), 0)
+    """Ranges (n_c, 2) of modes outside which p (n_c, n) is zero, rounded to multiples of SIMD."""
+    nonzero = p != 0.0
+    first = np.where(nonzero.any(axis=1), nonzero.argmax(axis=1), 0)
+    stop = np.where(nonzero.any(axis=1), p.shape[1] - nonzero[:, ::-1].argmax(axis=1), 0)
     return np.column_stack([first - first % SIMD, stop + -stop % SIMD]).astype(np.int64)
 
 
 def active_dofs(modal: ModalSystem, sizes: int) -> ActiveDofs:
-    """Empty work space for so many step sizes."""
+    """Empty work space of active dofs for ``sizes`` step sizes."""
     pairs, ports, modes = modal.system.pairs, len(modal.system.ports), modal.modes.shape[1]
     blocks = (len(modal.channels) - ports) // 6
-    room = ports + 2 * len(pairs.s0) + 6 * _most_blocks(pairs, blocks) + AT_ONCE
+    room = ports + 2 * len(pairs.s0) + 6 * _max_blocks(pairs, blocks) + AT_ONCE
     counts = np.zeros(1, dtype=COUNTS)
     counts["ports"], counts["blocks"] = ports, blocks
     return ActiveDofs(
@@ -271,22 +274,23 @@ def active_dofs(modal: ModalSystem, sizes: int) -> ActiveDofs:
     )
 
 
-def _most_blocks(pairs: PairData, blocks: int) -> int:
-    """Blocks that rows of one step and of the one before may act on beyond lines of action."""
-    on_teeth = (pairs.per_tooth == 1).sum() + (pairs.planet_turns >= 0).sum()
-    teeth = 2 * pairs.slots * int(on_teeth)
-    beyond = int((covered(pairs) == 1).sum())
-    several = (pairs.support_block, pairs.bearing_block, pairs.load_block)
-    return min(blocks, teeth + beyond + sum(np.asarray(s).size for s in several))
+def _max_blocks(pairs: PairData, blocks: int) -> int:
+    """Largest number of blocks on which the rows of two successive steps act, beside lines of
+    action; blocks: number of all blocks."""
+    gears_with_teeth = (pairs.per_tooth == 1).sum() + (pairs.planet_turns >= 0).sum()
+    teeth = 2 * pairs.slots * int(gears_with_teeth)
+    gears = int((covered(pairs) == 1).sum())
+    others = (pairs.support_block, pairs.bearing_block, pairs.load_block)
+    return min(blocks, teeth + gears + sum(np.asarray(b).size for b in others))
 
 
 def dof_vectors(active: ActiveDofs) -> DofVectors:
-    """Work space beside ``active``."""
+    """Empty vectors over the active dofs."""
     room, counts = len(active.channel), active.counts[0]
     head = counts["ports"] + 2 * (len(active.place) - counts["blocks"]) + 1
-    image, of_line = aligned(rounded_up(2 * room)), aligned(rounded_up(2 * head))
-    free, free_rate, of_torques, force, motion, before = np.zeros((6, room))
-    return DofVectors(free, free_rate, of_torques, force, motion, before, image, of_line)
+    image, line_image = aligned(rounded_up(2 * room)), aligned(rounded_up(2 * head))
+    free, free_rate, torque_motion, force, motion, before = np.zeros((6, room))
+    return DofVectors(free, free_rate, torque_motion, force, motion, before, image, line_image)
 
 
 def frame_data(modal: ModalSystem) -> FrameData:
@@ -297,15 +301,15 @@ def frame_data(modal: ModalSystem) -> FrameData:
 
 
 def rated_row(modal: ModalSystem) -> Array:
-    """Row v/vᵀv (n,), which times velocities (n,) is their share of rated speed; v (n,): velocities
-    at rated speed. Zero for a train that is rated at rest."""
+    """Row v/vᵀv (n,), whose product with velocities (n,) is the share of rated speed; v (n,):
+    velocities at rated speed. Zero for a train with zero rated speed."""
     rolling = modal.rolling @ modal.system.rated_input_speeds
     size = float(rolling @ rolling)
     return np.asarray(rolling / size if size else rolling)
 
 
 def packed_machines(system: System) -> Any:
-    """Records (P,) MACHINE of the ports."""
+    """The machines of the ports as records (P,) MACHINE."""
     out = np.zeros(len(system.ports), dtype=MACHINE)
     for record, machine in zip(out, system.machines, strict=True):
         record["least"], record["most"] = -math.inf, math.inf
@@ -321,11 +325,8 @@ def packed_machines(system: System) -> Any:
     return out
 
 
-NEVER = 2  # ticks between samples, of which one is taken
-
-
-def at_rest(data: StepData, modal_system: ModalSystem) -> StepData:
-    """The system with a step of zero duration as its only one."""
+def zero_step(data: StepData, modal_system: ModalSystem) -> StepData:
+    """Constants with a step of zero duration as the only one."""
     system, inverse = modal_system.system, np.ones((1, data.modal.omega2.size))
     modal = data.modal._replace(h=np.zeros(1), inverse=inverse)
     channels = data.channels._replace(displacement=data.channels.residual[None])
@@ -334,16 +335,18 @@ def at_rest(data: StepData, modal_system: ModalSystem) -> StepData:
 
 
 def accelerate(
-    modal: ModalSystem, resting: StepData, state: State, prescribed: Array, space: Space
+    modal: ModalSystem, zero: StepData, state: State, prescribed: Array, space: Space
 ) -> int:
-    """Set accelerations and stored forces by a step of no duration; ``space`` is ready for such.
+    """Set accelerations and stored forces by a step of zero duration, for which ``space`` is
+    prepared; zero: see ``zero_step``.
 
-    prescribed (P + L,): of the machines, rates rad/s² of given speeds, and of loads. Returns 0,
-    or 1 without a solution.
+    prescribed (P + L,): torques of machines, N·m, or rates of given speeds, rad/s², then factors of
+    loads. Returns 0, or 1 without a solution.
     """
+    no_samples = control(1, every=2)  # samples at every second tick, of which only one is run
     status, _ = advance(
-        resting, law_functions(modal.system.pairs), prescribed[None], 0, state, space,
-        empty_samples(modal, 0), control(1, every=NEVER),
+        zero, law_functions(modal.system.pairs), prescribed[None], 0, state, space,
+        empty_samples(modal, 0), no_samples,
     )  # fmt: skip
     return int(status)
 
@@ -351,11 +354,11 @@ def accelerate(
 def consistent_acceleration(
     modal: ModalSystem, data: StepData, state: State, prescribed: Array, space: Space
 ) -> int:
-    """``accelerate`` so that the equation of motion holds now, with a ``space`` that is for
-    ``data`` before and after. A jump of a torque moves the quasi-static part at once; the ledger
-    books it."""
-    resting = at_rest(data, modal)
-    begin(space, resting)
-    status = accelerate(modal, resting, state, prescribed, space)
+    """Set accelerations that satisfy the equation of motion (``accelerate``), with a ``space`` that
+    is prepared for ``data`` before and after. The quasi-static part of the motion follows a jump of
+    torque at once; the energy balance includes this."""
+    zero = zero_step(data, modal)
+    begin(space, zero)
+    status = accelerate(modal, zero, state, prescribed, space)
     begin(space, data)
     return status

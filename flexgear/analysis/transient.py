@@ -1,16 +1,15 @@
-"""Transient under machines at the ports: plans steps, runs them in chunks, hands samples on.
+"""Transient under machines at the ports: plans steps, runs them in chunks, passes samples on.
 
-The run starts from static equilibrium plus rigid rolling (``start``). At every jump of a prescribed
-torque or speed the step sequence restarts with a consistent acceleration, so that the
-average-acceleration rule keeps its order; windows around jumps may use a finer step.
+The run starts from static equilibrium plus rigid rotation of the train (``start``). At every jump
+of a prescribed torque or speed the steps restart with a consistent acceleration, so that the
+average-acceleration rule keeps its order; windows around jumps may have finer steps.
 
-Energy that time steps make from nothing: teeth that part and hammer, undamped, in coarse steps.
-
-Average acceleration keeps the energy of a linear system. Where contact opens or closes within a
-step it errs by an energy of second order in the step, of either sign; without damping of the gear
-meshes nothing takes it away, harder impacts err by more, and loads grow without limit. What the
-account leaves over (``energy.LEFT_OVER``) tells: in runs that converge it stays a thousandth of
-the elastic energy, or is negative; where they do not it soon is several times that.
+**Spurious energy.** Average acceleration conserves the energy of a linear system. Where contact
+opens or closes within a step, the energy has an error of second order in the step, of either sign.
+Without damping of the gear meshes this error remains, harder impacts have larger errors, and loads
+may grow without limit. The residual of the energy balance (``energy.LEFT_OVER``) shows this: in
+runs that converge it is about a thousandth of the elastic energy, or negative; otherwise it soon
+exceeds the elastic energy several times.
 """
 
 from __future__ import annotations
@@ -43,18 +42,19 @@ from flexgear.gears.error_cycle import longest_time_step
 from flexgear.model.errors import FlexgearError
 
 Prescribed = Callable[[Array], Array]
-NO_JUMP = 1e-5  # of the largest torque of a machine, by which one may change where none jumps
-BESIDE = 1e-3  # of a step: how far beside a jump what holds before and after it is read
+NO_JUMP = 1e-5  # change of a torque over the largest one below which it does not jump
+BESIDE = 1e-3  # distance over a step at which values before and after a jump are evaluated
 
 
 @dataclass(frozen=True)
 class Drive:
-    """What is prescribed to the machines at the ports, and to loads, over time, with t (k,) s.
+    """Values prescribed to machines at the ports and to loads, as functions of times t (k,), s.
 
-    prescribed(t): (k,) torque on the first port, N·m, the others then as rated; or (k, P) torques
-    N·m or speeds rad/s, whatever each follows (nothing of a brake). rates(t): (k, P) their rates of
-    change beside jumps, zero without. loads(t): (k, L) by how much the vectors of load histories
-    are multiplied (``PairData.load_history``), which never jump; as at t = 0 without.
+    prescribed(t): torque on the first port (k,), N·m, the others in rated proportion; or (k, P)
+    torques, N·m, or speeds, rad/s, by the kind of each machine (ignored for brakes). rates(t):
+    their rates of change (k, P) next to jumps, zero if left out. loads(t): factors (k, L) on the
+    vectors of load histories (``PairData.load_history``), which are continuous; constant if left
+    out.
     """
 
     prescribed: Prescribed
@@ -63,24 +63,24 @@ class Drive:
 
 
 class Sink(Protocol):
-    """Takes chunks of samples: name -> array with the samples along the first axis."""
+    """Receiver of chunks of samples: arrays by name, with the samples along the first axis."""
 
     def append(self, samples: dict[str, Array]) -> None:
-        """Take one chunk."""
+        """Receive one chunk."""
 
 
 class Collector:
-    """A sink that keeps everything in memory."""
+    """A sink that stores all samples in memory."""
 
     def __init__(self) -> None:
         self._chunks: list[dict[str, Array]] = []
 
     def append(self, samples: dict[str, Array]) -> None:
-        """Take one chunk."""
+        """Receive one chunk."""
         self._chunks.append(samples)
 
     def arrays(self) -> dict[str, Array]:
-        """All samples joined."""
+        """All samples, by name."""
         if not self._chunks:
             return {}
         return {k: np.concatenate([c[k] for c in self._chunks]) for k in self._chunks[0]}
@@ -90,9 +90,9 @@ class Collector:
 class Transient(Solution):
     """Samples of one run.
 
-    time (t,) s; input_motion (t, F, 2) independent rotations, rad, and their speeds, rad/s; speeds
-    (t, P) of the ports, rad/s; energy: name -> (t,) J (zero if not tracked); steps: how many of
-    which size; is_output (t,): the others are for sensors alone.
+    time (t,): s; input_motion (t, F, 2): independent rotations, rad, and their speeds, rad/s;
+    speeds (t, P): of the ports, rad/s; energy: terms of the energy balance (t,) by name, J, zero if
+    not tracked; steps: number of steps by size; is_output (t,): False for samples for sensors only.
     """
 
     time: Array
@@ -108,20 +108,21 @@ class Transient(Solution):
         return self.input_motion[:, :, 0]
 
     def outputs(self) -> Transient:
-        """The transient at its outputs only, without the samples for sensors."""
+        """The transient without the samples that are for sensors only."""
         if self.is_output.all():
             return self
-        chosen: dict[str, Any] = {
+        arrays: dict[str, Any] = {
             f.name: value[self.is_output]
             for f in fields(self)
             if isinstance(value := getattr(self, f.name), np.ndarray)
         }
         energy = {name: values[self.is_output] for name, values in self.energy.items()}
-        return replace(self, **chosen, energy=energy)
+        return replace(self, **arrays, energy=energy)
 
 
 def prescribed_values(modal: ModalSystem, drive: Drive, times: Array) -> Array:
-    """Prescribed values (k, P) of the machines of all ports; a single torque scales all others."""
+    """Prescribed values (k, P) of the machines at times (k,), s; a single torque scales the others
+    in rated proportion."""
     prescribed = np.asarray(drive.prescribed(times), dtype=np.float64)
     if prescribed.ndim == 1:
         prescribed = modal.system.proportional_torques(prescribed)
@@ -135,7 +136,8 @@ def largest_rated_load(modal: ModalSystem) -> float:
 
 @dataclass(frozen=True)
 class Steps:
-    """Steps taken, steps taken again at half the size, and how many of each size (s)."""
+    """Number of steps taken, of steps refused and repeated at half the size, and of steps by size,
+    s."""
 
     taken: int
     refused: int
@@ -152,12 +154,12 @@ def transient(
     track_energy: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Steps:
-    """Run from start to end of ``stepping``; samples go to ``sink``. start: the state there, which
-    becomes that at the end; equilibrium if left out.
+    """Run over the time of ``stepping`` and pass samples to ``sink``. start: the initial state,
+    updated in place to the final one; equilibrium if left out. track_energy: with the energy
+    balance.
 
-    Raises FlexgearError where a step has no solution, where the motion runs away or is not finite,
-    and where steps are longer than a share of the gear-mesh period
-    (``gears.errors.longest_time_step``).
+    Raises FlexgearError where a step has no solution, where the motion diverges or is not finite,
+    and for steps too long for the gear-mesh period (``gears.error_cycle.longest_time_step``).
     """
     adaptive = stepping.adaptive
     if start is None:
@@ -180,7 +182,7 @@ def transient(
 
 
 def _refuse_start(modal: ModalSystem, start: State, time_step: float) -> None:
-    """FlexgearError where no sensible steps can be taken from here."""
+    """FlexgearError for a start that is not finite or a time step too long for its speed."""
     if not all(np.isfinite(part).all() for part in (start.eta, start.velocity)):
         raise FlexgearError("the motion to start from is not finite")
     pairs, system = modal.system.pairs, modal.system
@@ -196,7 +198,7 @@ def _refuse_start(modal: ModalSystem, start: State, time_step: float) -> None:
 
 
 def _ran_away(modal: ModalSystem, time: float, step: float) -> FlexgearError:
-    """FlexgearError with the known cause, and the remedy."""
+    """The error for a diverging motion, with its likely cause and a remedy."""
     remedy = f"lower the time step of {step:.3g} s"
     if undamped_contact(modal):
         remedy += (
@@ -210,7 +212,7 @@ def _ran_away(modal: ModalSystem, time: float, step: float) -> FlexgearError:
 
 
 class _Run:
-    """State that a run carries from one time interval to the next."""
+    """A run: its state and work space from one time interval to the next."""
 
     def __init__(
         self, modal: ModalSystem, drive: Drive, state: State, energy: bool, sizes: int, sink: Sink
@@ -218,13 +220,13 @@ class _Run:
         self.modal, self.drive, self.state, self.sink = modal, drive, state, sink
         self.energy, self.energy_gain = energy, EnergyGain() if undamped_contact(modal) else None
         machines = enumerate(modal.system.machines)
-        self.held = [p for p, machine in machines if isinstance(machine, GivenSpeed)]
-        self.goes_on = bool(state.acceleration.any())
+        self.speed_ports = [p for p, machine in machines if isinstance(machine, GivenSpeed)]
+        self.continues = bool(state.acceleration.any())  # from the last step of another run
         self.space = work_space(modal, energy or self.energy_gain is not None, sizes)
         self.step_data: dict[tuple[float, ...], StepData] = {}
 
     def through(self, plan: Plan) -> Iterator[int]:
-        """Run a piece; yields ticks as they are done."""
+        """Run one time interval; yields the number of ticks of each chunk."""
         h, laws = float(plan.sizes[0]), law_functions(self.modal.system.pairs)
         key = tuple(float(f"{size:.12g}") for size in plan.sizes)
         if key not in self.step_data:
@@ -248,35 +250,35 @@ class _Run:
                 )
             if saved:
                 index = (np.arange(begin // plan.every, end // plan.every) + 1) * plan.every
-                at = plan.start + h * index.astype(np.float64)
-                self._refuse_gain(at, samples.energy, float(plan.sizes[-1]))
+                sample_times = plan.start + h * index.astype(np.float64)
+                self._refuse_gain(sample_times, samples.energy, float(plan.sizes[-1]))
                 is_output = index % (plan.every * plan.sparse) == 0
-                self.sink.append(by_name(at, samples, is_output))
+                self.sink.append(by_name(sample_times, samples, is_output))
             yield end - begin
 
     def _restart(self, plan: Plan, data: StepData) -> None:
-        """Begin a time interval with the acceleration by its forces, or, where a run continues
-        another and no machine's torque jumps, with that of its last step."""
-        goes_on, self.goes_on, state = self.goes_on, False, self.state
+        """Set the acceleration at the start of a time interval: that by its forces, or where the
+        run continues another without a jump of torque, that of the last step."""
+        continues, self.continues, state = self.continues, False, self.state
         acceleration, ports = state.acceleration.copy(), state.ports.copy()
         first = self._prescribed_at(plan.start, BESIDE * float(plan.sizes[0]))
         if consistent_acceleration(self.modal, data, state, first, self.space):
             raise FlexgearError(f"no consistent contact state at t = {plan.start:.6f} s")
         jump = np.abs(state.ports["torque"] - ports["torque"]).max(initial=0.0)
-        if goes_on and jump <= NO_JUMP * np.abs(ports["torque"]).max(initial=0.0):
+        if continues and jump <= NO_JUMP * np.abs(ports["torque"]).max(initial=0.0):
             state.acceleration[:], state.ports[:] = acceleration, ports
 
     def _prescribed_at(self, start: float, beside: float) -> Array:
-        """Values (P + L,) of machines and loads for the step of no duration at ``start``, after a
-        jump there; of given speeds their rates of change."""
-        at, rates = np.array([start + beside]), self._rates(start + beside)
-        prescribed: Array = prescribed_values(self.modal, self.drive, at)[0] - beside * rates
-        prescribed[self.held] = rates[self.held]
+        """Values (P + L,) of machines and loads for the step of zero duration at ``start``, after a
+        jump there: evaluated ``beside`` s later; for given speeds their rates of change."""
+        after, rates = np.array([start + beside]), self._rates(start + beside)
+        prescribed: Array = prescribed_values(self.modal, self.drive, after)[0] - beside * rates
+        prescribed[self.speed_ports] = rates[self.speed_ports]
         return np.r_[prescribed, self._loads(np.array([start]))[0]]
 
     def _prescribed_until(self, times: Array, beside: float) -> Array:
-        """Values (k, P + L) of machines and loads at the ends of steps; the last one is read
-        ``beside`` s earlier, before a jump there."""
+        """Values (k, P + L) of machines and loads at the ends of steps; the last ones before a jump
+        there: evaluated ``beside`` s earlier."""
         before = times.copy()
         before[-1] -= beside
         prescribed = prescribed_values(self.modal, self.drive, before)
@@ -284,31 +286,32 @@ class _Run:
         return np.hstack([prescribed, self._loads(times)])
 
     def _loads(self, times: Array) -> Array:
-        """By how much vectors of loads are multiplied, (k, L)."""
+        """Factors (k, L) on the vectors of load histories at times (k,), s."""
         if self.drive.loads is None:
             first = first_sizes(self.modal.system.pairs)
             return np.broadcast_to(first, (len(times), len(first)))
         return np.asarray(self.drive.loads(times), dtype=np.float64)
 
     def _rates(self, time: float) -> Array:
-        """Rates of change (P,) of the prescribed values of machines, as far as they are known."""
+        """Rates of change (P,) of the prescribed values of machines, zero where not given."""
         if self.drive.rates is None:
             return np.zeros(len(self.modal.system.ports))
         return np.asarray(self.drive.rates(np.array([time]))[0])
 
     def _refuse_gain(self, times: Array, energy: Array, step: float) -> None:
-        """FlexgearError where steps make energy from nothing; no account where none is wanted."""
+        """FlexgearError where time steps generate energy; sets the energy balance (n, 9) to zero
+        if it is not to be saved."""
         if self.energy_gain is None:
             return
-        over = self.energy_gain.too_much(energy)
-        if over is not None:
-            raise _ran_away(self.modal, times[over], step)
+        index = self.energy_gain.first_excess(energy)
+        if index is not None:
+            raise _ran_away(self.modal, times[index], step)
         if not self.energy:
             energy[:] = 0.0
 
 
 def by_name(time: Array, samples: Samples, is_output: NDArray[np.bool_]) -> dict[str, Array]:
-    """A chunk of samples at times (t,) by the names of ``Transient``."""
+    """A chunk of samples at times (t,), s, by the names of the fields of ``Transient``."""
     arrays = samples._asdict() | samples.pairs._asdict()
     arrays |= {"time": time, "is_output": is_output}
     del arrays["pairs"]
@@ -316,22 +319,16 @@ def by_name(time: Array, samples: Samples, is_output: NDArray[np.bool_]) -> dict
 
 
 def collected(modal: ModalSystem, arrays: dict[str, Array], steps: Steps) -> Transient:
-    """A ``Transient`` from the arrays of a ``Collector`` (or of a stored run)."""
-    a = dict(arrays)
-    energy = a.pop("energy")
-    return Transient(
-        modal=modal,
-        energy={name: energy[:, i] for i, name in enumerate(ENERGIES)},
-        steps=steps,
-        **a,  # type: ignore[arg-type]
-    )
+    """The ``Transient`` from the arrays of a ``Collector`` or of a stored run."""
+    energy = {name: arrays["energy"][:, i] for i, name in enumerate(ENERGIES)}
+    return Transient(modal=modal, steps=steps, **{**arrays, "energy": energy})  # type: ignore[arg-type]
 
 
 def run_in_memory(
     modal: ModalSystem, drive: Drive, stepping: Stepping, start: State | None = None, *,
     track_energy: bool = False,
 ) -> Transient:  # fmt: skip
-    """``transient`` with all its samples."""
+    """The ``Transient`` of a run whose samples are all stored in memory; see ``transient``."""
     sink = Collector()
     steps = transient(modal, drive, stepping, start=start, sink=sink, track_energy=track_energy)
     return collected(modal, sink.arrays(), steps)
@@ -339,35 +336,37 @@ def run_in_memory(
 
 SIGNS = np.array([LEFT_OVER[name] for name in ENERGIES])
 ELASTIC = [ENERGIES.index(name) for name in ("elastic", "pair_elastic")]
-TAKEN = [ENERGIES.index(name) for name in ("damping_work", "pair_damping_work")]
-ROUNDING = 1e-9  # of all energy
-MOST = 3.0  # times the mean elastic energy: with so much gained, loads are doubled
+DISSIPATED = [ENERGIES.index(name) for name in ("damping_work", "pair_damping_work")]
+ROUNDING = 1e-9  # over the largest term of the energy balance
+MAX_GAIN = 3.0  # spurious energy over the mean elastic energy: three times as much doubles loads
 
 
 def undamped_contact(modal: ModalSystem) -> bool:
-    """Whether teeth may part and nothing damps their impacts."""
+    """Whether contact of teeth is one-sided and without damping."""
     pairs = modal.system.pairs
     damped = pairs.damping.any() or pairs.constant_damping.any()
     return bool(pairs.one_sided and not damped)
 
 
 class EnergyGain:
-    """Follows what the account of a run leaves over, from its samples."""
+    """Monitors the residual of a run's energy balance over its samples."""
 
     def __init__(self) -> None:
         self._first = self._elastic = 0.0
         self._samples = 0
 
-    def too_much(self, energy: Array) -> int | None:
-        """First of some samples more (n, 9), J, at which the run has gained more than ``MOST``
-        times the mean elastic energy up to there and all that damping took; None: not one."""
-        left, elastic = energy @ SIGNS, energy[:, ELASTIC].sum(axis=1)
-        if not self._samples and len(left):
-            self._first = float(left[0])
+    def first_excess(self, energy: Array) -> int | None:
+        """Add energy balances (n, 9), J, of the next samples. Returns the index of the first one at
+        which the run has gained more than ``MAX_GAIN`` times its mean elastic energy so far plus
+        the energy dissipated by damping; None where there is none."""
+        residual, elastic = energy @ SIGNS, energy[:, ELASTIC].sum(axis=1)
+        if not self._samples and len(residual):
+            self._first = float(residual[0])
         total = self._elastic + np.cumsum(elastic)
-        mean = total / (self._samples + np.arange(1, len(left) + 1))
-        if len(left):
-            self._elastic, self._samples = float(total[-1]), self._samples + len(left)
-        allowed = MOST * mean + energy[:, TAKEN].sum(axis=1) + ROUNDING * np.abs(energy).max(axis=1)
-        over = np.flatnonzero(left - self._first > allowed)
+        mean = total / (self._samples + np.arange(1, len(residual) + 1))
+        if len(residual):
+            self._elastic, self._samples = float(total[-1]), self._samples + len(residual)
+        rounding = ROUNDING * np.abs(energy).max(axis=1)
+        allowed = MAX_GAIN * mean + energy[:, DISSIPATED].sum(axis=1) + rounding
+        over = np.flatnonzero(residual - self._first > allowed)
         return int(over[0]) if len(over) else None

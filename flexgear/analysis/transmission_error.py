@@ -2,11 +2,11 @@
 
     δ = Nᵀ (u_gear(C) − u_planet(C)),   N = cosβ_b n + sinβ_b e_z ,
 
-u being elastic displacement with the wind-up of the train, C the pitch point at the middle of the
-face, positive where flanks press. It is the motion of the bodies alone, whatever model the pairs
-have and whether they touch: errors and gaps, which the bodies follow, are not added to it. Where
-every tooth is a node of an FE body it is the mean of the teeth in mesh, weighted by their loads,
-or of all alike while none carries.
+u the elastic displacement including the wind-up of the train, C the pitch point in the middle of
+the face; positive for closing flanks. It is the motion of the bodies alone, for all models of tooth
+pairs, with or without contact; errors and gaps are not added. Where every tooth is a node of an FE
+body, δ is the mean over the teeth in mesh, weighted by their loads, or with equal weights while
+none is loaded.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ from flexgear.coupling.system import System
 
 
 def dynamic_transmission_error(recovery: Recovery) -> Array:
-    """δ (t, M) m of all gear meshes; NaN where teeth of FE bodies are nodes and none is in mesh."""
+    """δ (t, M) of all gear meshes, m; NaN where FE teeth are nodes and none is in mesh."""
     system = recovery.modal.system
     pairs = system.pairs
     error = recovery.named("pitch_points", lambda: _pitch_point_rows(system)).copy()
     for m in map(int, np.flatnonzero(covered(pairs) == 1)):
-        error[:, m] += _of_gear(recovery, m)
+        error[:, m] += _gear_motion(recovery, m)
     for m in map(int, np.flatnonzero(pairs.planet_turns >= 0)):
-        error[:, m] -= _of_planet_teeth(recovery, m)
+        error[:, m] -= _planet_teeth_motion(recovery, m)
     return error
 
 
 def _pitch_point_rows(system: System) -> Array:
-    """(M, d): what of δ planets do, and gears whose frames are the planets'."""
+    """Rows (M, d) of δ by planets, and by gears whose frames do not turn against the planets'."""
     pairs, count = system.pairs, len(system.pairs.s0)
     lines = action_lines(pairs, len(system.blocks) // 6)
     along = (pairs.sin_b * pairs.s_pitch)[:, None]
@@ -45,50 +45,50 @@ def _pitch_point_rows(system: System) -> Array:
 
 
 def _pitch_point(pairs: PairData, m: int) -> tuple[Array, Array]:
-    """N and C − planet's axis, (3,) in planet axes."""
+    """N (3,), and C (3,) m from the planet's axis, both in planet axes."""
     n, s = pairs.normal[m], pairs.s_pitch[m]
     normal = np.array([*(pairs.cos_b[m] * n), pairs.sin_b[m]])
     return normal, np.array([*(pairs.tangent_point[m] - s * n), pairs.z_offset[m]])
 
 
-def _of_gear(recovery: Recovery, m: int) -> Array:
-    """Motion Nᵀ u_gear (t,) m of the gear of gear mesh m along the line of action, where the gear
-    turns in planet axes or its teeth are nodes."""
+def _gear_motion(recovery: Recovery, m: int) -> Array:
+    """Nᵀ u_gear (t,) of gear mesh m, m, for a gear that turns in planet axes or whose teeth are
+    nodes."""
     pairs, theta = recovery.modal.system.pairs, recovery.result.theta
     normal, place = _pitch_point(pairs, m)
     place[0] += pairs.center_distance[m]
-    turned = theta[:, pairs.turns[m]] if pairs.turns[m] >= 0 else np.zeros(len(theta))
-    n, c = (_turned(v, pairs.phi[m] + turned) for v in (normal, place))
+    angle = theta[:, pairs.turns[m]] if pairs.turns[m] >= 0 else np.zeros(len(theta))
+    n, c = (_rotated(v, pairs.phi[m] + angle) for v in (normal, place))
     block = int(pairs.gear_block[m])
     if pairs.per_tooth[m]:
-        return _of_teeth(recovery, m, block + recovery.result.pair_tooth[:, m], n, c)
+        return _teeth_motion(recovery, m, block + recovery.result.pair_tooth[:, m], n, c)
     moment = np.cross(c, n)
     moment[:, 2] = pairs.gear_arm[m]  # the same all along the line of action
     motion = recovery.of_blocks(np.full((len(theta), 1), block))[:, 0]
     return np.einsum("ti,ti->t", np.concatenate([n, moment], axis=1), motion)
 
 
-def _of_planet_teeth(recovery: Recovery, m: int) -> Array:
-    """Nᵀ u (t,) of the elastic displacement of an FE planet's teeth in gear mesh m."""
+def _planet_teeth_motion(recovery: Recovery, m: int) -> Array:
+    """Nᵀ u (t,) by the elastic displacement of an FE planet's teeth in gear mesh m, m."""
     pairs, result = recovery.modal.system.pairs, recovery.result
     normal, place = _pitch_point(pairs, m)
-    n, c = (_turned(v, -result.theta[:, pairs.planet_turns[m]]) for v in (normal, place))
+    n, c = (_rotated(v, -result.theta[:, pairs.planet_turns[m]]) for v in (normal, place))
     theta = result.theta[:, pairs.angle[m], None]
     _, tooth = teeth_of_pairs(pairs, m, result.pair_position[:, m], theta)
-    return _of_teeth(recovery, m, pairs.planet_tooth_block[m] + tooth, n, c)
+    return _teeth_motion(recovery, m, pairs.planet_tooth_block[m] + tooth, n, c)
 
 
-def _of_teeth(
+def _teeth_motion(
     recovery: Recovery, m: int, blocks: NDArray[Any], normal: Array, place: Array
 ) -> Array:
-    """Mean (t,) of Nᵀ u over the teeth in mesh; blocks (t, slots): of the teeth, normal and place
-    (t, 3) in their frame."""
+    """Mean (t,) of Nᵀ u over the teeth in mesh, m; blocks (t, slots): of the teeth; normal, place
+    (t, 3): N and C in their frame."""
     pairs, result = recovery.modal.system.pairs, recovery.result
     in_contact = result.pair_tooth[:, m] >= 0
-    at = np.where(in_contact, blocks, blocks.max(initial=0))
-    arm = place[:, None] - pairs.tooth_position[at]
+    teeth = np.where(in_contact, blocks, blocks.max(initial=0))
+    arm = place[:, None] - pairs.tooth_position[teeth]
     n = np.broadcast_to(normal[:, None], arm.shape)
-    motion = recovery.of_blocks(at)
+    motion = recovery.of_blocks(teeth)
     along = np.einsum("tsi,tsi->ts", np.concatenate([n, np.cross(arm, n)], axis=2), motion)
     load = np.where(in_contact, np.maximum(result.pair_load[:, m], 0.0), 0.0)
     carries = load.sum(axis=1, keepdims=True) > 0
@@ -98,7 +98,7 @@ def _of_teeth(
     return np.divide((weight * along).sum(axis=1), total, out=missing, where=total > 0)
 
 
-def _turned(vector: Array, angles: Array) -> Array:
-    """A vector (3,) turned about z by angles (t,): (t, 3)."""
+def _rotated(vector: Array, angles: Array) -> Array:
+    """A vector (3,) rotated about z by angles (t,), rad: (t, 3)."""
     cos, sin, (x, y, z) = np.cos(angles), np.sin(angles), vector
     return np.stack([cos * x - sin * y, sin * x + cos * y, np.full_like(cos, z)], axis=1)

@@ -1,4 +1,4 @@
-"""Results: their pictures, ``data.fg.plot.ring_star()``, and several side by side."""
+"""Methods of result datasets (``data.fg.plot.ring_star()``), and comparison of several results."""
 
 from __future__ import annotations
 
@@ -48,11 +48,12 @@ class Accessor:
         window: str = "hann",
         band_hz: tuple[float, float] | None = None,
     ) -> xr.DataArray:
-        """Amplitudes (order, …) of a variable over time, by orders of the turn of a member.
+        """Amplitudes (order, …) of a variable, by multiples of the rotation frequency of a member.
 
-        member: "<stage>.<part>", planets too; the first input if left out; against: member against
-        which it turns, else space; highest: order, all that the sampling allows if left out;
-        window: of scipy.signal.windows; band_hz: of the envelope of what is in a band.
+        member: "<stage>.<part>", planets too; the first input if left out; against: member relative
+        to which it turns, space if left out; highest: highest order, all that the sampling allows
+        if left out; window: name in scipy.signal.windows; band_hz: band (low, high) Hz, of whose
+        envelope the spectrum is taken.
         """
         from flexgear.results.orders import order_spectrum
 
@@ -67,7 +68,7 @@ class Accessor:
         highest: float | None,
         band_hz: tuple[float, float] | None = None,
     ) -> xr.DataArray:
-        """A variable over the turn of a member; FlexgearWarning where it may hold aliases."""
+        """A variable over the angle of a member; FlexgearWarning where it may contain aliases."""
         from flexgear.results.run_orders import history_over_turns, warn_of_aliases
 
         data = self._data
@@ -87,8 +88,8 @@ class Accessor:
         window: str = "hann",
         band_hz: tuple[float, float] | None = None,
     ) -> xr.DataArray:
-        """Amplitudes (block, order, …) of blocks of turns, with their ``speed`` and ``time``: a
-        run-up map. block_turns: turns of a block; others as of ``orders``."""
+        """Order spectra (block, order, …) of consecutive blocks of turns with their ``speed`` and
+        ``time``: a run-up map. block_turns: turns of a block; other arguments as in ``orders``."""
         from flexgear.results.orders import order_map
 
         history = self._over_turns(name, member, against, highest, band_hz)
@@ -113,13 +114,13 @@ class Accessor:
         width: Positive | None = None,
         on_ring: bool = False,
     ) -> xr.DataArray:
-        """Means (planet, phase, …) of a variable over the turns of the planets of a stage, from one
-        sensor past which they go; width: turns of the carrier round a pass that count."""
+        """Means (planet, phase, …) of a variable over the turns of each planet of a stage, from one
+        sensor that the planets pass; width: carrier turns round each pass that are evaluated."""
         from flexgear.results.synchronous_average import planet_averages
 
-        at = math.radians(sensor_angle_deg)
+        angle = math.radians(sensor_angle_deg)
         return planet_averages(
-            self._data, name, stage, sensor_angle=at, width=width, on_ring=on_ring
+            self._data, name, stage, sensor_angle=angle, width=width, on_ring=on_ring
         )
 
 
@@ -135,7 +136,7 @@ class Plots:
 
     @cached_property
     def _plan(self) -> Mapping[str, Callable[[], Figure]]:
-        """All that can be drawn of the dataset alone: measures of a sweep over its keys,
+        """Pictures by name that need no other dataset: measures of a sweep over its keys,
         distributions of random samples, pictures of a run."""
         from flexgear.views.chart import planned
         from flexgear.views.run_charts import RUN_CHARTS
@@ -155,7 +156,7 @@ class Plots:
             for chart in charts:
                 try:
                     plan |= {} if chart.slow else planned(run, [(subjects, [chart])])
-                except KeyError:  # a picture of another dataset or of the summary
+                except KeyError:  # the picture needs another dataset or the summary
                     continue
         return {name: picture.draw for name, picture in plan.items()}
 
@@ -167,7 +168,7 @@ class Plots:
         return self._plan[name]
 
     def __getstate__(self) -> dict[str, Any]:
-        """The dataset alone: other processes plan anew."""
+        """The dataset alone: other processes list the pictures anew."""
         return {"_data": self._data}
 
     def __dir__(self) -> list[str]:
@@ -178,7 +179,7 @@ class Plots:
 
 
 def _by_file(data: xr.Dataset) -> dict[str, xr.Dataset]:
-    """The dataset by the name of the file in which a run keeps such results."""
+    """The dataset under the file name that it has in the folder of a run."""
     if "time" in data.dims:
         return {"transient": data}
     if "response_branch" in data:
@@ -199,7 +200,7 @@ def _by_file(data: xr.Dataset) -> dict[str, xr.Dataset]:
 
 @dataclass(frozen=True, repr=False)
 class Comparison:
-    """Transients, or equilibria, by label."""
+    """Transients or equilibria of several models by label."""
 
     runs: Mapping[str, xr.Dataset]
 
@@ -239,14 +240,15 @@ class Comparison:
 
 
 def open_dataset(path: str | Path) -> xr.Dataset:
-    """A dataset from a netCDF file, in memory, or read where it is used if it is large; as
-    ``xarray.open_dataset``, with the methods of ``data.fg`` and an InputError of one line for a
-    file that is none."""
+    """A dataset from a netCDF file, with the methods of ``data.fg``.
+
+    Small files are read into memory, large ones where their values are used. InputError for a file
+    that is not netCDF."""
     return reopened(path)
 
 
 def compare(**runs: xr.Dataset) -> Comparison:
-    """Transients, or equilibria, side by side: ``compare(flexible=run, rigid=other).plot()``."""
+    """Comparison of transients or equilibria: ``compare(flexible=run, rigid=other).plot()``."""
     if len(runs) < 2:
         raise InputError(
             "flexgear.compare()", "runs", "are fewer than two", "give two results or more by name"

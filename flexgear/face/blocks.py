@@ -1,5 +1,5 @@
-"""Building blocks for one's own models: geometry, paths of contact, stiffness of tooth pairs, and
-the reduction of any FE body."""
+"""Building blocks for other models: geometry, paths of contact, stiffness of tooth pairs, reduction
+of FE bodies."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 def geometry(case: Case, stage: str = "") -> StageGeometry:
     """Teeth, diameters, working angles, contact ratios and backlash of a stage, in SI.
 
-    stage: its name, which a case with one stage does not need. InputError for gears that do not
+    stage: name of the stage; not needed in a case with one stage. InputError for gears that do not
     mesh.
     """
     return stage_geometry(case.view(stage))
@@ -36,11 +36,11 @@ def geometry(case: Case, stage: str = "") -> StageGeometry:
 
 def contact_paths(case: Case, stage: str = "") -> dict[str, GearMeshPath]:
     """Paths of contact of a stage by gear mesh and flank: "ring", "ring_coast", "sun", "sun_coast",
-    each with "left " or "right " before it in a double-helical stage.
+    with the prefix "left " or "right " in a double-helical stage.
 
-    A path gives positions of tooth pairs at a carrier angle (``position``), the range of path
-    coordinates in which they touch (``touching``) and their stiffness (``pair_stiffness``); rated
-    loads are those of the power flow.
+    A path has the positions of tooth pairs at a carrier angle (``position``), the range of path
+    coordinates in which they touch (``touching``) and their stiffness (``pair_stiffness``) under
+    the rated load of the power flow.
     """
     view = case.view(stage)
     paths = stage_paths(view, power_flow(case).stage(view.name).gear_mesh_forces)
@@ -48,11 +48,11 @@ def contact_paths(case: Case, stage: str = "") -> dict[str, GearMeshPath]:
 
 
 def pair_stiffness(path: GearMeshPath, s: ArrayLike) -> NDArray[np.float64]:
-    """Stiffness of a tooth pair, N/m along the normal of the flanks, at path coordinates s m of any
-    shape; zero beyond the path.
+    """Stiffness of a tooth pair along the normal of the flanks, N/m, at path coordinates s, m (any
+    shape); zero beyond the path.
 
-    With ``gear_mesh.model = "per_pair"``. At a carrier angle θ pair k of planet i is at
-    ``path.position(i, k, θ)``.
+    It is the stiffness of ``gear_mesh.model = "per_pair"``. At the carrier angle θ the coordinate
+    of pair k of planet i is ``path.position(i, k, θ)``.
     """
     return np.interp(np.asarray(s, dtype=float), path.s_grid, path.k_grid, left=0.0, right=0.0)
 
@@ -66,13 +66,14 @@ def reduce_fe_mesh(
     density: float,
     modes: int = 20,
 ) -> ReducedBody:
-    """Craig–Bampton reduction of any solid body to six-dof nodes at patches, and some modes.
+    """Craig–Bampton reduction of a solid body to n six-dof nodes at surface patches.
 
-    mesh: ``skfem.MeshHex`` or ``skfem.MeshTet`` in m, whose elements are taken as quadratic. nodes:
-    boundaries of the mesh by name, each with the position (3,) m of its node, or None for the
-    patch's centre; a node moves as the patch does in the mean. E in Pa, ρ in kg/m³; modes: with all
-    nodes held. Of the result ``mass`` and ``stiffness`` (6 n + modes)² have the nodes first, ux,
-    uy, uz, rx, ry, rz each, in their order; ``recover(q)`` is the displacement of every vertex.
+    fe_mesh: ``skfem.MeshHex`` or ``skfem.MeshTet`` in m; its elements are made quadratic. nodes:
+    boundaries of the mesh by name, each with the position (3,) m of its node, None for the centre
+    of the patch; a node has the mean motion of its patch. young_modulus Pa, density kg/m³; modes:
+    number of fixed-interface modes. ``mass`` and ``stiffness`` (6 n + modes)² of the result begin
+    with the nodes in the given order, (ux, uy, uz, rx, ry, rz) each; ``recover(q)`` gives the
+    displacement of every vertex. InputError for an unknown boundary.
     """
     solid = solid_fe_mesh(fe_mesh)
     model = FeModel(solid, young_modulus, poisson_ratio, density)

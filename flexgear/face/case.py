@@ -1,4 +1,4 @@
-"""The case as a script or a notebook holds it: it assembles, and it runs."""
+"""The case for scripts and notebooks, with methods that assemble, run and rate it."""
 
 from __future__ import annotations
 
@@ -66,13 +66,13 @@ class Case(case.Case):
         bodies: Mapping[str, ReducedBody] | None = None,
         progress: Progress | None = None,
     ) -> Model:
-        """All bodies meshed, reduced (or read from the cache) and coupled.
+        """The coupled model, with FE bodies meshed and reduced or read from the cache.
 
-        rigid: "ring", "carrier", "planet", "shaft" of all flexible stages, "stage_1.ring" or "all":
-        they are neither meshed nor reduced. bodies: all flexible bodies by name, as reduced ones of
-        one's own: {"stage.ring": body}. progress: called with a stage of the work and the share of
-        it that is done; a notebook shows bars by itself. InputError for a case that cannot work:
-        gears that do not mesh, bodies that cannot be meshed, members that are loose.
+        rigid: bodies that are rigid: "ring", "carrier", "planet", "shaft" of all flexible stages,
+        "stage_1.ring", or "all". bodies: reduced bodies by name in the place of all flexible ones,
+        {"stage.ring": body}. progress: called with a stage of the work and the share of it that is
+        done; notebooks show bars without it. InputError for a case that cannot work: gears that do
+        not mesh, bodies that cannot be meshed, members without support.
         """
         from flexgear.face.model import assembled
 
@@ -88,10 +88,10 @@ class Case(case.Case):
         force: bool = False,
         progress: Progress | None = None,
     ) -> Run:
-        """Every analysis with and without errors, flexible and rigid, as ``flexgear run``.
+        """All analyses with and without errors, flexible and rigid, as ``flexgear run``.
 
-        out: folder for datasets, ``case.json`` and ``summary.json``, of which ``report`` makes
-        pictures and a page; force: replace files there that are no earlier run of this case.
+        out: folder for datasets, ``case.json`` and ``summary.json``, from which ``report`` makes
+        pictures and a page; force: replace files there that are not from a run of this case.
         """
         from flexgear.face.runs import run_case
 
@@ -109,10 +109,10 @@ class Case(case.Case):
         """Safety, damage and life of flanks, roots and bearings under the case's load cases, as
         ``flexgear rate``.
 
-        out: folder for figures, dataset, table and page; force: replace files there that are no
-        earlier rating of this case; workers: processes that share the load cases, as many as pay if
-        left out. What the case lacks is named as not assessed. InputError for load cases that the
-        train cannot have.
+        out: folder for figures, dataset, table and page; force: replace files there that are not
+        from a rating of this case; workers: number of processes that share the load cases, chosen
+        by their number if left out. Ratings for which the case lacks data are listed as not
+        assessed. InputError for load cases that contradict the train.
         """
         from flexgear.face.runs import rate_case
 
@@ -125,7 +125,7 @@ class Case(case.Case):
 
 
 def _plain(value: object) -> Any:
-    """Data as a file has them; sections as dictionaries of what was said in them."""
+    """A value in the types of a case file; sections as dictionaries of the keys set in them."""
     if isinstance(value, Section):
         value = value.model_dump(mode="python", exclude_unset=True)
     if isinstance(value, Mapping):
@@ -138,11 +138,12 @@ def load_case(
     overrides: Mapping[str, object] | None = None,
     **keys: object,
 ) -> Case:
-    """A TOML file, a bundled case by name, or another case, with keys changed.
+    """A case from a TOML file, a bundled case by name, or another case, with keys changed.
 
-    keys, overrides: by the keys of the file, with their units; those of a case's only stage also
-    without it, "__" for ".": ``load_case("wind-5mw", planets=5, solver__fidelity="quick")``. They
-    win over the file; None takes a key out. InputError with one line for anything that is wrong.
+    keys, overrides: values by the keys of the file, with their units, which replace those of the
+    file; None removes a key. "__" stands for "."; keys of a case's only stage also without its
+    name: ``load_case("wind-5mw", planets=5, solver__fidelity="quick")``. InputError, in one line,
+    for anything that is wrong.
     """
     dotted = {key.replace("__", "."): value for key, value in keys.items()}
     return Case.of(load.load_case(source, {**(overrides or {}), **dotted}))

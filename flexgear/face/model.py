@@ -1,4 +1,4 @@
-"""The model as a script or a notebook holds it: equilibria, modes, transients, fields of bodies."""
+"""The model for scripts and notebooks: equilibria, modes, transients, fields of bodies."""
 
 from __future__ import annotations
 
@@ -32,10 +32,11 @@ from flexgear.solve.stability import SPEEDS, stability
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Model(model.Model):
-    """A case put together, made by ``Case.assemble``.
+    """The coupled bodies of a case, made by ``Case.assemble``.
 
-    Angles are rotations of a member in degrees, of the reference member if none is named: the first
-    port of a stated speed that turns; all other members turn in rated proportion.
+    Angles are rotations of a member in degrees; all other members turn in rated proportion. Where
+    no member is named they are those of the reference member: the first port of a stated speed that
+    is not zero.
     """
 
     rigid_parts: tuple[str, ...] = ()
@@ -47,10 +48,10 @@ class Model(model.Model):
 
     @checked
     def rigid(self, *parts: str) -> Model:
-        """The model with more bodies rigid.
+        """A model with more rigid bodies.
 
         parts: "ring", "carrier", "planet", "shaft" of all flexible stages, "stage_1.ring" of one;
-        all bodies if none is named.
+        all bodies if left out.
         """
         names = (*self.rigid_parts, *(parts or ("all",)))
         other = assembled(self.case, names, bodies=self.bodies)
@@ -67,7 +68,7 @@ class Model(model.Model):
     ) -> xr.Dataset:
         """Equilibria at angles (p,) of a member.
 
-        torque: N m on the first input, the others in rated proportion; rated if left out.
+        torque: on the first input, N m, the others in rated proportion; rated torques if left out.
         """
         angles = self._reference_angles(angle_deg, member)
         return static.static(self, angles, torque, progress_or_bars(progress))
@@ -76,11 +77,11 @@ class Model(model.Model):
     def modes(
         self, limit_hz: Positive | None = None, *, angle_deg: float | None = None, member: str = ""
     ) -> xr.Dataset:
-        """Undamped modes at zero speed, with the variables of ``campbell``: frequencies over speed.
+        """Undamped modes at zero speed, merged with the frequencies over speed of ``campbell``.
 
-        limit_hz: highest frequency; the band of interest if left out, all of a lumped train.
-        angle_deg: gear meshes at this rotation, without frequencies over speed; else their mean
-        stiffness over a gear-mesh cycle.
+        limit_hz: highest frequency; if left out the band of interest, or all of a lumped train.
+        angle_deg: rotation at which the stiffness of gear meshes is taken, without frequencies over
+        speed; if left out gear meshes have their mean stiffness over a gear-mesh cycle.
         """
         limit = usual_limit(self) if limit_hz is None else limit_hz
         angle = self._reference_angle(angle_deg or 0.0, member)
@@ -101,10 +102,10 @@ class Model(model.Model):
     ) -> xr.Dataset:
         """Frequencies over speed, orders of gear meshes and shafts, and their intersections.
 
-        factors: (s,) of rated speed, from zero to a fifth above the highest at which the case runs
-        if left out; orders: of gear meshes, those that their stiffness has if left out; limit_hz:
+        factors: (s,) speeds over rated speed; if left out from zero to a fifth above the highest
+        speed of the case; orders: of gear meshes, if left out those in their stiffness; limit_hz:
         highest frequency at zero speed; margin: share of a natural frequency within which an
-        excitation at an operating speed counts as a meeting.
+        excitation at an operating speed counts as a resonance.
         """
         return campbell(self, factors=factors, orders=orders, limit_hz=limit_hz, margin=margin)
 
@@ -117,13 +118,13 @@ class Model(model.Model):
         limit_hz: Positive | None = None,
         progress: Progress | None = None,
     ) -> xr.Dataset:
-        """Parametric instability: where over speed the gear-mesh stiffness, as it varies over its
-        cycle, makes free vibration grow, how fast, and which modes.
+        """Parametric instability by the varying gear-mesh stiffness: speeds at which free vibration
+        grows, its growth rate, and its modes.
 
-        Linear, of the tooth pairs that touch under rated torque, stage by stage with the mean
-        stiffness of all others. speeds: lowest and highest over rated speed, up to a fifth above
-        the highest at which the case runs if left out; count: of speeds, to which those of expected
-        bands are added; limit_hz: highest natural frequency of modes that are kept.
+        The analysis is linear, with the tooth pairs that touch under rated torque, one stage at a
+        time with the mean stiffness of all others. speeds: lowest and highest over rated speed; if
+        left out up to a fifth above the highest speed of the case; count: number of speeds, beside
+        those of expected bands; limit_hz: highest natural frequency of the modes used.
         """
         return stability(
             self, speeds, count=count, limit_hz=limit_hz, progress=progress_or_bars(progress)
@@ -142,7 +143,8 @@ class Model(model.Model):
         """Forced response to the static transmission error at mean gear-mesh stiffness: amplitudes
         of forces by order over speed, and the share of every mode in each peak.
 
-        speeds, limit_hz: see ``stability``; count: of speeds; orders: of the gear-mesh frequency.
+        speeds, limit_hz: see ``stability``; count: number of speeds; orders: number of orders of
+        the gear-mesh frequency.
         """
         report = progress_or_bars(progress)
         return linear_response(
@@ -164,16 +166,16 @@ class Model(model.Model):
         progress: Progress | None = None,
         start: xr.Dataset | None = None,
     ) -> xr.Dataset:
-        """Samples in time under the machines at the ports, from equilibrium.
+        """A transient under the machines at the ports, from static equilibrium.
 
-        duration: s; start-up and a turn of the slowest stage if left out. drive: torque of the
+        duration: s; if left out start-up and a turn of the slowest stage. drive: torque of the
         first input in the place of the case's, all other machines at rated torque or speed.
-        torque_share: factor on all torques. output_interval: s between samples. energy: with the
-        energy balance. fields: FE bodies whose coordinates are kept, for ``deformed``. out: netCDF
-        file that takes the samples as they come, so that memory does not grow with the duration;
-        save: variables over time that are kept, all if none is named. start: a transient of this
-        train, also under other machines, from whose end this one goes on in time. InputError where
-        the run would not come to an end, FlexgearError where the time stepping runs away.
+        torque_share: factor on all torques. output_interval: s between samples. energy: add the
+        energy balance. fields: FE bodies whose coordinates are saved, for ``deformed``. out: netCDF
+        file to which samples are written during the run, so that memory does not grow with the
+        duration; save: variables over time that are saved, all if none is named. start: a transient
+        of this train, also under other machines, from whose last state this one continues.
+        InputError where the run would be too long, FlexgearError where the motion diverges.
         """
         simulate = partial(
             transient.simulate,
@@ -211,10 +213,11 @@ class Model(model.Model):
         """Steady states over speed or torque, stable and unstable, with their turning points.
 
         speeds: lowest and highest over rated speed, at the share ``torque`` of rated torque;
-        torques: the same of torque at the share ``speed`` of rated speed. stage: whose gear meshes
-        excite. harmonics: of the gear-mesh frequency; as many as reach well above the gear meshes'
-        own frequency if left out. doublings: of the gear-mesh period, up to which states that
-        branch off are followed. InputError for a range through zero.
+        torques: lowest and highest over rated torque, at the share ``speed`` of rated speed. stage:
+        the one whose gear meshes excite the train. harmonics: number of harmonics of the gear-mesh
+        frequency; if left out enough to pass the natural frequency of gears on their gear mesh.
+        doublings: number of successive period doublings that are followed. InputError for a range
+        that includes zero.
         """
         return response.response(
             self,
@@ -241,10 +244,10 @@ class Model(model.Model):
     ) -> xr.Dataset:
         """Displacement (p, 3) m and stress (p, 6) Pa at the vertices of a body's FE mesh.
 
-        body: "stage.ring". In equilibrium at an angle under ``torque``, N m on the first input; or
-        at the sample of ``run`` nearest to ``time``, s, of a transient that was asked to keep the
-        body (``fields=["stage.ring"]``). Rolling is taken off; stress is smooth where the mesh does
-        not resolve it, as in tooth roots.
+        body: "stage.ring". The state is the equilibrium at an angle under ``torque``, N m on the
+        first input; or the sample nearest to ``time``, s, of the transient ``run``, which must have
+        saved the body (``fields=["stage.ring"]``). Rigid rotation of the train is subtracted;
+        stress is smoothed where the mesh does not resolve it, as in tooth roots.
         """
         angle = self._reference_angle(angle_deg, member)
         return deformed.deformed(self, body, angle, torque, run=run, time=time)
@@ -261,9 +264,9 @@ class Model(model.Model):
     ) -> xr.Dataset:
         """Displacement (p, 3) m and stress (p, 6) Pa of a body in a natural mode.
 
-        mode: its number from 1, rigid rotations first, as in ``modes``; angle_deg: as there;
-        largest: displacement of the vertex that moves most, m. InputError for an unknown mode, or
-        one in which the body does not move.
+        mode: number from 1, rigid rotations first, as in ``modes``; angle_deg: as in ``modes``;
+        largest: largest displacement of a vertex, m. InputError for an unknown mode, or one in
+        which the body does not move.
         """
         angle = None if angle_deg is None else self._reference_angle(angle_deg, member)
         return deformed.mode_field(self, body, mode, angle, largest)

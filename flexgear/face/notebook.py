@@ -1,4 +1,4 @@
-"""What a notebook shows: how far an analysis is, and tables in the place of objects."""
+"""Notebook output: progress bars of analyses, and HTML tables of objects."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ INTERVAL = 0.2  # s between updates of a bar
 
 
 def progress_or_bars(progress: Progress | None) -> Progress:
-    """The progress that the caller takes, or bars in a notebook, or none."""
+    """The caller's progress function; without one bars in a notebook, nothing elsewhere."""
     if progress is not None:
         return progress
     return NotebookBars() if _in_notebook() else silent
@@ -30,7 +30,7 @@ def _in_notebook() -> bool:
 
 
 def html_table(facts: Mapping[str, str]) -> str:
-    """Names and values as the table that a notebook shows."""
+    """An HTML table of names and values."""
     rows = (f"<tr><th>{escape(k)}</th><td>{escape(v)}</td></tr>" for k, v in facts.items())
     return f"<table>{''.join(rows)}</table>"
 

@@ -23,7 +23,7 @@ from flexgear.studies.rating import rate
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Run(run.Run):
-    """Results of a run: datasets by file name, fields of bodies, figures, the power flow."""
+    """Results of a run: case, power flow, datasets by file name, fields of bodies, summary."""
 
     def __repr__(self) -> str:
         return f"<flexgear run of {self.case.name}: {', '.join(self.datasets)}>"
@@ -34,7 +34,7 @@ class Run(run.Run):
 
 
 def run_case(case: Case, out: str | Path | None, force: bool, progress: Progress) -> Run:
-    """Every analysis of a case, with its results in the folder ``out`` if that is named."""
+    """All analyses of a case; the results are saved in the folder ``out`` unless it is None."""
     case.require_load()
     if out is None:
         return Run(**vars(run.run(case, progress)))
@@ -57,7 +57,7 @@ class Rating(rating.Rating):
 def rate_case(
     case: Case, out: str | Path | None, force: bool, workers: int | None, progress: Progress
 ) -> Rating:
-    """The rating of a case, with its results in the folder ``out`` if that is named."""
+    """The rating of a case; the results are saved in the folder ``out`` unless it is None."""
     case.require_load()
     if out is None:
         return Rating(**vars(rate(case, workers=workers, progress=progress)))
@@ -70,8 +70,8 @@ def rate_case(
 
 
 def read_run(folder: str | Path) -> Run:
-    """The run that ``Case.run`` or ``flexgear run`` left in a folder; InputError where there is
-    none."""
+    """The run that ``Case.run`` or ``flexgear run`` saved in a folder; InputError for a folder
+    without a run."""
     content = read_folder(Path(folder))
     return Run(content.case, content.flow, content.datasets, content.fields, dict(content.summary))
 
@@ -81,7 +81,7 @@ def report(
 ) -> Path:
     """Draw the pictures and the page of a run into its folder; the path of the page.
 
-    interactive: plots that zoom and bodies that turn; else static pictures. InputError for a folder
+    interactive: plots that zoom and bodies that turn, else static pictures. InputError for a folder
     without a finished run.
     """
     at = Path(folder)

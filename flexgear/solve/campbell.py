@@ -1,4 +1,4 @@
-"""Campbell diagram: frequencies over speed, what excites a train, and what meets where."""
+"""Campbell diagram: natural frequencies over speed, excitations, and their intersections."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from flexgear.analysis.excitation import (
     ABSENT,
     MIXED,
     UNEVEN,
-    Loaded,
+    LoadedGearMesh,
     decay,
     excited_index,
     folded,
@@ -33,21 +33,21 @@ from flexgear.solve.dataset import result_attrs, result_labels
 from flexgear.solve.model import Model
 from flexgear.solve.modes import nodal_index
 
-SHARE = 0.1  # of the stage's largest harmonic of gear-mesh stiffness
-LEAST = 1e-3  # of the mean stiffness
-RESOLVED = 4  # positions of the cycle for a harmonic that counts
-USUAL = (1, 2, 3)  # orders of gear meshes whose stiffness tells none
-TURNS = (1, 2)  # orders of a shaft's turn: unbalance and eccentricity, misalignment
-SAME = 1e-9  # relative, of frequencies that are one
+SHARE = 0.1  # least harmonic of gear-mesh stiffness over the stage's largest
+LEAST = 1e-3  # least harmonic of gear-mesh stiffness over the mean
+RESOLVED = 4  # least number of positions in a period of a harmonic
+USUAL = (1, 2, 3)  # orders of gear meshes with constant stiffness
+TURNS = (1, 2)  # orders of a shaft: unbalance and eccentricity, misalignment
+SAME = 1e-9  # relative difference of equal frequencies
 
 
 @dataclass(frozen=True)
 class Excitation:
     """A line of the Campbell diagram.
 
-    order: of the base frequency, Hz at rated speed; label: its name; share: amplitude of the
-    gear-mesh stiffness over its mean, NaN where nothing is known of it; index: k that it drives in
-    a stage of equal planets, −1 where it drives none of equal parts.
+    order: multiple of the frequency ``base``, Hz at rated speed; label: its name; share: amplitude
+    of the gear-mesh stiffness over its mean, NaN if unknown; index: nodal index k excited in a
+    stage of equal planets, −1 for excitations that equal planets do not have.
     """
 
     order: float
@@ -65,11 +65,11 @@ class Excitation:
 def excitations(
     model: Model, highest_hz: float, orders: tuple[float, ...] | None = None
 ) -> tuple[Excitation, ...]:
-    """All lines up to ``highest_hz`` at rated speed.
+    """All excitation lines up to ``highest_hz`` at rated speed.
 
-    orders: of all gear meshes; those that their stiffness shows unless given: at least a tenth of
-    the stage's largest harmonic and a thousandth of the mean. Where there is none (constant
-    stiffness, or overlap that makes it so), the first three.
+    orders: of all gear meshes. If left out, orders whose harmonic of gear-mesh stiffness is at
+    least a tenth of the stage's largest and a thousandth of the mean; the first three if there are
+    none (constant stiffness).
     """
     excited: list[Excitation] = []
     for number, stage in enumerate(model.case.stages):
@@ -81,17 +81,16 @@ def excitations(
         least = max(SHARE * shares[1:].max(initial=0.0), LEAST)
         excited_orders = [float(o) for o in range(1, len(shares)) if shares[o] >= least]
         chosen = (excited_orders or USUAL) if orders is None else orders
-        usual = [o for o in chosen if o == 1 or o * base <= highest_hz]
-        for order in usual:
+        for order in (o for o in chosen if o == 1 or o * base <= highest_hz):
             share = float(shares[int(order)]) if order in range(len(shares)) else math.nan
             index = excited_index(order, gear.teeth, stage.planets)
             name = ExcitationName.of(GEAR_MESH, stage.name, order)
             excited.append(Excitation(float(order), base, name, share, index))
-    return (*excited, *_turning(model))
+    return (*excited, *_shaft_excitations(model))
 
 
 def _shares(model: Model, stage: int) -> np.ndarray:
-    """Largest |k_l|/k̄ of any gear mesh of a stage by order from 0 on."""
+    """Largest |k_l|/k̄ of all gear meshes of a stage (number from 0), for orders l = 0, 1, …"""
     shares = [
         np.abs(cycle.harmonic_stiffness()) / cycle.stiffness.mean()
         for m, cycle in model.mean_springs.cycles.items()
@@ -103,8 +102,8 @@ def _shares(model: Model, stage: int) -> np.ndarray:
     return largest[: 1 + 2 * (len(largest) - 1) // RESOLVED]
 
 
-def _turning(model: Model) -> Iterator[Excitation]:
-    """Shafts that turn, those of one speed once, and planets that pass a place of their ring."""
+def _shaft_excitations(model: Model) -> Iterator[Excitation]:
+    """Excitations by rotating shafts, one for each speed, and by planets passing their ring."""
     bases = list[float]()
     for stage, flow in zip(model.case.stages, model.flow.stages, strict=True):
         for line in shaft_lines(stage, flow):
@@ -123,36 +122,36 @@ def _turning(model: Model) -> Iterator[Excitation]:
 
 
 def operating_factors(model: Model) -> tuple[float, ...]:
-    """Speeds over the rated ones at which the case runs for long: rated, and where the speed of a
-    port is given or controlled its constant speed, each of its steps, the last one of a series."""
+    """Operating speeds over rated ones: 1, and for ports of given or controlled speed the constant
+    speed, the speed of each step, or the last speed of a series."""
     factors = {1.0}
     for port, machine in zip(model.case.ports, machines_of(model.case), strict=True):
         rated = model.flow.speed[port.member]
         if machine is None or not machine.follows_speed or rated == 0.0:
             continue
         if machine.kind == "constant":
-            held = [machine.steady(rated)]
+            speeds = [machine.steady(rated)]
         else:
-            held = list(machine.values if machine.kind == "steps" else machine.values[-1:])
-        factors |= {float(f"{abs(speed / rated):.9g}") for speed in held if speed != 0.0}
+            speeds = list(machine.values if machine.kind == "steps" else machine.values[-1:])
+        factors |= {float(f"{abs(speed / rated):.9g}") for speed in speeds if speed != 0.0}
     return tuple(sorted(factors))
 
 
-HIGHEST = 1.2  # of the highest speed at which the case runs, where a diagram ends
+HIGHEST = 1.2  # highest speed of a diagram over the highest operating speed
 STEPS = 12  # of speed in a diagram
-MOST_MODES = 60  # that are followed over speed
-MARGIN = 0.1  # of a natural frequency: what an excitation keeps off it
-ALIKE = 1e-3  # relative, of frequencies of one pair
-NOTHING = 1e-9  # of the mean stiffness: a harmonic that is rounding
+MAX_MODES = 60  # that are followed over speed
+MARGIN = 0.1  # least distance of an excitation from a natural frequency, over this frequency
+ALIKE = 1e-3  # relative difference of frequencies of one group of modes
+ROUNDING = 1e-9  # harmonic of the stiffness over its mean
 IDEAL, ERRORS = "ideal", "errors"
-UNCOUPLED = 1e-9  # of the mean gear-mesh force: the rounding of modes that gear meshes cannot reach
+UNCOUPLED = 1e-9  # force over the mean force, below which gear meshes do not excite a mode
 
 
-# A mode that an excitation lies near at an operating speed, by the names of variables meeting_…
-# index: min(k, N − k) of the mode in the excitation's stage, or why it has none; cause: IDEAL where
-# a stage of equal planets is excited, ERRORS where it takes something unequal; force: amplitude of
-# a gear mesh over its mean force if they met exactly, and where it takes errors if a single
-# planet's teeth pushed; NaN where the stiffness or the damping tells none.
+# Types of the variables meeting_…, for modes near an excitation at an operating speed. index:
+# nodal index min(k, N − k) of the mode in the excitation's stage, or a code (see ``excitation``);
+# cause: IDEAL if the excitation occurs with equal planets, ERRORS if only with differences; force:
+# amplitude of a gear mesh over its mean force at exact resonance, for ERRORS by the teeth of a
+# single planet; NaN without variation of stiffness or without damping.
 MEETING = {
     "factor": float, "excitation": str, "mode": int, "frequency": float, "away": float,
     "index": int, "cause": str, "force": float,
@@ -167,14 +166,13 @@ def campbell(
     limit_hz: float | None = None,
     margin: float = MARGIN,
 ) -> xr.Dataset:
-    """Frequencies over speed factors, orders of gear meshes and shafts, and where they meet.
+    """Frequencies over speed factors, orders of gear meshes and shafts, and their intersections.
 
-    In the frames in which bodies are described, with the mean stiffness of the gear meshes; where
-    the train has no gyroscopic terms the frequencies do not depend on speed. factors: of rated
-    speed, from rest to a fifth above the highest at which the case runs; orders: of gear meshes,
-    those that their stiffness shows unless given (see ``excitations``); limit_hz: highest
-    frequency at rest that is followed; margin: share of a natural frequency within which an
-    excitation at an operating speed is a meeting.
+    Frequencies are those in the frames of the bodies, with the mean stiffness of the gear meshes;
+    without gyroscopic terms they do not depend on speed. factors: speeds over rated speed, if left
+    out from rest to a fifth above the highest operating speed; orders: of gear meshes, see
+    ``excitations``; limit_hz: highest frequency at rest; margin: share of a natural frequency
+    within which an excitation at an operating speed counts as a meeting.
     """
     operating = operating_factors(model)
     if factors is None:
@@ -184,7 +182,7 @@ def campbell(
     diagram = _over_speed(model, np.unique(np.asarray(factors, dtype=float)), limit_hz)
     highest = limit_hz or float(diagram.frequencies.max(initial=0.0))
     lines = excitations(model, highest, chosen)
-    met = crossings(diagram, [line.slope for line in lines])
+    intersections = crossings(diagram, [line.slope for line in lines])
     count = diagram.frequencies.shape[1]
     rest = Modes(rest.frequencies[:count], rest.shapes[:, :count], rest.energy)
     index = nodal_index(model, rest.shapes)
@@ -199,10 +197,10 @@ def campbell(
             "excitation_slope": [line.slope for line in lines],
             "excitation_share": [line.share for line in lines],
             "excitation_index": np.array([line.index for line in lines], dtype=np.int64),
-            "crossing_factor": [c.factor for c in met],
-            "crossing_frequency": [c.frequency for c in met],
-            "crossing_mode": np.array([c.mode + 1 for c in met], dtype=np.int64),
-            "crossing_excitation": np.array([lines[c.line].label for c in met], dtype=str),
+            "crossing_factor": [c.factor for c in intersections],
+            "crossing_frequency": [c.frequency for c in intersections],
+            "crossing_mode": np.array([c.mode + 1 for c in intersections], dtype=np.int64),
+            "crossing_excitation": np.array([lines[c.line].label for c in intersections], str),
             **{
                 f"meeting_{name}": np.array([row[k] for row in meetings], dtype=kind)
                 for k, (name, kind) in enumerate(MEETING.items())
@@ -217,37 +215,37 @@ def campbell(
         ),
         {**result_labels(model), "excitation": [line.label for line in lines]},
     )
-    of_lines: dict[str, list[str] | list[float]] = {
+    properties: dict[str, list[str] | list[float]] = {
         "excitation_stage": [line.label.stage for line in lines],
         "excitation_kind": [line.label.kind for line in lines],
         "excitation_order": [line.order for line in lines],
     }
-    coords = {name: coordinate(name, "excitation", values) for name, values in of_lines.items()}
+    coords = {name: coordinate(name, "excitation", values) for name, values in properties.items()}
     return data.assign_coords(coords)
 
 
 def _over_speed(model: Model, factors: Array, limit_hz: float | None) -> Campbell:
-    """Whirl modes over speed; without forces of turning frames those at rest serve for all."""
+    """Whirl modes over speed factors; without gyroscopic and centripetal terms, modes at rest."""
     system, rest = model.system, model.natural_modes(limit_hz)
     planes, weights = planar_rows(system.mass, system.bodies)
-    nothing = np.zeros_like(system.mass)
-    turning = nothing if system.gyroscopic is None else system.gyroscopic
-    pushing = nothing if system.centripetal is None else system.centripetal
-    count = max(len(rest.frequencies), 1) if limit_hz else min(system.size, MOST_MODES)
-    if np.any(turning) or np.any(pushing):
+    zero = np.zeros_like(system.mass)
+    gyroscopic = zero if system.gyroscopic is None else system.gyroscopic
+    centripetal = zero if system.centripetal is None else system.centripetal
+    count = max(len(rest.frequencies), 1) if limit_hz else min(system.size, MAX_MODES)
+    if np.any(gyroscopic) or np.any(centripetal):
         return whirl_over_speed(
             system.mass,
             system.stiffness + model.mean_springs.stiffness,
-            turning,
-            pushing,
+            gyroscopic,
+            centripetal,
             factors,
             count=count,
             planes=planes,
             weights=weights,
         )
-    times, frequencies = np.ones((len(factors), 1)), rest.frequencies[:count]
+    ones, frequencies = np.ones((len(factors), 1)), rest.frequencies[:count]
     sense = whirl_sense(rest.shapes[:, :count].astype(complex), planes, weights)
-    return Campbell(factors, frequencies * times, sense * times)
+    return Campbell(factors, frequencies * ones, sense * ones)
 
 
 def _meetings(
@@ -259,7 +257,7 @@ def _meetings(
     operating: Sequence[float],
     margin: float,
 ) -> Iterator[tuple[Any, ...]]:
-    """Rows of ``MEETING`` at the operating speeds, by stage and order, one for every mode."""
+    """Values of ``MEETING`` for every mode near an excitation at an operating speed."""
     structural = model.structural_decay(rest.shapes)
     rates = decay(structural, rest, model.mean_springs.cycles)
     for number, stage in enumerate(model.case.stages):
@@ -272,20 +270,20 @@ def _meetings(
                 for g, group in enumerate(groups):
                     natural = float(np.mean([at_speed[j] for j in group]))
                     excited = factor * line.slope
-                    away = excited / natural - 1.0
+                    distance = excited / natural - 1.0
                     k = int(index[group[0], number])
-                    if abs(away) <= margin and k != ABSENT:
+                    if abs(distance) <= margin and k != ABSENT:
                         cause = _cause(line, k, stage.planets)
-                        raised = float((force if cause == IDEAL else alone)[i, g])
-                        if raised < UNCOUPLED:  # no tooth moves in it
+                        size = float((force if cause == IDEAL else alone)[i, g])
+                        if size < UNCOUPLED:
                             continue
-                        raised = raised if raised < math.inf else math.nan
+                        size = size if size < math.inf else math.nan
                         for mode in group:
-                            yield factor, line.label, mode + 1, excited, away, k, cause, raised
+                            yield factor, line.label, mode + 1, excited, distance, k, cause, size
 
 
 def _groups(frequencies: Array, index: Ints) -> list[Ints]:
-    """Indices of elastic modes of one frequency and nodal index."""
+    """Groups of elastic modes with equal frequency and nodal index, by their indices."""
     groups: list[list[int]] = []
     for i in np.flatnonzero(frequencies > 0.0):
         last = groups[-1] if groups else []
@@ -298,11 +296,11 @@ def _groups(frequencies: Array, index: Ints) -> list[Ints]:
 
 
 def _cause(excitation: Excitation, index: int, planets: int) -> str:
-    """Whether a stage whose planets are equal excites modes of that index."""
+    """IDEAL if a stage with equal planets excites modes of a nodal index, else ERRORS."""
     if excitation.label.kind != GEAR_MESH:
         return ERRORS
-    free = index in (MIXED, UNEVEN)
-    return IDEAL if free or index == folded(excitation.index, planets) else ERRORS
+    no_index = index in (MIXED, UNEVEN)
+    return IDEAL if no_index or index == folded(excitation.index, planets) else ERRORS
 
 
 def _forces(
@@ -313,15 +311,15 @@ def _forces(
     lines: Sequence[Excitation],
     groups: Sequence[Ints],
 ) -> tuple[Array, Array]:
-    """``resonant_force`` of the lines of a stage (lines, groups), NaN of those without a share: of
-    all planets together, and the largest that one of them raises alone."""
+    """``resonant_force`` (lines, groups) by the lines of a stage, NaN for lines without variation
+    of stiffness: by all planets together, and the largest one by a single planet."""
     out, alone = np.full((2, len(lines), len(groups)), math.nan)
     cycles, loaded = model.mean_springs.cycles, []
     for g, name in enumerate(model.gear_meshes.names):
         m = int(model.gear_meshes.carrying[g])
         if name.stage == stage and m in cycles and model.mean_forces[g] > 0.0:
-            loaded.append(Loaded(cycles[m], float(model.mean_forces[g]), name.planet))
-    exciting = [i for i, line in enumerate(lines) if line.share >= NOTHING]
+            loaded.append(LoadedGearMesh(cycles[m], float(model.mean_forces[g]), name.planet))
+    exciting = [i for i, line in enumerate(lines) if line.share >= ROUNDING]
     if loaded and exciting and groups:
         orders = [int(lines[i].order) for i in exciting]
         out[exciting] = resonant_force(rest, rates, loaded, orders, groups)
@@ -334,7 +332,7 @@ def _forces(
 
 
 def crossing_rows(data: xr.Dataset) -> list[dict[str, Any]]:
-    """Crossings of a Campbell diagram as plain rows."""
+    """Crossings of a Campbell diagram, one dictionary each."""
     keys = {"speed_factor": "factor", "frequency_hz": "frequency"}
     keys |= {"mode": "mode", "excitation": "excitation"}
     columns = (data[f"crossing_{name}"].to_numpy().tolist() for name in keys.values())

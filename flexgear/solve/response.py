@@ -1,7 +1,7 @@
 """Frequency response of a stage with all branches: forces and motions over speed or torque.
 
-Curves of steady states that repeat with the gear mesh (``analysis.continuation``), and of those of
-twice its period that leave them, with their figures as a dataset.
+Curves of steady states with the period of the gear mesh (``analysis.continuation``) and of those
+with twice the period that branch off, as a dataset.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexgear.analysis.continuation import Curve, Cut, Range, curves, leaving
+from flexgear.analysis.continuation import Curve, Cut, Range, branch, curves
 from flexgear.analysis.harmonic_balance import SAMPLES, Balance, Orbit, converge
 from flexgear.analysis.orbit import OrbitElements, orbit_elements
 from flexgear.analysis.orbit_receptance import CondensedTrain, condensed_train
-from flexgear.analysis.period_doubling import doubled, doubling, meets
+from flexgear.analysis.period_doubling import doubled_branch, ends_at, over_two_periods
 from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError, InputError, echo
 from flexgear.model.read import nearest
@@ -29,20 +29,20 @@ from flexgear.solve.model import Model
 from flexgear.solve.state_figures import MEASURES, Figures, State
 from flexgear.solve.turning_points import DOUBLED, stability_changes, turning_points
 
-RANGE = (0.2, 1.5)  # of rated speed, where nothing is asked for
-DOUBLINGS, MOST_DOUBLINGS = 1, 3  # of the gear-mesh period
-FEWEST, MOST = 20, 40  # harmonics where none are asked for
-FLANK_SAMPLES, FINE_SAMPLES = 512, 64  # a harmonic: of all flanks together, and at most
-HIGHER = 2.0  # times the gear mesh's own frequency that harmonics reach at the lowest speed
-BESIDE = 0.03  # of the range: what is beside a turning point
-DOUBLING = "response, a state with twice as many harmonics"
+RANGE = (0.2, 1.5)  # speeds over rated speed by default
+DOUBLINGS, MAX_DOUBLINGS = 1, 3  # of the gear-mesh period
+MIN_HARMONICS, MAX_HARMONICS = 20, 40  # by default
+FLANK_SAMPLES, MAX_SAMPLES = 512, 64  # per harmonic: of all flanks together, and of a period
+BAND = 2.0  # highest harmonic at the lowest speed over the natural frequency of the gear mesh
+NEAR = 0.03  # distance over the range within which a state is near a turning point
+FINER = "response, a state with twice as many harmonics"
 
 CUTS = {
     "forces": "teeth hammer with forces that rise without bound; more damping limits them",
     "steps": "no steady state was found further on; try more harmonics or more damping",
     "states": "it has too many steady states; take a shorter range",
     "stopped": "stopped by the user; it goes on, and further curves were not looked for",
-}  # what ends a curve within the range
+}  # why a curve ends within the range
 
 
 def response(
@@ -57,16 +57,16 @@ def response(
     doublings: int = DOUBLINGS,
     progress: Progress = silent,
 ) -> xr.Dataset:
-    """Steady states over speeds at one torque, or over torques at one speed, all over rated.
+    """Steady states over speeds at one torque, or over torques at one speed; all relative to rated.
 
-    stage: whose gear meshes excite; the only one, or the first that turns; harmonics: of the
-    gear-mesh frequency, H; doublings: of the gear-mesh period, up to which states are followed.
-    InputError for a range through zero, a stage that is not there or does not turn; FlexgearError
-    where no steady state was found.
+    stage: the one whose gear meshes excite the train, the first that turns if left out; harmonics:
+    their number H; doublings: number of period doublings that are followed. InputError for a range
+    that includes zero and for a stage that is unknown or does not turn; FlexgearError where no
+    steady state was found.
     """
     span = _range(speeds, torques, speed, torque)
-    if not 0 <= doublings <= MOST_DOUBLINGS:
-        remedy = f"from 0 to {MOST_DOUBLINGS}, e.g. 1"
+    if not 0 <= doublings <= MAX_DOUBLINGS:
+        remedy = f"from 0 to {MAX_DOUBLINGS}, e.g. 1"
         raise InputError("--doublings", str(doublings), "is out of range", remedy)
     number = _stage_number(model, stage)
     count = _harmonics(model, number, span, harmonics)
@@ -80,8 +80,8 @@ def response(
             record.add(curve)
             figures.end_curve()
         for _ in range(doublings if record.states else 0):
-            figures = _follow_doubled(figures, record)
-    except KeyboardInterrupt:  # between two curves
+            figures = _add_doubled(figures, record)
+    except KeyboardInterrupt:  # interrupts within a curve end the curve
         if not record.states:
             raise
         record.cuts.append(Cut(span.value(record.states[-1].point), "stopped"))
@@ -96,7 +96,7 @@ def response(
 def _range(
     speeds: Sequence[float] | None, torques: Sequence[float] | None, speed: float, torque: float
 ) -> Range:
-    """The range; InputError where it is no range of positive numbers."""
+    """The range of speeds or torques; InputError where it is not one of positive numbers."""
     if speeds is not None and torques is not None:
         raise InputError(
             "--torque-range", range_words(torques), "is given beside a range of speeds",
@@ -134,36 +134,37 @@ def _stage_number(model: Model, stage: str) -> int:
 
 
 def _harmonics(model: Model, stage: int, span: Range, count: int | None) -> int:
-    """``count``; if left out, as many as reach well above the natural frequency of the gear mesh
-    at the lowest speed."""
+    """Number of harmonics: ``count``, or by default up to ``BAND`` times the natural frequency of
+    the gear mesh at the lowest speed. InputError for a number out of range."""
     if count is not None:
         if not 1 <= count <= 200:
             raise InputError("--harmonics", str(count), "is not from 1 to 200", "e.g. 20")
         return count
     lowest = span.low if span.over == "speed" else span.fixed
     base = model.flow.stages[stage].gear_mesh_frequency * lowest
-    return int(np.clip(math.ceil(HIGHER * model.pace.resonance / base), FEWEST, MOST))
+    harmonics = math.ceil(BAND * model.pace.resonance / base)
+    return int(np.clip(harmonics, MIN_HARMONICS, MAX_HARMONICS))
 
 
 def _elements(model: Model, stage: int, harmonics: int) -> OrbitElements:
-    """Force elements over as many samples a harmonic as the number of gear meshes allows; with
-    coast flanks where pairs only push."""
+    """Force elements of a stage, with fewer samples per harmonic for many gear meshes, and with
+    coast flanks where contact is one-sided."""
     one_sided = model.system.pairs.one_sided
     flanks = sum(label.stage == stage for label in model.system.gear_meshes)
-    each = int(np.clip(FLANK_SAMPLES // flanks, SAMPLES, FINE_SAMPLES))
-    return orbit_elements(model.modal, stage, each * harmonics, one_sided)
+    per_harmonic = int(np.clip(FLANK_SAMPLES // flanks, SAMPLES, MAX_SAMPLES))
+    return orbit_elements(model.modal, stage, per_harmonic * harmonics, one_sided)
 
 
 class _Record:
-    """States of all curves one after the other, by curve; branches: the number of the curve of each
-    state; leaving: that of the curve of twice the period that leaves behind a state."""
+    """States of all curves in succession. branches: number of the curve of each state; doubled: by
+    the index of a state, number of the curve of twice the period that branches off after it."""
 
     def __init__(self) -> None:
         self.states, self.branches, self.cuts = list[State](), list[int](), list[Cut]()
-        self.leaving = dict[int, int]()
+        self.doubled = dict[int, int]()
 
     def add(self, curve: Curve) -> int:
-        """Enter a curve; its number, from 1."""
+        """Add a curve; returns its number, from 1."""
         number = max(self.branches, default=0) + 1
         states = [state for state in curve.states if isinstance(state, State)]
         self.states += states
@@ -178,11 +179,11 @@ class _Record:
 
     @property
     def longest(self) -> int:
-        """Gear-mesh periods of the longest period of a state."""
+        """Longest period of a state, in gear-mesh periods."""
         return max(state.values["response_period"] for state in self.states)
 
     def arrays(self) -> dict[str, Array]:
-        """Variables of all states; amplitudes by the harmonics of the longest period."""
+        """Variables over all states; amplitudes by the harmonics of the longest period."""
         out = {}
         for name in self.states[0].values:
             rows = [(s.values[name], s.values["response_period"]) for s in self.states]
@@ -193,37 +194,37 @@ class _Record:
         return out
 
 
-def _follow_doubled(figures: Figures, record: _Record) -> Figures:
-    """Add the curves of twice the period that leave those of the figures' train, and give the
-    figures of these."""
+def _add_doubled(figures: Figures, record: _Record) -> Figures:
+    """Add to ``record`` the curves of twice the period that branch off those of ``figures``;
+    returns the figures of the train over twice the period."""
     train, span, period = figures.train, figures.span, figures.train.elements.gear_meshes
-    longer = Figures(figures.model, doubled(train), span, figures.progress, figures.curve)
+    longer = Figures(figures.model, over_two_periods(train), span, figures.progress, figures.curve)
     parameter = np.array([span.value(s.point) for s in record.states])
     ends = list[tuple[int, Orbit]]()
     for change in stability_changes(parameter, np.array(record.branches), record.arrays()):
         before, after = record.states[change.before : change.before + 2]
         if record.stopped or change.kind != DOUBLED or before.values["response_period"] != period:
             continue
-        start = doubling(train, longer.train, span, before, after, change.value)
+        start = doubled_branch(train, longer.train, span, before, after, change.value)
         if start is None:
             continue
-        same = (k for k, end in ends if meets(longer.train, span, end, start[0]))
+        same = (k for k, end in ends if ends_at(longer.train, span, end, start[0]))
         number = next(same, 0)
         if not number:
-            curve = leaving(longer.train, span, *start, longer.take)
+            curve = branch(longer.train, span, *start, longer.take)
             if not curve.states:
                 continue
             number = record.add(curve)
             ends += [(number, curve.states[0]), (number, curve.states[-1])]
             longer.end_curve()
-        record.leaving[change.before] = number
+        record.doubled[change.before] = number
     return longer
 
 
 def _dataset(
     figures: Figures, train: CondensedTrain, record: _Record, progress: Progress
 ) -> xr.Dataset:
-    """Dataset of all states; train: over one gear-mesh period."""
+    """Dataset of all states; train: the one with the period of a gear mesh."""
     model, elements, span, states = figures.model, train.elements, figures.span, record.states
     speed = np.array([s.point.speed for s in states])
     load = np.array([s.point.load for s in states])
@@ -236,10 +237,11 @@ def _dataset(
         "gear_mesh_frequency": speed * elements.frequency,
         "response_branch": branches,
     }
-    arrays |= turning_points(parameter, branches, arrays, record.leaving)
-    progress(DOUBLING, 0.0)
-    change = math.nan if record.stopped else _doubling(train, _typical(states, parameter, arrays))
-    progress(DOUBLING, 1.0)
+    arrays |= turning_points(parameter, branches, arrays, record.doubled)
+    progress(FINER, 0.0)
+    typical = None if record.stopped else _typical(states, parameter, arrays)
+    change = _harmonics_change(train, typical)
+    progress(FINER, 1.0)
     stage = model.case.stages[elements.stage].name
     linear = model.case.view(stage).gear_mesh.contact_law == "linear"
     attrs = {
@@ -265,31 +267,31 @@ def _dataset(
 
 
 def _typical(states: list[State], parameter: Array, arrays: dict[str, Any]) -> State | None:
-    """The stable state with the largest force, of those that repeat after one gear-mesh period and
-    are not close to a turning point; None where there is none."""
+    """The stable state with the largest force, of those with the period of a gear mesh that are not
+    near a turning point; None where there is none."""
     turning = arrays["turning_point_parameter"]
     distance = np.abs(parameter[:, None] - turning).min(axis=1, initial=np.inf)
-    free = (arrays["stable"] == 1) & (arrays["response_period"] == 1)
-    free &= distance > BESIDE * np.ptp(parameter)
-    if not free.any():
+    eligible = (arrays["stable"] == 1) & (arrays["response_period"] == 1)
+    eligible &= distance > NEAR * np.ptp(parameter)
+    if not eligible.any():
         return None
     force = arrays["response_gear_mesh_force"][:, :, 0].max(axis=1)
-    return states[int(np.argmax(np.where(free, force, -np.inf)))]
+    return states[int(np.argmax(np.where(eligible, force, -np.inf)))]
 
 
-def _between_bases(new: OrbitElements, old: OrbitElements) -> Array:
-    """Motion of new channels by that of old ones (q', q), flank by flank."""
+def _basis_change(new: OrbitElements, old: OrbitElements) -> Array:
+    """Matrix (q', q) from the motion of old channels to that of new ones, flank by flank."""
     out = np.zeros((len(new.channels), len(old.channels)))
     for source in np.unique(new.source):
-        at, of = np.flatnonzero(new.source == source), np.flatnonzero(old.source == source)
-        out[np.ix_(at, of)] = new.channels[at] @ np.linalg.pinv(old.channels[of])
+        rows, columns = np.flatnonzero(new.source == source), np.flatnonzero(old.source == source)
+        out[np.ix_(rows, columns)] = new.channels[rows] @ np.linalg.pinv(old.channels[columns])
     return out
 
 
-def _doubling(train: CondensedTrain, state: State | None) -> float:
-    """Largest change of a channel's motion over its range as harmonics double in a state; NaN
-    without one, or where none is near with twice as many. Ranges below a millionth of the largest
-    motion are rounding, of a train that its gear meshes do not excite."""
+def _harmonics_change(train: CondensedTrain, state: State | None) -> float:
+    """Largest change of a channel's motion over its range when the state is solved with twice as
+    many harmonics; NaN without a state or convergence. Ranges below a millionth of the largest
+    motion are rounding, in a train that its gear meshes do not excite."""
     if state is None:
         return math.nan
     old = train.elements
@@ -297,13 +299,13 @@ def _doubling(train: CondensedTrain, state: State | None) -> float:
     elements: OrbitElements = orbit_elements(old.modal, old.stage, 2 * old.samples, flanks)
     finer = condensed_train(elements, 2 * train.harmonics)
     balance = Balance(elements, finer.at(state.point))
-    mixed = _between_bases(elements, old)
+    basis_change = _basis_change(elements, old)
     f, a = Balance(old, train.at(state.point)).parts(state.unknown)
-    unknown = balance.together(f @ np.linalg.pinv(mixed), a)
+    unknown = balance.unknowns(f @ np.linalg.pinv(basis_change), a)
     orbit = converge(balance, state.point, unknown)
     if orbit is None:
         return math.nan
-    motion = state.waves.motion @ mixed.T
-    away = np.abs(orbit.waves.motion[::2] - motion).max(axis=0)
+    motion = state.waves.motion @ basis_change.T
+    change = np.abs(orbit.waves.motion[::2] - motion).max(axis=0)
     rounding = 1e-6 * np.abs(motion).max()
-    return float(np.max(away / np.maximum(np.ptp(motion, axis=0), rounding)))
+    return float(np.max(change / np.maximum(np.ptp(motion, axis=0), rounding)))

@@ -15,7 +15,7 @@ from flexgear.model.errors import InputError
 from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.solve.angles import share_range
 from flexgear.solve.bodies import Progress, silent
-from flexgear.solve.campbell import HIGHEST, MOST_MODES, operating_factors
+from flexgear.solve.campbell import HIGHEST, MAX_MODES, operating_factors
 from flexgear.solve.dataset import result_attrs, result_labels
 from flexgear.solve.linear import structural_damping
 from flexgear.solve.model import Model
@@ -54,7 +54,7 @@ def stability(
     touch under rated torque without errors, and all other gear meshes have their mean; no pair
     comes loose. speeds: of rated speed, lowest and highest, up to a fifth above the highest at
     which the case runs if left out; count: of speeds, with more where bands are expected; limit_hz:
-    highest natural frequency of the modes that are kept, at most ``MOST_MODES`` of them. InputError
+    highest natural frequency of the modes that are kept, at most ``MAX_MODES`` of them. InputError
     for a range or limit that cannot be.
     """
     model.case.require_load()
@@ -125,7 +125,7 @@ def kept_modes(model: Model, limit_hz: float | None) -> tuple[Ints, Array, Array
     if limit_hz is None and flexible:
         limit_hz = model.pace.band
     rest = model.natural_modes(limit_hz)
-    elastic = np.flatnonzero(rest.frequencies > 0.0)[:MOST_MODES]
+    elastic = np.flatnonzero(rest.frequencies > 0.0)[:MAX_MODES]
     if not len(elastic) or (limit_hz is not None and rest.frequencies[elastic[0]] > limit_hz):
         raise InputError(
             "--limit-hz", f"{limit_hz:g}", "no natural mode lies below", "raise it, see modes"

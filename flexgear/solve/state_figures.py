@@ -12,29 +12,27 @@ from flexgear.analysis.continuation import Range
 from flexgear.analysis.harmonic_balance import SAMPLES, Balance, Orbit
 from flexgear.analysis.orbit_motion import recovery_of
 from flexgear.analysis.orbit_receptance import CondensedTrain
-from flexgear.analysis.stability import fewer_steps, monodromy, multipliers, vibrating
+from flexgear.analysis.stability import fewer_steps, monodromy, multipliers, vibration_matrices
 from flexgear.arrays import Array
 from flexgear.solve.bodies import Progress
 from flexgear.solve.dataset import support_names
 from flexgear.solve.model import Model
 
 MEASURES = ("maximum", "minimum", "mean", "rms")
-# of a period in which small disturbances are followed, if there are so many samples
-LEAST_STEPS = 256
-STABLE = 1e-5  # by which a multiplier of a stable state may exceed one: undamped modes have one
+MIN_STEPS = 256  # of a period for the monodromy matrix, as far as there are samples
+STABLE = 1e-5  # excess over 1 allowed for multipliers of stable states: undamped modes have |μ| = 1
 
 
 @dataclass(frozen=True)
 class State(Orbit):
-    """A steady state without its arrays over time, with its row of the dataset by names of
-    variables."""
+    """A steady state without histories over time; values: its variables of the dataset."""
 
     values: dict[str, Any]
 
 
 class Figures:
-    """Figures of every state of one train as it is found. Reports how much of the range each curve
-    has passed; how many curves there are is not known before they are found."""
+    """Figures of the states of one train. Reports the share of the range that the current curve has
+    covered; the number of curves is not known in advance."""
 
     def __init__(
         self, model: Model, train: CondensedTrain, span: Range, progress: Progress, curve: int = 1
@@ -49,31 +47,31 @@ class Figures:
         self.drive = elements.owner[:, :, None] == carrying
         self.coast = (elements.owner[:, :, None] == opposite) & (opposite >= 0)
         self.supports = support_names(model)
-        self.curve, self._passed = curve, (math.inf, -math.inf)
+        self.curve, self._covered = curve, (math.inf, -math.inf)
 
     def end_curve(self) -> None:
-        """Report the end of a curve; the next state is one of the next curve."""
+        """Report the end of a curve; the next state belongs to the next curve."""
         self.progress(f"response, curve {self.curve}", 1.0)
-        self.curve, self._passed = self.curve + 1, (math.inf, -math.inf)
+        self.curve, self._covered = self.curve + 1, (math.inf, -math.inf)
 
     def take(self, orbit: Orbit) -> State:
-        """A state with its figures, without its arrays over time."""
-        value, (low, high) = self.span.value(orbit.point), self._passed
-        low, high = self._passed = min(low, value), max(high, value)
+        """The state with its figures, without histories over time."""
+        value, (low, high) = self.span.value(orbit.point), self._covered
+        low, high = self._covered = min(low, value), max(high, value)
         share = (high - low) / (self.span.high - self.span.low)
         self.progress(f"response, curve {self.curve}", min(share, 0.999))
         values = {
             "response_period": self.train.elements.gear_meshes,
             **self._stability(orbit), **self._of_gear_meshes(orbit), **self._recovered(orbit),
         }  # fmt: skip
-        return State(**vars(orbit.light), values=values)
+        return State(**vars(orbit.without_histories), values=values)
 
     def _stability(self, orbit: Orbit) -> dict[str, Any]:
         period = 1.0 / (self.train.elements.frequency * orbit.point.speed)
         elements, waves = self.train.elements, orbit.waves
         tangents = elements.tangents_around(*waves, period)
-        steps = fewer_steps(tangents, max(SAMPLES * self.train.harmonics, LEAST_STEPS))
-        largest = multipliers(monodromy(vibrating(self.train, orbit.point), period, steps))
+        steps = fewer_steps(tangents, max(SAMPLES * self.train.harmonics, MIN_STEPS))
+        largest = multipliers(monodromy(vibration_matrices(self.train, orbit.point), period, steps))
         first = largest[0] if len(largest) else 0.0
         return {
             "stable": int(abs(first) <= 1.0 + STABLE),
@@ -94,7 +92,7 @@ class Figures:
         }
 
     def _recovered(self, orbit: Orbit) -> dict[str, Any]:
-        """Of bearings and sensors."""
+        """Variables of bearings and sensors."""
         sensors, harmonics, out = self.model.sensors, self.train.harmonics, dict[str, Any]()
         if not self.supports and sensors is None:
             return out

@@ -13,8 +13,8 @@ from flexgear.analysis import continuation, harmonic_balance, stability
 from flexgear.analysis.continuation import Range, curves
 from flexgear.analysis.harmonic_balance import Balance, converge
 from flexgear.analysis.orbit import orbit_elements
-from flexgear.analysis.orbit_receptance import Point, condensed_train
-from flexgear.analysis.stability import fewer_steps, monodromy, multipliers, vibrating
+from flexgear.analysis.orbit_receptance import OperatingPoint, condensed_train
+from flexgear.analysis.stability import fewer_steps, monodromy, multipliers, vibration_matrices
 from flexgear.solve.turning_points import turning_points
 
 HARMONICS, DAMPING, LOW, HIGH = 20, 0.05, 0.4, 1.2
@@ -53,7 +53,9 @@ def largest(train, orbit):
     period = 1.0 / (GEAR_MESH_HZ * orbit.point.speed)
     tangents = train.elements.tangents_around(*orbit.waves, period)
     steps = fewer_steps(tangents, 16 * train.harmonics)
-    return float(np.abs(multipliers(monodromy(vibrating(train, orbit.point), period, steps))[0]))
+    return float(
+        np.abs(multipliers(monodromy(vibration_matrices(train, orbit.point), period, steps))[0])
+    )
 
 
 def closing(train, orbit):
@@ -193,9 +195,9 @@ def test_multipliers_do_not_depend_on_where_samples_lie(modal, train, curve):
 def test_both_ways_through_a_period_give_the_same_monodromy(train, curve, monkeypatch):
     """Matrices of all steps at once, and changes taken from step to step."""
     orbit = curve[len(curve) // 2]
-    at = vibrating(train, orbit.point), 1e-3, fewer_steps(orbit.tangents, 320)
+    at = vibration_matrices(train, orbit.point), 1e-3, fewer_steps(orbit.tangents, 320)
     at_once = monodromy(*at)
-    monkeypatch.setattr(stability, "SMALL", 0)
+    monkeypatch.setattr(stability, "MAX_PRODUCT_SIZE", 0)
     np.testing.assert_allclose(monodromy(*at), at_once, rtol=1e-9, atol=1e-12)
 
 
@@ -203,7 +205,7 @@ def test_factors_of_earlier_states_give_the_same_curve(train, monkeypatch):
     """GMRES with them, and each Jacobian factored."""
     span = Range("speed", 0.95, 1.0)
     (factored,) = curves(train, span)
-    monkeypatch.setattr(harmonic_balance, "DIRECT", 0)
+    monkeypatch.setattr(harmonic_balance, "MAX_FACTORED", 0)
     (again,) = curves(train, span)
     for a, b in zip(factored.states, again.states, strict=True):
         size = np.abs(a.unknown).max()
@@ -223,8 +225,8 @@ def test_losses_over_a_period_stay_as_harmonics_double(modal):
     losses = []
     for harmonics in (HARMONICS, 2 * HARMONICS):
         of = trained(modal, harmonics)
-        balance = Balance(of.elements, of.at(Point(0.7, 1.0)))
-        orbit = converge(balance, Point(0.7, 1.0), balance.start())
+        balance = Balance(of.elements, of.at(OperatingPoint(0.7, 1.0)))
+        orbit = converge(balance, OperatingPoint(0.7, 1.0), balance.start())
         rate = np.einsum("jnq,jq->jn", of.elements.rows, orbit.waves.rate)
         rate += 2 * math.pi * GEAR_MESH_HZ * 0.7 * of.elements.error_slope
         elastic = of.elements.nominal[0] * np.maximum(orbit.displacement, 0.0)

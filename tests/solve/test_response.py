@@ -12,7 +12,7 @@ import flexgear
 from flexgear.analysis.harmonic_balance import Balance, converge
 from flexgear.analysis.orbit import orbit_elements
 from flexgear.analysis.orbit_motion import recovery_of
-from flexgear.analysis.orbit_receptance import Point, condensed_train
+from flexgear.analysis.orbit_receptance import OperatingPoint, condensed_train
 from flexgear.model.errors import InputError
 from flexgear.solve.dataset import body_rows
 from flexgear.solve.turning_points import turning_points
@@ -39,7 +39,7 @@ def test_harmonics_excite_only_modes_of_their_nodal_index(planetary):
     harmonics = 6
     elements = orbit_elements(modal, 0, 32 * harmonics, True)
     train = condensed_train(elements, harmonics)
-    point = Point(1.0, 1.0)
+    point = OperatingPoint(1.0, 1.0)
     balance = Balance(elements, train.at(point))
     orbit = converge(balance, point, balance.start())
     names, rows = body_rows(modal.system)

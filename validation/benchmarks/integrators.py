@@ -10,7 +10,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from benchmarks.stages import copied
-from flexgear.analysis.step_space import accelerate, at_rest, begin, step_data, work_space
+from flexgear.analysis.step_space import accelerate, begin, step_data, work_space, zero_step
 from flexgear.analysis.transient import State
 from flexgear.coupling.modal import ModalSystem
 
@@ -22,7 +22,7 @@ class Integrator:
         self.modal, self.method, self.rtol = modal, method, rtol
         self.torque = np.array([torque])
         self.space = work_space(modal)
-        self.data = at_rest(step_data(modal, 1e-4), modal)
+        self.data = zero_step(step_data(modal, 1e-4), modal)
         begin(self.space, self.data)
         self.evaluations = 0
 

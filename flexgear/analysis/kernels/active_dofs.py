@@ -1,12 +1,12 @@
-"""The active contact dofs: what contact rows of one step act on, gathered side by side.
+"""Active dofs: the channels on which the contact rows of a step act, in contiguous arrays.
 
-Channels are all that could be loaded: six of a contact block, one of a port, two of a gear mesh
-along its line of action (``action_lines``; they stand for planets and lumped gears), one of its
+Channels are all motions on which forces may act: six of a contact block, one of a port, two of a
+gear mesh along its line of action (``action_lines``, for planets and lumped gears), one of its
 approach along the line of centres. Of hundreds of ring teeth only a few are in contact at a time.
-The dofs of a step are the ports, the lines of action and the blocks that its rows act on; their
-rows of modes and receptances are copied into contiguous arrays. When a row needs a block that is
-not among them, it takes the place of one that is no longer needed, such as that of a tooth that has
-left contact; where there is none, or many are no longer needed, all are gathered anew.
+The active dofs of a step are the ports, the lines of action and the blocks on which its rows act;
+their modes and receptances are copied into contiguous arrays. A block that becomes necessary
+replaces one that no row acts on any more, such as that of a tooth that has left contact; if there
+is none, or if there are many, all dofs are gathered anew.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from flexgear.analysis.kernels.vectors import (
 from flexgear.arrays import Array, Ints
 from flexgear.compiled import FAST, INNER, PART, njit
 
-# short loops over unsigned numbers are quicker: none is counted from the end
+# unsigned indices make short loops faster: no check for negative indices
 ONE, TWO, SIX = np.uint64(1), np.uint64(2), np.uint64(6)
-SPARE = 0.25  # of the active blocks, that no row acts on: with more, dofs are gathered without them
-STAYS = -2  # in place of the first dof of a block that is to be active again
-AT_ONCE = 6  # most dofs that are read together: behind those in use there is room for so many
+SPARE = 0.25  # share of active blocks without rows, above which dofs are gathered without them
+STAYS = -2  # mark, in the place of its first dof, of a block that remains active
+AT_ONCE = 6  # largest number of dofs read together; arrays have so many entries beyond the last dof
 COUNTS = np.dtype([(name, np.int64) for name in ("dofs", "ports", "blocks", "fresh", "head")])
 
 
@@ -37,29 +37,29 @@ class Channels(NamedTuple):
     """All channels: blocks, ports, lines of action, approaches; L step sizes, n modes."""
 
     modes: Array  # (n_c, n)
-    span: Ints  # (n_c, 2) first and one past the last mode that moves a channel
+    span: Ints  # (n_c, 2) first mode of a channel, and one past the last
     displacement: Array  # (L, n_c, n_c) G = Φ βh² D Φᵀ + R, m/N
     residual: Array  # (n_c, n_c) R, m/N
     first: Ints  # (B + M,) first channel of a block, then of a line of action
-    part: Ints  # (B,) number of the part of the train that a block is on: parts do not move
-    # each other; ports and lines of action are on part 0
+    part: Ints  # (B,) number of the uncoupled part of the train with a block; ports and lines of
+    # action are on part 0
 
 
 class ActiveDofs(NamedTuple):
     """Work space for C dofs: ports, then groups of two (lines of action) or six (blocks)."""
 
-    counts: Any  # (1,) COUNTS; fresh: 1 where the dofs have changed since that was noted;
-    # head: dofs of ports and lines of action, which come first
+    counts: Any  # (1,) COUNTS; fresh: 1 after the dofs have changed, until the energy balance has
+    # used them; head: number of dofs of ports and lines of action, which come first
     channel: Ints  # (C,) of each dof
     place: Ints  # (B + M,) first dof of a block or a line of action, −1 where it has none
     modes: Array  # (C, n)
     span: Ints  # (C, 2)
-    beside: Ints  # (C, 2) first and one past the last dof on the same part of the train
-    receptance: Array  # (L, C, ≥ 2 C): G and R side by side, at [c, 2 d] and [c, 2 d + 1]
-    reach: Ints  # (C, 2) in a row: first and one past the last number that is not zero
+    beside: Ints  # (C, 2) first dof on the same part of the train, and one past the last
+    receptance: Array  # (L, C, ≥ 2 C) G and R alternating, at [c, 2 d] and [c, 2 d + 1]
+    reach: Ints  # (C, 2) first nonzero entry in a row of ``receptance``, and one past the last
     gathered: Ints  # (L,) 1 where ``receptance`` of a step size is that of these dofs
-    filled: Ints  # (L, C, 2) what ``beside`` was when a row of ``receptance`` was gathered: all
-    # else in it is zero
+    filled: Ints  # (L, C, 2) range ``beside`` for which a row of ``receptance`` was gathered; it is
+    # zero outside
 
 
 class DofVectors(NamedTuple):
@@ -70,13 +70,14 @@ class DofVectors(NamedTuple):
     torque_motion: Array  # G f of given torques
     force: Array
     motion: Array
-    before: Array  # motion at the last step, for the account of energy
-    image: Array  # (≥ 2 C,) G V and R V of one row, side by side
-    of_line: Array  # (≥ 2 (P + 2 M + 1),) the same of its line of action, on ports and lines
+    before: Array  # motion at the last step, for the energy balance
+    image: Array  # (≥ 2 C,) G V and R V of one row, alternating
+    line_image: Array  # (≥ 2 (P + 2 M + 1),) G V and R V of its line of action, on ports and lines
 
 
 @njit(**INNER)
 def _all_placed(active, rows, n):
+    """Whether all blocks and lines of action of n rows are active."""
     blocks = active.counts[0].blocks
     for i in range(n):
         row = rows.row[i]
@@ -90,7 +91,7 @@ def _all_placed(active, rows, n):
 
 @njit(**INNER)
 def _place(active, channels, group, size):
-    """Append a group of channels unless it is there."""
+    """Append the ``size`` channels of a block or line of action unless they are active."""
     if active.place[group] >= 0:
         return
     counts = active.counts[0]
@@ -110,7 +111,7 @@ def _place_lines(active, channels, rows, n):
 
 @njit(**INNER)
 def _place_blocks(active, channels, rows, n, part):
-    """Append the blocks on one part of the train beyond the lines of action of rows."""
+    """Append the blocks of rows that are on one part of the train and not on lines of action."""
     for i in range(n):
         for a in range(rows.row[i].beyond, rows.row[i].width):
             if channels.part[rows.blocks[i, a]] == part:
@@ -119,7 +120,7 @@ def _place_blocks(active, channels, rows, n, part):
 
 @njit(**INNER)
 def _acted_on(block, rows, n):
-    """Whether n rows act on a block."""
+    """Whether any of n rows acts on a block."""
     for i in range(n):
         for a in range(rows.row[i].beyond, rows.row[i].width):
             if rows.blocks[i, a] == block:
@@ -129,7 +130,7 @@ def _acted_on(block, rows, n):
 
 @njit(**INNER)
 def _copy_modes(active, channels, first, stop):
-    """Modes of the dofs first … stop − 1."""
+    """Copy the modes of the dofs first … stop − 1."""
     for d in range(first, stop):
         c = active.channel[d]
         active.span[d, 0], active.span[d, 1] = channels.span[c, 0], channels.span[c, 1]
@@ -139,7 +140,7 @@ def _copy_modes(active, channels, first, stop):
 
 @njit(**INNER)
 def _replace(active, channels, d, block):
-    """Put a block in the place of the one at dof d, on the same part of the train."""
+    """Replace the block at dof d by another one on the same part of the train."""
     active.place[active.channel[d] // 6], active.place[block] = -1, d
     for p in range(6):
         active.channel[d + p] = channels.first[block] + p
@@ -151,19 +152,19 @@ def _replace(active, channels, d, block):
         for p in range(d, d + 6):
             _copy_receptance(active, channels, level, p)
         for c in range(active.beside[d, 0], active.beside[d, 1]):
-            moves = False
+            nonzero = False
             for p in range(d, d + 6):
                 table[c, 2 * p], table[c, 2 * p + 1] = table[p, 2 * c], table[p, 2 * c + 1]
-                moves = moves or table[c, 2 * p] != 0.0 or table[c, 2 * p + 1] != 0.0
-            if moves:
+                nonzero = nonzero or table[c, 2 * p] != 0.0 or table[c, 2 * p + 1] != 0.0
+            if nonzero:
                 active.reach[c, 0] = min(active.reach[c, 0], 2 * d)
                 active.reach[c, 1] = max(active.reach[c, 1], 2 * d + 12)
 
 
 @njit(**INNER)
 def _replaced(active, channels, rows, n, last_rows, last):
-    """Put blocks of rows in places of blocks on the same part that no row acts on any more;
-    whether all have a place then."""
+    """Let new blocks of n rows replace blocks on the same part of the train on which neither these
+    rows nor the ``last`` rows of the last step act; returns whether all blocks are active then."""
     counts = active.counts[0]
     for i in range(n):
         row = rows.row[i]
@@ -188,7 +189,7 @@ def _replaced(active, channels, rows, n, last_rows, last):
 
 @njit(**INNER)
 def _few_are_spare(active, rows, n, last_rows, last):
-    """Whether rows act on most of the active blocks, and all that are needed besides have room."""
+    """Whether rows act on most of the active blocks, and the arrays have room for all others."""
     counts, spare = active.counts[0], 0
     room = active.channel.shape[0] - counts.dofs - AT_ONCE
     for d in range(counts.head, counts.dofs, 6):
@@ -207,11 +208,12 @@ def _few_are_spare(active, rows, n, last_rows, last):
 
 @njit(**INNER)
 def gather(active, channels, rows, n, last_rows, last):
-    """Make the dofs of n rows active, and those of rows of the last step; True where they change.
+    """Activate the dofs of n rows and of the ``last`` rows of the last step; returns whether the
+    active dofs have changed.
 
-    Blocks stay active until rows need others, which take their places if there are enough; else
-    places are added, and those of blocks that no row acts on go where there are many. Blocks on one
-    part of the train stand side by side.
+    Blocks stay active until new ones replace them. Where not enough blocks can be replaced, new
+    ones are appended, and if there are many blocks without rows these are dropped. Blocks on one
+    part of the train are contiguous.
     """
     if _all_placed(active, rows, n):
         return False
@@ -248,7 +250,7 @@ def gather(active, channels, rows, n, last_rows, last):
 
 @njit(**INNER)
 def _copy_receptance(active, channels, level, c):
-    """G and R of the active dof c for a step size; all else in its row of the table is zero."""
+    """Copy G and R of the active dof c for a step size; the rest of its row is zero."""
     g = channels.displacement[level, active.channel[c]]
     r, entries = channels.residual[active.channel[c]], active.receptance[level, c]
     begin, end = active.beside[c, 0], active.beside[c, 1]
@@ -262,7 +264,7 @@ def _copy_receptance(active, channels, level, c):
 
 @njit(**INNER)
 def gather_receptance(active, channels, level):
-    """Copy G and R of the active dofs for a step size, unless that is done."""
+    """Copy G and R of the active dofs for a step size, unless they are there already."""
     if active.gathered[level] == 1:
         return
     active.gathered[level] = 1
@@ -275,8 +277,8 @@ def gather_receptance(active, channels, level):
 
 @njit(**INNER, fastmath=FAST)
 def motions(active, a, b, out_a, out_b):
-    """Φ a and Φ b at the active dofs for modal vectors a, b (n,); four dofs at once, for most of
-    the time goes into reading."""
+    """Φ a and Φ b at the active dofs for modal vectors a, b (n,); four dofs at once, as memory
+    access takes most of the time."""
     dofs, span, modes = active.counts[0].dofs, active.span, active.modes
     for d in range(0, dofs, 4):
         first, stop = span[d, 0], span[d, 1]
@@ -303,7 +305,8 @@ def motions(active, a, b, out_a, out_b):
 
 @njit(**INNER)
 def modal_forces(active, force, out):
-    """Φᵀ f (n,) of forces on the active dofs, six at once; behind these there are none."""
+    """Φᵀ f (n,) of forces on the active dofs, six dofs at once; entries beyond the last dof are set
+    to zero."""
     fill(out, 0.0)
     dofs, span = active.counts[0].dofs, active.span
     fill(force[dofs : dofs + AT_ONCE], 0.0)
@@ -316,11 +319,11 @@ def modal_forces(active, force, out):
 
 @njit(**PART)
 def reach_of(reach, d, count, head, since):
-    """Range of the entries, G and R in turn, that are not zero in the rows of the receptance table
-    that belong to ``count`` dofs from d on; it begins at a multiple of SIMD.
+    """Range of the nonzero entries in the rows of the receptance table of ``count`` dofs from d on;
+    its start is rounded down to a multiple of SIMD.
 
-    Where it begins behind the head (ports and lines of action), it begins at the dof ``since`` at
-    the earliest: no row that is still to come reads what lies between.
+    A range that begins after the head (ports and lines of action) begins at the dof ``since`` or
+    later: remaining rows do not read the dofs before.
     """
     low, high = reach[d, 0], reach[d, 1]
     for e in range(d + 1, d + count):
@@ -332,8 +335,8 @@ def reach_of(reach, d, count, head, since):
 
 @njit(**INNER)
 def apply_receptance(active, level, force, image):
-    """G f and R f (≥ 2 C,), side by side, of forces on the active dofs, six at once; behind these
-    there are no forces."""
+    """G f and R f (≥ 2 C,), alternating, of forces on the active dofs, six dofs at once; entries of
+    ``force`` beyond the last dof are set to zero."""
     dofs, head, table = active.counts[0].dofs, active.counts[0].head, active.receptance[level]
     fill(image[: padded(2 * dofs)], 0.0)
     fill(force[dofs : dofs + AT_ONCE], 0.0)
@@ -356,7 +359,7 @@ def add_residual(active, level, force, image, out):
 
 @njit(**INNER, fastmath=FAST)
 def channel_motion(channels, active, c, eta, rate, force):
-    """Φη + R f of any channel c, and Φη̇."""
+    """Displacement Φη + R f and speed Φη̇ of any channel c; rate: η̇, force: on the active dofs."""
     modes = channels.modes[c]
     motion, speed = two_dots(modes[: eta.shape[0]], eta, rate)
     for d in range(active.counts[0].dofs):
@@ -366,7 +369,7 @@ def channel_motion(channels, active, c, eta, rate, force):
 
 @njit(**INNER, fastmath=FAST)
 def dof_motion(active, level, d, eta, rate, force):
-    """The same of the active dof d."""
+    """Displacement Φη + R f and speed Φη̇ of the active dof d; see ``channel_motion``."""
     first, stop = active.span[d, 0], active.span[d, 1]
     modes, entries = active.modes[d, first:stop], active.receptance[level, d]
     motion, speed = two_dots(modes, eta[first:stop], rate[first:stop])

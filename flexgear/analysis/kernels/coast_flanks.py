@@ -1,11 +1,11 @@
-"""When the flanks that do not carry have to be watched.
+"""Check of coast flanks: when they have to be included in the contact problem.
 
-Mirroring the normal in the planet's radial axis keeps its radial part, turns the rest: the coast
-flank closes by δ_coast = 2 δ_radial − δ, evaluated at the loaded-flank pair nearest the pitch
-point. The gap that is left has to exceed shares of backlash and pitch, the deflection that is let
-go when the drive flank parts, and twice the way of the coast flank until the next look at the
-largest speed of late: a flank that is found late, deep inside the other, would get its elastic
-energy for nothing.
+The normal of the coast flank is that of the drive flank mirrored at the radial axis of the planet.
+So the coast flank closes by δ_coast = 2 δ_radial − δ, evaluated at the drive-flank pair nearest to
+the pitch point. Its remaining gap must exceed a margin: shares of backlash and base pitch, the
+deflection that is released when the drive flank parts, and twice the motion of the coast flank
+until the next check, at the largest recent speed. A flank included too late, with overlap, would
+have elastic energy that no work has supplied.
 """
 
 from __future__ import annotations
@@ -18,32 +18,32 @@ from flexgear.analysis.kernels.active_dofs import channel_motion, dof_motion
 from flexgear.compiled import INNER, PART, njit
 from flexgear.coupling.kernels.elements import of_blocks
 
-GAP = 0.3  # of the backlash: what else than the look may close until the next one
-PITCH = 4e-4  # of the base pitch: the same where there is hardly a backlash
-LATE = 0.9  # of the largest approach speed that is remembered from one look to the next
-NONE = 1e30  # margins where there is no coast flank
+GAP = 0.3  # share of the backlash in the margin
+PITCH = 4e-4  # share of the base pitch in the margin, for small backlash
+LATE = 0.9  # factor on the largest approach speed from one check to the next
+NONE = 1e30  # number of margins without coast flanks
 
 
 @njit(**INNER)
 def _nearest(pairs, count, m, s_pitch):
-    """The pair of gear mesh m nearest the pitch point, −1 where there is none."""
+    """Index of the pair of gear mesh m nearest to the pitch point, −1 without a pair."""
     best = -1
     distance = 1e30
     for q in range(count):
         if pairs[q].gear_mesh == m:
-            off = abs(pairs[q].s - s_pitch)
-            if off < distance:
-                distance = off
+            from_pitch_point = abs(pairs[q].s - s_pitch)
+            if from_pitch_point < distance:
+                distance = from_pitch_point
                 best = q
     return best
 
 
 @njit(**INNER)
 def _margins_left(coast, radial, delta, path):
-    """How many margins the gap of a coast flank still has; below 1 it has nearly closed.
+    """Remaining gap of a coast flank over the margin; below 1 the flank has to be included.
 
-    radial, delta: approaches along the line of centres and of the drive flank, m; path: what the
-    coast flank moves until the next look, m.
+    radial, delta: approaches along the line of centres and of the drive flank, m; path: motion of
+    the coast flank until the next check, m.
     """
     margin = GAP * coast.gap + PITCH * coast.pitch + max(delta, 0.0) + 2.0 * path
     return (coast.gap - coast.largest_error - (2.0 * radial - delta)) / margin
@@ -51,7 +51,7 @@ def _margins_left(coast, radial, delta, path):
 
 @njit(**INNER)
 def _gear_approach(gear_mesh, theta, x, y):
-    """Approach of the gear end at the line of centres, from its motion in the gear's frame."""
+    """Approach along the line of centres by the motion x, y of the gear in its frame, m."""
     angle = gear_mesh.phi
     if gear_mesh.turns >= 0:
         angle += theta[gear_mesh.turns]
@@ -60,23 +60,24 @@ def _gear_approach(gear_mesh, theta, x, y):
 
 @njit(**INNER)
 def _planet_tooth_approach(gear_mesh, theta, x, y):
-    """Approach of a planet's tooth at the line of centres, from its elastic displacement in the
-    frame of the planet's teeth."""
+    """Approach along the line of centres by the elastic displacement x, y of a planet's tooth in
+    the frame of the planet's teeth, m."""
     angle = theta[gear_mesh.planet_turns]
     return -gear_mesh.cos_b * gear_mesh.normal_x * (math.cos(angle) * x - math.sin(angle) * y)
 
 
 @njit(**PART)
 def _beside_rotation(x, y, turned, place):
-    """Motion of a tooth's node less what its own rotation moves the node by. It stands a little
-    beside the line of centres, where the rotation of a ring that turns, of any size, would seem an
-    approach."""
+    """Motion x, y of a tooth's node without that by its rotation ``turned`` about the axis: as the
+    node is not exactly on the line of centres, rotation of the ring would appear as an approach.
+    """
     return x + turned * place[1], y - turned * place[0]
 
 
 @njit(**INNER)
 def look_at_rest(gears, rows, pairs, theta, motion, m, active_flanks):
-    """Watch the coast flank of gear mesh m if its gap has nearly closed at a channel motion."""
+    """Include the coast flank of gear mesh m in ``active_flanks`` if its gap has nearly closed at a
+    motion of the channels, else exclude it."""
     gear_meshes, gear_mesh = gears.gear_mesh, gears.gear_mesh[m]
     best = _nearest(rows.pair, pairs, m, gear_mesh.s_pitch)
     if best < 0:
@@ -100,7 +101,8 @@ def look_at_rest(gears, rows, pairs, theta, motion, m, active_flanks):
 
 @njit(**PART)
 def _radial_approach(data, work, level, m, r):
-    """Approach of gear mesh m along its line of centres, and its rate, at the new motion."""
+    """Approach of gear mesh m along its line of centres, m, and its rate, m/s, at the new motion;
+    r: first row of a pair."""
     channels, active, rows, modes = data.channels, work.active, work.rows, work.modes
     counts, gears, theta = active.counts[0], data.elements.gears, modes.theta
     gear_meshes = gears.gear_mesh
@@ -127,10 +129,8 @@ def _radial_approach(data, work, level, m, r):
 
 @njit(**INNER)
 def look_after_step(data, work, level, pairs, ahead, active_flanks):
-    """The same after a step, at its new motion; ahead: time until the next look, s.
-
-    Returns the fewest margins that any gap has: at two, half as many looks are as safe.
-    """
+    """Include or exclude all coast flanks at the new motion of a step; ahead: time until the next
+    check, s. Returns the least gap over its margin: at 2 and more, half as many checks suffice."""
     gear_meshes, rows, speed = data.elements.gears.gear_mesh, work.rows, work.closing_speed
     fewest, motion = NONE, work.problem.motion
     for m in range(gear_meshes.shape[0]):

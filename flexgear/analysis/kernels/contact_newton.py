@@ -1,20 +1,20 @@
-"""The contact problem of a step: Newton on the laws of all force elements at once.
+"""The contact problem of a step, solved by Newton's method for all force elements at once.
 
-With D the displacement and W the rate of rows under unit forces, the forces F of n rows satisfy
+With the displacements D and rates W of rows under unit forces, the forces F of n rows satisfy
 
     F = law(δ, δ̇),   δ = δ* − D F,   δ̇ = δ̇* − W F,
 
-δ*, δ̇* being what rows do without them. Linearised about some δ₀, δ̇₀ with tangents K and C, which
-couple rows of one element only,
+δ*, δ̇* being the motion of the rows without these forces. Linearised about δ₀, δ̇₀ with the force F₀
+and the tangents K and C, which couple the rows of one element only,
 
     (I + K D + C W) F = F₀ + K (δ* − δ₀) + C (δ̇* − δ̇₀).
 
-A row that is held has no law to obey: its equation has 0 in the place of I and says 0 = law(δ, δ̇).
-Elements whose law disagrees with its answer are linearised anew about it: that is Newton's method
-where laws are smooth, and an active set where they have branches, as tooth pairs have, which
-settles with the exact answer. Laws rise with δ, and δ̇ with δ within a step, so that the answer is
-unique. After some tries only the first element that disagrees is changed, which cannot cycle
-between branches (Murty's rule).
+The equation of a row of given motion has 0 in the place of I and states 0 = law(δ, δ̇). Elements
+whose law does not give the force of the solution are linearised about its motion: this is Newton's
+method for smooth laws, and an active-set method for laws with branches, such as those of tooth
+pairs, which ends with the exact solution. Laws rise with δ, and δ̇ rises with δ within a step, so
+that the solution is unique. After some iterations only the first such element is changed, which
+cannot cycle between branches (Murty's rule).
 """
 
 from __future__ import annotations
@@ -48,44 +48,44 @@ from flexgear.coupling.laws import BASIC, HELD_RATE_LAW, ONE_SIDED_LAW
 from flexgear.coupling.laws.basic import one_sided
 from flexgear.coupling.pair_data import PairData, deepest_gap
 
-TRIES = 60  # linear problems until all laws agree
-CAUTIOUS = 20  # tries after which one element changes at a time
-STIFFER = 2.0  # times the force of its tangent: a law that is not followed all of the way
-HALVINGS = 40  # of a way: bearings without load start with a ten-thousandth of their stiffness
-AGREES = 1e-10  # of the largest force, by which a law and its answer may differ
-ROUNDING = 1e-13  # of a rate times its tangent: steep laws give no force more exactly
-# m: the motion about which elements are linearised that were not there before; next to nothing,
-# for F₀ − k δ₀ is rounding that small loads must stand out of
+MAX_ITERATIONS = 60  # linear problems
+MANY_ITERATIONS = 20  # after which one element changes at a time
+STIFFER = 2.0  # work of a law over that of its tangent, above which the step is shortened
+HALVINGS = 40  # of a step: bearings without load start with a ten-thousandth of their stiffness
+TOLERANCE = 1e-10  # difference between the forces of a law and the solution over the largest force
+ROUNDING = 1e-13  # rounding of a force over tangent times rate, of steep laws
+# m: closing about which new elements are linearised; so small that the rounding of F₀ − k δ₀ does
+# not exceed small loads
 TOUCHING = 1e-30
 BASIC_LAWS = len(BASIC)
 
 
 class ContactProblem(NamedTuple):
-    """n rows of E elements, the largest of r rows."""
+    """A contact problem with room for R rows."""
 
     displacement: Array  # (R, R) D, m/N
     rate: Array  # (R, R) W, m/(N s)
     free: Array  # (2, R) δ* with offsets, and δ̇*
-    motion: Array  # (2, R) δ, δ̇ at the answer
+    motion: Array  # (2, R) δ, δ̇ of the solution
     force: Array  # (R,) N
     matrix: Array  # (R, R)
     right: Array  # (R,)
-    springs: SpringSpace  # of those that are eliminated
+    springs: SpringSpace  # for eliminated springs
 
 
 class LawSpace(NamedTuple):
-    """Laws of E elements about some motion, and work space for one more."""
+    """Linearised laws of E elements of up to r rows, and work space for one more (the last)."""
 
     motion: Array  # (E + 1, 2, r) δ₀, δ̇₀
-    force: Array  # (E + 1, 2, r) F₀ and its part that has a potential
+    force: Array  # (E + 1, 2, r) F₀, and its part with a potential
     tangent: Array  # (E + 1, 2, r, r) K, C
-    remembered: Ints  # (E + 1,) places of the memory that the last step wrote; their number, −1
-    # where it is not known, at the end
+    remembered: Ints  # (E + 1,) places of the memory written by the last step, and as the last
+    # entry their number, −1 if unknown
 
 
 def contact_problem(rows: int, springs: int) -> ContactProblem:
-    """Work space for so many rows and springs among them that may be eliminated; what is behind
-    the rows in use stays finite, as whole vectors are read."""
+    """Work space for ``rows`` rows, of which ``springs`` may be eliminated; entries beyond the rows
+    in use stay finite, as loops read padded vectors."""
     size = rounded_up(rows)
     return ContactProblem(
         displacement=np.zeros((rows, size)),
@@ -100,7 +100,7 @@ def contact_problem(rows: int, springs: int) -> ContactProblem:
 
 
 def law_space(elements: int, rows: int) -> LawSpace:
-    """Work space for elements of at most ``rows`` rows."""
+    """Work space for the laws of ``elements`` elements of at most ``rows`` rows."""
     count = elements + 1
     return LawSpace(
         motion=np.zeros((count, 2, rows)),
@@ -111,24 +111,25 @@ def law_space(elements: int, rows: int) -> LawSpace:
 
 
 def first_memory(data: PairData, rates: Array) -> Array:
-    """Memory (places, 2, r) of the elements before the first step: tooth pairs touch, with all
-    their slices, and all else is where it was made, at the rates of blocks (6 B,) in rolling."""
+    """Memory (places, 2, r) of δ and δ̇ before the first step: tooth pairs touch with all their
+    slices, other elements are undeformed; rates (6 B,): motions of the blocks in rigid rotation of
+    the train, rad/s and m/s."""
     memory = np.zeros((places(data), 2, widest(data)))
     touch = TOUCHING + 2.0 * deepest_gap(data)
     first = places_of_gear_mesh(data) * len(data.s0)
     memory[:first, 0] = np.repeat(touch, places_of_gear_mesh(data))[:, None]
     fixed = packed(data).fixed
-    of_rows = rolling_rates(fixed, rates)
+    row_rates = rolling_rates(fixed, rates)
     for e, element in enumerate(fixed.element):
         count = element["rows"]
-        memory[first + e, 1, :count] = of_rows[element["first"] : element["first"] + count]
+        memory[first + e, 1, :count] = row_rates[element["first"] : element["first"] + count]
     return memory
 
 
 @njit(**PART)
 def _evaluate(laws, rows, e, motion, force, tangent):
-    """The law of element e at its motion (2, r): its potential, J. The one of most tooth pairs is a
-    part of its caller: a call by address takes longer than that law."""
+    """Evaluate the law of element e at its motion (2, r); returns its potential, J. The law of most
+    tooth pairs is inlined, as a call by address takes longer than this law."""
     if rows.element[e].law == ONE_SIDED_LAW:
         return one_sided(rows.parameters[e], motion, force, tangent)
     return laws[rows.element[e].law](rows.parameters[e], motion, force, tangent)
@@ -136,42 +137,42 @@ def _evaluate(laws, rows, e, motion, force, tangent):
 
 @njit(**PART)
 def linearise(laws, rows, e, motion, space, place):
-    """Evaluate the law of element e at the motion (2, R) of all rows: its force and tangent go to
-    a place of ``space``, its potential (J) is returned."""
+    """Evaluate the law of element e at the motion (2, R) of all rows; force and tangent are written
+    to index ``place`` of ``space``; returns the potential, J."""
     element = rows.element[e]
-    at_element = space.motion[place]
+    element_motion = space.motion[place]
     for a in range(element.rows):
-        at_element[0, a] = motion[0, element.first + a]
-        at_element[1, a] = motion[1, element.first + a]
-    return _evaluate(laws, rows, e, at_element, space.force[place], space.tangent[place])
+        element_motion[0, a] = motion[0, element.first + a]
+        element_motion[1, a] = motion[1, element.first + a]
+    return _evaluate(laws, rows, e, element_motion, space.force[place], space.tangent[place])
 
 
 @njit(**INNER)
 def start_guess(laws, rows, first, stop, count, memory, space):
-    """Evaluate the laws of all elements, of those that are eliminated (first … stop − 1) no law, at
-    their motion of the last step, memory (places, 2, r). An element that has no place in the memory
-    is taken at the motion that ``space`` holds already."""
+    """Evaluate the laws of all elements but the eliminated ones (first … stop − 1) at their motion
+    of the last step, memory (places, 2, r); an element without a place in the memory at its motion
+    in ``space``."""
     for e in range(count):
         if first <= e < stop:
             continue
-        element, at_element = rows.element[e], space.motion[e]
+        element, element_motion = rows.element[e], space.motion[e]
         for a in range(element.rows if element.place >= 0 else 0):
-            at_element[0, a] = memory[element.place, 0, a]
-            at_element[1, a] = memory[element.place, 1, a]
-        _evaluate(laws, rows, e, at_element, space.force[e], space.tangent[e])
+            element_motion[0, a] = memory[element.place, 0, a]
+            element_motion[1, a] = memory[element.place, 1, a]
+        _evaluate(laws, rows, e, element_motion, space.force[e], space.tangent[e])
 
 
 @njit(**INNER)
 def _forget(memory, place):
-    """Make the motion at a place of the memory one at which a tooth pair just touches."""
+    """Set a place of the memory to a motion at which a tooth pair just touches."""
     for a in range(memory.shape[2]):
         memory[place, 0, a], memory[place, 1, a] = TOUCHING, 0.0
 
 
 @njit(**INNER)
 def remember(rows, count, motion, memory, remembered):
-    """Save the motion (2, R) of all elements as memory (places, 2, r) for the next step. Places of
-    elements that do not exist now get a motion at which a tooth pair just touches."""
+    """Save the motion (2, R) of all elements in memory (places, 2, r) for the next step; places of
+    other elements are set to a motion at which a tooth pair just touches."""
     end = remembered.shape[0] - 1
     for p in range(remembered[end] if remembered[end] >= 0 else memory.shape[0]):
         _forget(memory, remembered[p] if remembered[end] >= 0 else p)
@@ -186,7 +187,8 @@ def remember(rows, count, motion, memory, remembered):
 
 @njit(**INNER, fastmath=FAST)
 def _assemble(rows, skipped, count, n, space, problem):
-    """The linear problem of the tangents in ``space``; its right side goes to ``right``."""
+    """Set up the linear problem with the tangents in ``space``: ``problem.matrix`` and
+    ``right``."""
     free, right, size = problem.free, problem.right, padded(n)
     for e in range(count):
         if skipped[0] <= e < skipped[1]:
@@ -209,20 +211,20 @@ def _assemble(rows, skipped, count, n, space, problem):
 
 
 @njit(**INNER)
-def _over(force, stiffness):
-    """F²/k, 0 of a row without nominal stiffness."""
+def _elastic_work(force, stiffness):
+    """F²/k of a row; 0 without nominal stiffness."""
     return force * force / stiffness if stiffness > 0.0 else 0.0
 
 
 @njit(**INNER)
 def _reach(laws, work, element, parameters, x):
-    """How much of the way w to the new motion an element goes before it is linearised anew.
+    """Share λ of the step w to the new motion, at which an element is linearised next.
 
-    All of it, λ = 1, unless its law is much stiffer than its tangent, as of a bearing that had
-    clearance left: then to where F(δ₀ + λ w) · w = x · w, the force that the others ask for. The
-    left side rises with λ, from less than the right one, as a law's energy is convex. A law whose
-    force has no potential may push across the way: there it is |F|² that is followed to |x|², each
-    row's over its nominal stiffness. The spare place of the law space is overwritten.
+    λ = 1 unless the law is much stiffer than its tangent, as for a bearing that had clearance. Then
+    λ is such that F(δ₀ + λ w) · w = x · w with the forces x of the solution; the left side rises
+    with λ from below the right one, as the energy of a law is convex. For a force without potential
+    Σ F²/k = Σ x²/k over the rows is used instead, k the nominal stiffness. The spare place of the
+    law space is overwritten.
     """
     spare, last_motion = work.space.motion.shape[0] - 1, work.memory[element.place, 0]
     trial, force, tangent = work.space.motion[spare], work.space.force[spare], work.space.tangent
@@ -231,7 +233,7 @@ def _reach(laws, work, element, parameters, x):
     for a in range(element.rows):
         i = element.first + a
         required_work += x[i] * (work.delta[0, i] - last_motion[a])
-        required_size += _over(x[i], rows[i].stiffness)
+        required_size += _elastic_work(x[i], rows[i].stiffness)
     for halving in range(HALVINGS):
         law_work, law_size, conservative = 0.0, 0.0, True
         for a in range(element.rows):
@@ -243,7 +245,7 @@ def _reach(laws, work, element, parameters, x):
         for a in range(element.rows):
             i = element.first + a
             law_work += force[0, a] * (work.delta[0, i] - last_motion[a])
-            law_size += _over(force[0, a], rows[i].stiffness)
+            law_size += _elastic_work(force[0, a], rows[i].stiffness)
             conservative = conservative and force[0, a] == force[1, a]
         if not conservative:
             law_work, required_work = law_size, required_size
@@ -259,13 +261,11 @@ def _reach(laws, work, element, parameters, x):
 
 @njit(**INNER)
 def disagree(laws, work, count, x, least, share):
-    """Whether an element of a law that is not linear between contacts has a force at the motion of
-    an equilibrium, in steady rolling, that differs from its force in x (R,) by more than ``least``
-    of the largest one.
+    """Whether the force of a nonlinear law at the motion of an equilibrium, with the rates of rigid
+    rotation, differs from that in x (R,) by more than ``least`` times the largest force.
 
-    Such an element is linearised next at a motion at most ``share`` of the way from where it was to
-    the new one: see ``_reach``. Of all others x takes over the force of the law, which is exactly
-    zero without contact.
+    Such an element is linearised next at the share λ of its step (``_reach``), at most ``share``.
+    For all others x is set to the force of the law, which is exactly zero without contact.
     """
     largest, differs, rows, space = 0.0, False, work.rows, work.space
     for e in range(count):
@@ -297,8 +297,9 @@ def disagree(laws, work, count, x, least, share):
 
 @njit(**PART)
 def _disagrees(laws, rows, e, problem, space, least):
-    """Whether the law of element e gives another force at the motion that was solved for than the
-    force that was; it is evaluated in the spare place of ``space``. Held rows always agree."""
+    """Whether the force of the law of element e at the motion of the solution differs from that of
+    the solution by more than ``least``, N, and rounding. The law is evaluated in the spare place of
+    ``space``. Rows of given motion have no law."""
     spare = space.motion.shape[0] - 1
     element = rows.element[e]
     if element.law == HELD_RATE_LAW:
@@ -314,8 +315,8 @@ def _disagrees(laws, rows, e, problem, space, least):
 
 @njit(**PART)
 def _take_over(rows, e, space):
-    """Copy motion, force and tangent to place e from the spare place of ``space``, where
-    ``_disagrees`` has just evaluated the law of element e."""
+    """Copy motion, force and tangent of element e from the spare place of ``space``, where
+    ``_disagrees`` has evaluated its law, to place e."""
     element, spare = rows.element[e], space.motion.shape[0] - 1
     for p in range(2):
         for a in range(element.rows):
@@ -327,12 +328,12 @@ def _take_over(rows, e, space):
 
 @njit(**INNER)
 def solve_contact(laws, rows, first, stop, count, n, space, problem):
-    """Solve for the forces and motion of n rows, which go to ``problem``; ``space`` holds a first
-    linearisation of the ``count`` elements, but those that are eliminated (first … stop − 1).
+    """Compute forces and motion of n rows in ``problem``, from the first linearisation in ``space``
+    of the ``count`` elements without the eliminated ones (first … stop − 1).
 
-    Returns the number of linear problems that were solved, −1 where laws and answer never agreed.
+    Returns the number of linear problems solved, −1 without convergence.
     """
-    for tries in range(1, TRIES + 1):
+    for iteration in range(1, MAX_ITERATIONS + 1):
         _assemble(rows, (first, stop), count, n, space, problem)
         if not eliminate(problem.matrix, problem.right, n, problem.force):
             _assemble(rows, (first, stop), count, n, space, problem)
@@ -350,11 +351,11 @@ def solve_contact(laws, rows, first, stop, count, n, space, problem):
         for e in range(count):
             if first <= e < stop:
                 continue
-            if _disagrees(laws, rows, e, problem, space, AGREES * largest):
+            if _disagrees(laws, rows, e, problem, space, TOLERANCE * largest):
                 _take_over(rows, e, space)
                 wrong += 1
-                if tries > CAUTIOUS:
+                if iteration > MANY_ITERATIONS:
                     break
         if wrong == 0:
-            return tries
+            return iteration
     return -1

@@ -11,11 +11,11 @@ from flexgear.analysis.kernels.static_position import CLOSURE, solve_position
 from flexgear.arrays import Array
 from flexgear.compiled import njit
 
-GROWTH = 1e4  # times the forces: gaps beyond come from a singular choice of rows
+MAX_GROWTH = 1e4  # gaps over forces, above which the set of rows is singular
 
 
 class Waves(NamedTuple):
-    """Errors with j last, harmonics as factors of sine and cosine of the common angle."""
+    """Errors of J sets with j as last axis; harmonics as factors of sine and cosine; m and m/m."""
 
     offset: Array  # (M, J)
     slope: Array  # (M, J)
@@ -29,26 +29,28 @@ class Waves(NamedTuple):
 
 @njit(nogil=True)
 def forces_under_errors(laws, positions, span, train, waves, work, force):
-    """Positions of a span into ``force``; the position that failed, or the end."""
+    """Compute the forces (p, M, J) of positions span[0] … span[1] − 1, N; returns the index of the
+    first position without equilibrium, or span[1]. positions: angles (p, A), torques (p, P),
+    forward (p,); see ``solve_position``."""
     theta, port_torques, forward = positions
     gear_meshes, rows, contact = work.elements.gears.gear_mesh, work.rows, work.contact
-    watched, out = np.ones(len(gear_meshes), dtype=np.int64), np.zeros(len(contact.right))
+    active_flanks, out = np.ones(len(gear_meshes), dtype=np.int64), np.zeros(len(contact.right))
     extra = train.motions.shape[1]
     for p in range(span[0], span[1]):
         n, _, pairs, closure = solve_position(
-            laws, theta[p], port_torques[p], forward[p], watched, train, work, out
+            laws, theta[p], port_torques[p], forward[p], active_flanks, train, work, out
         )
         if not closure <= CLOSURE:
             return p
-        # what it solved is still there: the whole matrix and the right side without errors
+        # ``contact`` has the whole matrix and the right side without errors
         q0, influence, places, loaded, residual = _eliminated(
             contact, gear_meshes, rows, n, extra, forward[p]
         )
         if not residual <= CLOSURE:
             return p
         errors = _row_errors(work.elements.gears, rows, pairs, theta[p], waves, n)
-        x = _base(q0, influence, places, errors)
-        _let_go(x, influence, places, loaded, errors, work, n, extra, out)
+        x = _linear_solution(q0, influence, places, errors)
+        _release_tension(x, influence, places, loaded, errors, work, n, extra, out)
         for a in range(len(places)):
             force[p, rows.row[places[a]].owner] += x[a]
     return span[1]
@@ -56,13 +58,12 @@ def forces_under_errors(laws, positions, span, train, waves, work, force):
 
 @njit()
 def _eliminated(contact, gear_meshes, rows, n, extra, forward):
-    """x_S and y_B of the gear-mesh rows under zero errors (c,), and in errors (c, c), N and N/m.
-
-    Also their rows (c,), whether in S (c,), and the residual of the inverse.
+    """x_S and y_B of the c gear-mesh rows without errors (c,), N, and per error (c, c), N/m; their
+    row numbers (c,); 1 for rows in S (c,); and the residual of the inverse.
     """
     matrix, right = contact.matrix, contact.right
-    inside = np.empty(n + extra, dtype=np.int64)  # S, in order
-    place = np.full(n, -1, dtype=np.int64)  # of a row in S
+    inside = np.empty(n + extra, dtype=np.int64)  # rows of S
+    place = np.full(n, -1, dtype=np.int64)  # index of a row in S
     places = np.empty(n, dtype=np.int64)
     loaded = np.zeros(n, dtype=np.int64)
     s, c = 0, 0
@@ -102,14 +103,14 @@ def _eliminated(contact, gear_meshes, rows, n, extra, forward):
 
 @njit()
 def _inverse(matrix, at):
-    """Inverse of matrix[at, at], scaled as forces and motions have other units; its residual."""
+    """Inverse of matrix[at, at] and its residual; scaled, as forces and motions differ in units."""
     s = len(at)
     a = np.empty((s, s))
     for i in range(s):
         for j in range(s):
             a[i, j] = matrix[at[i], at[j]]
     by_row, by_column = np.empty(s), np.empty(s)
-    # columns first: rigid motions are large beside forces, and would drown them in every row
+    # columns first: large coefficients of rigid motions would dominate every row
     for j in range(s):
         by_column[j] = 1.0 / max(np.abs(a[:, j]).max(), 1e-300)
         a[:, j] *= by_column[j]
@@ -126,7 +127,8 @@ def _inverse(matrix, at):
 
 @njit()
 def _row_errors(gears, rows, pairs, theta, waves, n):
-    """Errors (n, J) of all rows, m, for every set: what ``kernels.pairs`` adds to a pair's row."""
+    """Errors (n, J) of all rows in every set, m, as ``coupling.kernels.pairs`` adds them to
+    rows."""
     count = waves.offset.shape[1]
     errors, steady = np.zeros((n, count)), np.zeros(count)
     last = -1
@@ -154,8 +156,8 @@ def _row_errors(gears, rows, pairs, theta, waves, n):
 
 
 @njit()
-def _base(q0, influence, places, errors):
-    """x_S and y_B (c, J) under errors (n, J)."""
+def _linear_solution(q0, influence, places, errors):
+    """x_S and y_B (c, J) under errors (n, J), without one-sided contact."""
     c, count = len(q0), errors.shape[1]
     x = np.empty((c, count))
     for a in range(c):
@@ -170,8 +172,8 @@ def _base(q0, influence, places, errors):
 
 @njit()
 def _gaps(influence, places, loaded, rows):
-    """Which linear springs would pull and have to be let go, w = x + Q z, w ≥ 0, z ≥ 0, w·z = 0, in
-    the form of a contact problem whose forces are z; Q (c, c) from ``influence``."""
+    """The complementarity problem w = x + Q z, w ≥ 0, z ≥ 0, w·z = 0 for rows with tension, as a
+    contact problem with the forces z; Q (c, c) from ``influence``."""
     c = len(places)
     q, sided, small = np.empty((c, c)), np.zeros(c, dtype=np.int64), np.empty((c, c))
     for b in range(c):
@@ -184,8 +186,9 @@ def _gaps(influence, places, loaded, rows):
 
 
 @njit()
-def _let_go(x, influence, places, loaded, errors, work, n, extra, out):
-    """Turn x_S and y_B (c, J) into forces: those of S, and 0 in B where nothing parts."""
+def _release_tension(x, influence, places, loaded, errors, work, n, extra, out):
+    """Replace x_S and y_B (c, J) by the forces of one-sided contact, N; NaN where a set has no
+    equilibrium."""
     (c, count), rows = x.shape, work.rows
     gaps, z = _gaps(influence, places, loaded, rows), np.zeros(c)
     for j in range(count):
@@ -195,17 +198,17 @@ def _let_go(x, influence, places, loaded, errors, work, n, extra, out):
         if pulls:
             largest = np.abs(w).max()
             gaps.right[:], gaps.active[:] = -w, 0
-            settled = solve_set(gaps, c, 0, z, EXACT, EXACT) >= 0.0
-            settled = settled and np.abs(z).sum() < GROWTH * largest
+            solved = solve_set(gaps, c, 0, z, EXACT, EXACT) >= 0.0
+            solved = solved and np.abs(z).sum() < MAX_GROWTH * largest
             for a in range(c):
                 for b in range(c):
                     w[a] += gaps.matrix[a, b] * z[b]
             for a in range(c):
                 carries = loaded[a] == 1 and gaps.active[a] == 0
                 work.contact.active[places[a]] = 1 if carries else 0
-                settled = settled and (loaded[a] == 1 or w[a] >= 0.0)
+                solved = solved and (loaded[a] == 1 or w[a] >= 0.0)
                 w[a] = max(w[a], 0.0) if carries else 0.0
-            if not settled:
+            if not solved:
                 _solve_whole(places, errors[:, j], n, extra, work, out, w)
         else:
             for a in range(c):
@@ -214,8 +217,8 @@ def _let_go(x, influence, places, loaded, errors, work, n, extra, out):
 
 @njit()
 def _solve_whole(places, errors, n, extra, work, out, w):
-    """Forces (c,) from the whole problem under errors (n,) of its rows; work holds it and the guess
-    of loaded rows."""
+    """Compute the forces w (c,) from the whole problem in ``work`` under errors (n,) of its rows;
+    NaN without a solution. ``work.contact.active`` is the first guess of loaded rows."""
     rows, right = work.rows, work.contact.right.copy()
     contact = with_right(work.contact, right)
     for i in range(n):
@@ -224,7 +227,7 @@ def _solve_whole(places, errors, n, extra, work, out, w):
         else:
             right[i] += rows.row[i].stiffness * errors[i]
     share = -1.0
-    for first in (EXACT, 0):  # all at once, else by continuation
+    for first in (EXACT, 0):  # directly, then by continuation
         if share < 0.0:
             share = solve_set(contact, n, extra, out, first, EXACT)
     for a in range(len(w)):

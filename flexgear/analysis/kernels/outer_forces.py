@@ -1,28 +1,24 @@
 """Forces on a train in a step beside contact: machines at its ports, turning frames, loads.
 
-Machines at the ports are rows of a step's contact problem.
-
-A given torque is part of the prediction. Every other machine is a row V with force F = −T on its
-port, linear in the rate δ̇ = ω of the new time:
+**Machines.** A given torque is part of the prediction. Every other machine is a row of the contact
+problem with the force F = −T on its port, linear in the rate δ̇ = ω at the new time:
 
     brake        F = T_b(ω₀) + T_b'(ω₀) (ω − ω₀),   ω₀ the extrapolated speed
-    controller   F = −(I + h/2 k_i e₀) + (k_p + h/2 k_i)(ω − ω_s),   cut off at its limits
-    given speed  0 = ω − ω_s,   in a step of no duration 0 = ω̇ − ω̇_s
+    controller   F = −(I + h/2 k_i e₀) + (k_p + h/2 k_i)(ω − ω_s),   limited
+    given speed  0 = ω − ω_s,   in a step of zero duration 0 = ω̇ − ω̇_s
 
-The integral I of a controller follows by the trapezoidal rule, which is how average acceleration
-integrates speeds: I⁺ = I + h/2 k_i (e₀ + e⁺) with the errors e = ω_s − ω before and after the step.
-It stands while the torque is at a limit that the error pushes against.
+The integral I of a controller is integrated by the trapezoidal rule, as speeds are by average
+acceleration: I⁺ = I + h/2 k_i (e₀ + e⁺), with the errors e = ω_s − ω before and after the step. It
+is constant while the torque is at a limit and the error would increase it further.
 
-Forces of frames that turn, in a step: they follow the speed that the train has.
+**Turning frames.** Coriolis forces are proportional to speed, centrifugal forces to its square,
+both known at rated speed. The share of rated speed is that of the rigid rotation,
 
-Coriolis forces go with the speed, centrifugal ones with its square; both are known at rated speed.
-The share of it is that of the rolling, elastic motion left out,
+    s = v_rᵀ v / v_rᵀ v_r,   v_r the modal velocities at rated speed:
 
-    s = v_rᵀ v / v_rᵀ v_r,   v_r the modal velocities at rated speed,
-
-so s is the ratio of speeds where the train has one independent rotation, and a mean of the ratios,
-weighted by inertia, where it has several. Euler forces, m ω̇ E u, are left out: against the Coriolis
-forces of a motion of frequency f they are as ω̇ to 4πf ω.
+the ratio of speeds if the train has one independent rotation, a mean of ratios weighted by inertia
+if it has several. Euler forces, m ω̇ E u, are neglected: their ratio to the Coriolis forces of a
+motion of frequency f is ω̇/(4πf ω).
 """
 
 from __future__ import annotations
@@ -39,7 +35,7 @@ from flexgear.arrays import Array
 from flexgear.compiled import FAST, INNER, njit
 from flexgear.coupling.laws import HELD_RATE_LAW, LINEAR_RATE_LAW
 
-STICK = 1e-3  # share of rated speed below which a constant brake torque fades
+STICK = 1e-3  # share of rated speed below which a constant brake torque is proportional to speed
 TORQUE, SPEED, BRAKE, CONTROLLER = range(4)
 MACHINE = np.dtype(
     [("kind", np.int64)]
@@ -50,25 +46,25 @@ PORT = np.dtype([(n, float) for n in ("torque", "integral", "error")])
 
 
 class PortSpace(NamedTuple):
-    """What is prescribed to the machines at the new time, and what they do then, (P,)."""
+    """Prescribed values, torques and speeds of the ports at the new time, (P,)."""
 
-    prescribed: Array  # N·m or rad/s; rad/s² of a given speed in a step of no duration
-    given_torque: Array  # torques that are given, zero at the other ports, N·m
-    torque: Array  # torques of all, N·m
+    prescribed: Array  # N·m or rad/s; rad/s² for a given speed in a step of zero duration
+    given_torque: Array  # N·m, zero at ports without given torque
+    torque: Array  # N·m, of all ports
     guess: Array  # extrapolated speeds, rad/s
 
 
 def port_space(count: int) -> PortSpace:
-    """Work space for so many ports."""
+    """Work space for ``count`` ports."""
     return PortSpace(*np.zeros((4, count)))
 
 
 @njit(**INNER)
 def brake_torque(brake, speed):
-    """Torque that a brake takes and its slope at a speed: T = T_r sign(ω)|ω/ω_r|ⁿ.
+    """Braking torque, N·m, and its derivative by speed: T = T_r sign(ω)|ω/ω_r|ⁿ.
 
-    A constant torque (n = 0) fades linearly below a thousandth of the rated speed, so that it
-    never drives a train at rest. Rated to stand still (ω_r = 0) it is what holds the train, T_r.
+    A constant torque (n = 0) is proportional to speed below a thousandth of rated speed, so that it
+    never drives a train at rest. With zero rated speed it is the holding torque T_r.
     """
     if brake.speed == 0.0:
         return brake.torque, 0.0
@@ -89,7 +85,8 @@ def brake_torque(brake, speed):
 
 @njit(**INNER)
 def machine_parameters(machine, h, prescribed, guess, port, parameters):
-    """F₀, c, δ̇₀, least and most F of a machine's law; see above. A given speed has c = 1."""
+    """Set F₀, c, δ̇₀, lower and upper limit of the law of a machine,
+    F = F₀ + c (δ̇ − δ̇₀); c = 1 for a given speed."""
     parameters[0], parameters[1], parameters[2] = 0.0, 1.0, prescribed
     parameters[3], parameters[4] = -machine.most, -machine.least
     if machine.kind == BRAKE:
@@ -103,7 +100,7 @@ def machine_parameters(machine, h, prescribed, guess, port, parameters):
 
 @njit(**INNER)
 def prescribe(machines, prescribed, ports):
-    """Note the first values of ``prescribed``, one for each machine, and the given torques."""
+    """Copy the values prescribed to the machines, and the given torques, to ``ports``."""
     for p in range(machines.shape[0]):
         ports.prescribed[p] = prescribed[p]
         if machines[p].kind == TORQUE:
@@ -112,10 +109,11 @@ def prescribe(machines, prescribed, ports):
 
 @njit(**INNER)
 def add_machines(h, machines, ports, carried, rows, motion, n, count, springs):
-    """Machines that are no given torques as rows n … and elements ``count`` …; the ends of both.
+    """Append machines without given torque as rows from n on and elements from ``count`` on;
+    returns the new numbers of rows and elements.
 
-    carried (P,) PORT: of the last step; motion (E, 2, r): what elements are linearised about;
-    springs: how many rows before are eliminated, which come last in the contact problem.
+    carried (P,) PORT: states of the last step; motion (E, 2, r): about which elements are
+    linearised; springs: number of eliminated rows, which come last in the contact problem.
     """
     for p in range(machines.shape[0]):
         if machines[p].kind == TORQUE:
@@ -136,24 +134,24 @@ def add_machines(h, machines, ports, carried, rows, motion, n, count, springs):
 
 @njit(**INNER)
 def hold_at_instant(total, n, e, springs, active, acceleration, rows, image, problem):
-    """In a step of no duration: the row of element e, of a given speed, in terms of accelerations,
-    which ``total`` rows change by Φ Φᵀ; image (2 C,): work. So many springs, the last of the first
-    n rows, are eliminated."""
-    at = rows.element[e].first
-    port, remaining = active.modes[rows.row[at + springs].dof], total - springs
+    """In a step of zero duration, state the row of element e, a given speed, in accelerations, on
+    which forces of the ``total`` rows act by Φ Φᵀ. springs: number of eliminated rows, the last of
+    the first n; image (2 C,): work space."""
+    i = rows.element[e].first
+    port, remaining = active.modes[rows.row[i + springs].dof], total - springs
     motions(active, port, port, image, image)
     for j in range(total):
         place, value = place_in_problem(j, springs, n, total), row_value(rows, j, image)
         if place < remaining:
-            problem.rate[at, place] = value
+            problem.rate[i, place] = value
         else:
-            problem.springs.rate[at, place - remaining] = value
-    problem.free[1, at] = dot(port, acceleration)
+            problem.springs.rate[i, place - remaining] = value
+    problem.free[1, i] = dot(port, acceleration)
 
 
 @njit(**INNER)
 def machine_torques(machines, force, n, ports):
-    """Torques of all ports from the given ones and the forces of their rows, from row n on."""
+    """Torques of all ports: given ones, and those of the machines' rows, which begin with row n."""
     for p in range(machines.shape[0]):
         ports.torque[p] = ports.given_torque[p]
         if machines[p].kind != TORQUE:
@@ -163,7 +161,7 @@ def machine_torques(machines, force, n, ports):
 
 @njit(**INNER)
 def machine_work(h, machines, ports, velocity, modes):
-    """Work of machines beside brakes in a step at modal velocities, without its sign, J."""
+    """Sum of the absolute works of all machines but brakes in a step with modal velocities, J."""
     total = 0.0
     for p in range(machines.shape[0]):
         if machines[p].kind != BRAKE:
@@ -173,7 +171,7 @@ def machine_work(h, machines, ports, velocity, modes):
 
 @njit(**INNER)
 def carry_on(h, machines, ports, velocity, modes, carried):
-    """Torques, errors and integrals of the new time; carried (P,) PORT."""
+    """Update torques, errors and integrals ``carried`` (P,) PORT to the new time."""
     for p in range(machines.shape[0]):
         machine, port = machines[p], carried[p]
         port.torque = ports.torque[p]
@@ -186,7 +184,7 @@ def carry_on(h, machines, ports, velocity, modes, carried):
 
 
 class FrameData(NamedTuple):
-    """n modes; all empty where frames make no forces."""
+    """Forces of turning frames in n modes; all arrays empty where there are none."""
 
     gyroscopic: Array  # (n, n) G at rated speed
     centripetal: Array  # (n, n) C at rated speed
@@ -195,8 +193,8 @@ class FrameData(NamedTuple):
 
 @njit(**INNER, fastmath=FAST)
 def rotating_forces(h, frames, state, out):
-    """G v − C q at the extrapolated motion into ``out`` (n,); the share of rated speed, 1 without
-    such forces."""
+    """Compute in ``out`` (n,) the forces s (G v − s C q) at the extrapolated motion; returns the
+    share s of rated speed, 1 without such forces."""
     n = frames.rated.shape[0]
     velocity, acceleration = state.velocity, state.acceleration
     if n == 0:
@@ -213,8 +211,8 @@ def rotating_forces(h, frames, state, out):
 
 @njit(**INNER)
 def set_loads(share, histories, fixed, rows, count):
-    """Forces that go with the square of speed, and those of load histories (L,) at the new time;
-    the fixed elements are the last of ``count``."""
+    """Set the loads that grow with the square of speed, and those of load histories (L,), at the
+    new time; the fixed elements are the last of ``count``."""
     first = count - fixed.element.shape[0]
     for e in range(fixed.element.shape[0]):
         element = fixed.element[e]

@@ -1,49 +1,50 @@
-"""Contact rows at the active dofs: motion and force of a row, receptances between rows."""
+"""Contact rows at the active dofs: motions and forces of rows, receptances between rows."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from flexgear.analysis.kernels.active_dofs import ONE, SIX, TWO, reach_of
-from flexgear.analysis.kernels.eliminated_springs import spring_receptances
+from flexgear.analysis.kernels.eliminated_springs import BlockImage, spring_receptances
 from flexgear.analysis.kernels.vectors import SIMD, add_six, fill, padded, put_six, put_two
 from flexgear.compiled import FAST, INNER, PART, ZERO, njit
 
-WHOLE_BLOCK = 12  # numbers of a block: G and R of six dofs
-MOST_PARTS = 62  # that have a bit of their own; the others share one
+NONE = np.uint64(0)
+BLOCK_ENTRIES = 12  # G and R of the six dofs of a block
+MAX_PARTS = 62  # parts of the train with a bit of their own; further ones share one
 
 
 @njit(**INNER)
 def place_rows(active, channels, rows, n, springs):
-    """Note in n rows which active dofs and parts they act on: see ``Rows``. So many springs, the
-    last of them, are eliminated."""
-    counts, of_all, behind = active.counts[0], 0, active.counts[0].dofs
-    since = behind
+    """Set in n rows the active dofs and parts on which they act (see ``Rows``); springs: number of
+    eliminated springs, which are the last rows."""
+    counts, all_parts, spring_since = active.counts[0], 0, active.counts[0].dofs
+    since = spring_since
     for i in range(n - 1, -1, -1):
         row = rows.row[i]
         row.dof, row.parts = active.place[counts.blocks + row.line] if row.line >= 0 else -1, 0
         for a in range(row.beyond, row.width):
             block = rows.blocks[i, a]
             rows.place[i, a] = active.place[block]
-            row.parts |= 1 << min(channels.part[block], MOST_PARTS)
+            row.parts |= 1 << min(channels.part[block], MAX_PARTS)
             if i < n - springs:
                 since = min(since, active.place[block])
         if i < n - springs:
-            of_all |= row.parts
+            all_parts |= row.parts
         row.since = since
-    # rows before have to know what they do to springs on their parts
+    # all rows also need their receptances with the springs on their parts
     for i in range(n - springs, n):
         for a in range(rows.row[i].beyond, rows.row[i].width):
             block = rows.blocks[i, a]
-            if of_all & (1 << min(channels.part[block], MOST_PARTS)) != 0:
-                behind = min(behind, active.place[block])
+            if all_parts & (1 << min(channels.part[block], MAX_PARTS)) != 0:
+                spring_since = min(spring_since, active.place[block])
     for i in range(n if springs > 0 else 0):
-        rows.row[i].since = min(rows.row[i].since, behind)
+        rows.row[i].since = min(rows.row[i].since, spring_since)
 
 
 @njit(**INNER)
 def row_value(rows, i, vector):
-    """V_iᵀ u for values at the active dofs."""
+    """V_iᵀ u of row i for values u at the active dofs."""
     row, total = rows.row[i], 0.0
     if row.dof >= 0:
         total = vector[row.dof] + row.along * vector[row.dof + 1]
@@ -69,9 +70,9 @@ def add_row(rows, i, factor, vector):
 
 @njit(**PART)
 def _image_of_blocks(active, level, row, coef, place, image):
-    """G V and R V of the blocks of one row beyond its line, at the dofs of the rows from it on;
-    whether they move lines of action, too, and the ranges (first, stop) of ``image`` that the
-    first of them moves and that the others do."""
+    """Compute in ``image`` G V and R V of the blocks of one row (without its line of action), at
+    the dofs of this row and later ones. Returns whether the blocks are coupled to lines of action,
+    and the ranges of ``image`` filled by the first block and by the others."""
     table, head = active.receptance[level], active.counts[0].head
     linked, first, stop, others, end = False, ZERO, ZERO, ZERO, ZERO
     for a in range(row.beyond, row.width):
@@ -79,11 +80,11 @@ def _image_of_blocks(active, level, row, coef, place, image):
         for p in range(d, d + 6):
             linked = linked or active.reach[p, 0] < 2 * head
         low, high = reach_of(active.reach, d, 6, head, row.since)
-        # whole blocks, as a row that meets one reads all of it
-        low -= max(low - 2 * head, ZERO) % WHOLE_BLOCK
+        # extended to whole blocks, as rows read all dofs of a block
+        low -= max(low - 2 * head, ZERO) % BLOCK_ENTRIES
         low -= low % SIMD
         after = padded(high + max(2 * head - high, ZERO))
-        after = padded(after + -(after - 2 * head) % WHOLE_BLOCK)
+        after = padded(after + -(after - 2 * head) % BLOCK_ENTRIES)
         if a == row.beyond:
             first, stop = low, after
             put_six(image[low:after], coef[a], table[d : d + 6], low)
@@ -92,50 +93,52 @@ def _image_of_blocks(active, level, row, coef, place, image):
             put_six(image[low:after], coef[a], table[d : d + 6], low)
         else:
             begin, beyond = (low, after) if end == ZERO else (min(low, others), max(after, end))
-            for k in range(begin, beyond):  # what no block before has moved
+            for k in range(begin, beyond):  # entries that no block before has filled
                 if not (first <= k < stop or others <= k < end):
                     image[k] = 0.0
             others, end = begin, beyond
             add_six(image[low:after], coef[a], table[d : d + 6], low)
-    return linked, np.uint64(first), np.uint64(stop), np.uint64(others), np.uint64(end)
+    ranges = (np.uint64(first), np.uint64(stop), np.uint64(others), np.uint64(end))
+    return linked, BlockImage(image, *ranges)
 
 
 @njit(**INNER, fastmath=FAST)
 def row_receptances(active, level, share, rows, n, total, springs, vectors, problem):
-    """V_iᵀ G V_j and share · V_iᵀ (G − R) V_j of ``total`` rows, both symmetric; vectors: work.
+    """Receptances V_iᵀ G V_j and share · V_iᵀ (G − R) V_j of ``total`` rows, both symmetric.
 
-    Of the springs, the last of the first n rows, only what all others do to them. A row's line of
-    action (or port) meets other lines, its blocks meet other blocks and, where a body has both,
-    lines.
+    For the springs, the last of the first n rows, only receptances with other rows are computed. A
+    row's line of action (or port) is coupled to other lines, its blocks to other blocks and, where
+    a body has both, to lines. vectors: work space.
     """
     table, width = active.receptance[level], padded(2 * active.counts[0].head)
     row, coef, place, displacement = rows.row, rows.coef, rows.place, problem.displacement
-    of_line, image, rate = vectors.of_line[:width], vectors.image, problem.rate
+    line_image, rate = vectors.line_image[:width], problem.rate
     skipped = np.uint64(springs.stiffness.shape[0])
     count, first_spring = np.uint64(total) - skipped, np.uint64(n) - skipped
     for at_j in range(count):
         j = at_j + skipped if at_j >= first_spring else at_j
         d, linked, blocks = row[j].dof, False, row[j].beyond < row[j].width
-        first = stop = others = end = np.uint64(0)
+        moved = BlockImage(vectors.image, NONE, NONE, NONE, NONE)
         if d >= 0:
-            put_two(of_line, 1.0, table[d], row[j].along, table[d + 1])
+            put_two(line_image, 1.0, table[d], row[j].along, table[d + 1])
         else:
-            fill(of_line, 0.0)
+            fill(line_image, 0.0)
         if blocks:
-            linked, first, stop, others, end = _image_of_blocks(
-                active, level, row[j], coef[j], place[j], image
+            linked, moved = _image_of_blocks(
+                active, level, row[j], coef[j], place[j], vectors.image
             )
+        image = moved.image
         for at_i in range(at_j, count):
             i = at_i + skipped if at_i >= first_spring else at_i
             g = r = 0.0
             if row[i].dof >= 0:
                 at, along = TWO * np.uint64(row[i].dof), row[i].along
-                g = of_line[at] + along * of_line[at + TWO]
-                r = of_line[at + ONE] + along * of_line[at + TWO + ONE]
+                g = line_image[at] + along * line_image[at + TWO]
+                r = line_image[at + ONE] + along * line_image[at + TWO + ONE]
             shares = blocks and row[i].parts & row[j].parts != 0
             for a in range(row[i].beyond, row[i].width if shares else ZERO):
                 v, at = coef[i, a], TWO * place[i, a]
-                if not (first <= at < stop or others <= at < end):
+                if not (moved.first <= at < moved.stop or moved.others <= at < moved.end):
                     continue  # on another part of the train
                 for p in range(SIX):
                     g += v[p] * image[at + TWO * p]
@@ -147,15 +150,15 @@ def row_receptances(active, level, share, rows, n, total, springs, vectors, prob
             _add_lines_to_blocks(row, j, at_j, n, total, skipped, share, image, problem)
         if skipped > 0:
             spring_receptances(
-                active, level, share, rows, j, at_j, np.int64(first_spring), springs,
-                (first, stop, others, end), image, problem.springs,
+                active, level, share, rows, j, at_j, np.int64(first_spring), springs, moved,
+                problem.springs,
             )  # fmt: skip
 
 
 @njit(**INNER)
 def _add_lines_to_blocks(row, j, at_j, n, total, skipped, share, image, problem):
-    """What the blocks of row j, whose ``image`` is G V and R V, add at the lines of all rows; at_j:
-    its place in the problem."""
+    """Add the receptances between the blocks of row j, whose ``image`` is G V and R V, and the
+    lines of action of all rows; at_j: place of row j in the problem."""
     displacement, rate = problem.displacement, problem.rate
     for i in range(total):
         if row[i].dof >= 0:

@@ -1,5 +1,5 @@
-"""Compiled loops over samples: loads that are noted where they are solved for, forces and errors of
-rows at many angles, laws of all force elements over a period.
+"""Compiled loops over samples: saved loads of tooth pairs, forces and errors of rows at many
+angles, laws of all force elements over a period.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ from flexgear.coupling.pair_data import PairData, extra_rows, two_rows
 
 
 class PairLoads(NamedTuple):
-    """t samples of M gear meshes, see ``Solution``; a slot without a pair stays as it was made."""
+    """Loads of tooth pairs and supports over t samples, see ``Solution``."""
 
     pair_load: Array  # (t, M, slots) N
-    pair_tooth: NDArray[np.int16]  # (t, M, slots) of the gear, 0-based; −1 none
+    pair_tooth: NDArray[np.int16]  # (t, M, slots) tooth of the gear from 0, −1 without a pair
     pair_stiffness: Array  # (t, M, slots) N/m
     pair_position: Array  # (t, M, slots) path coordinate, m
-    far_load: Array  # (t, M, slots) N, of a pair's second row; without length where none has two
-    pair_approach: Array  # (t, M, slots, 4) m, likewise: δ of both rows, and of the bodies alone
-    support_load: Array  # (t, extra rows) N
+    far_load: Array  # (t, M, slots) N, of the second row of a pair; empty if no pair has two rows
+    pair_approach: Array  # (t, M, slots, 4) m, δ of both rows, then by bodies alone; empty as above
+    support_load: Array  # (t, r) N, of the rows of supports, bearings and loads
 
 
 def empty_pair_loads(data: PairData, count: int) -> PairLoads:
-    """Room for so many samples, without pairs."""
+    """Arrays for ``count`` samples, without pairs."""
     shape = (count, len(data.s0), data.slots)
     load, stiffness, position = np.zeros((3, *shape))
     return PairLoads(
@@ -45,7 +45,7 @@ def empty_pair_loads(data: PairData, count: int) -> PairLoads:
 
 @njit(**INNER)
 def note_loads(rows, n, pairs, force, delta, at, loads):
-    """Note forces (≥ n,) and δ (≥ n,) of n rows with so many tooth pairs as sample ``at``."""
+    """Save the forces (≥ n,) and δ (≥ n,) of n rows of ``pairs`` tooth pairs as sample ``at``."""
     for q in range(pairs):
         pair = rows.pair[q]
         m, slot, first = pair.gear_mesh, pair.slot, pair.row
@@ -67,9 +67,8 @@ def note_loads(rows, n, pairs, force, delta, at, loads):
 
 @njit(**UNCOUNTED)
 def all_forces(elements, rows, angles, active_flanks, loads, out):
-    """Generalised contact forces −Σ V F on the blocks, which ``out`` (t, n_c) starts with, from
-    stored loads: of pairs (t, M, slots) N, what of it their second rows carry (t, M, slots), or
-    (t, 0, slots) where none has two, and of other rows (t, extra rows) N. ``out`` is overwritten.
+    """Contact forces −Σ V F on the blocks, the first columns of ``out`` (t, n_c), which is
+    overwritten. loads: ``pair_load``, ``far_load`` and ``support_load`` of ``PairLoads``.
     """
     pair_load, far_load, other_load = loads
     for t in range(angles.shape[0]):
@@ -92,7 +91,7 @@ def all_forces(elements, rows, angles, active_flanks, loads, out):
 
 @njit(**UNCOUNTED)
 def read_offsets(elements, theta, active_flanks, rows, out):
-    """Error less gap (p, M), m, of gear meshes that have one row each, into ``out``."""
+    """Write to ``out`` the error minus gap (p, M), m, of gear meshes with one row each."""
     for p in range(theta.shape[0]):
         n, _, _ = fill_rows(elements, theta[p], active_flanks, rows)
         for i in range(n):
@@ -103,21 +102,23 @@ def read_offsets(elements, theta, active_flanks, rows, out):
 
 @njit(**UNCOUNTED)
 def evaluate_laws(laws, elements, parameters, motion, force, tangent, space):
-    """Forces and tangents at the motion of all rows.
+    """Forces and tangents of all elements at the motions of their rows.
 
-    elements (E, 4): law, sample, first row there, rows; parameters (E, p); motion (N, n, 2): δ, δ̇
-    of the rows of N samples; force (N, n) and tangent (2, N, n, n) are overwritten; space: work
-    arrays (2, r), (2, r), (2, r, r) for elements of each number of rows r, from 1.
+    elements (E, 4): number of the law, sample, first row in the sample, number of rows; parameters
+    (E, p): of the laws; motion (N, n, 2): δ, δ̇ of the rows at N samples; force (N, n) and tangent
+    (2, N, n, n) are overwritten; space: for each number of rows r from 1, work arrays (2, r),
+    (2, r), (2, r, r).
     """
     force[:], tangent[:] = 0.0, 0.0
     for e in range(elements.shape[0]):
         law, j, first, count = elements[e]
-        at_element, answer, slopes = space[count - 1]
+        element_motion, forces, slopes = space[count - 1]
         for a in range(count):
-            at_element[0, a], at_element[1, a] = motion[j, first + a, 0], motion[j, first + a, 1]
-        laws[law](parameters[e], at_element, answer, slopes)
+            element_motion[0, a] = motion[j, first + a, 0]
+            element_motion[1, a] = motion[j, first + a, 1]
+        laws[law](parameters[e], element_motion, forces, slopes)
         for a in range(count):
-            force[j, first + a] = answer[0, a]
+            force[j, first + a] = forces[0, a]
             for b in range(count):
                 tangent[0, j, first + a, first + b] = slopes[0, a, b]
                 tangent[1, j, first + a, first + b] = slopes[1, a, b]

@@ -1,8 +1,8 @@
-"""Dense elimination, and the contact problem of a position with rows that carry compression only.
+"""Dense elimination, and the contact problem of a position with one-sided rows.
 
-Unknown pair forces F with δ = δ̂ − A F − b T and F = k δ. The contact matrix is positive definite,
-so the set of loaded rows is unique; it is found by adding and dropping rows until none is in
-tension and none overlaps unloaded.
+Pair forces F are unknown, with δ = δ̂ − A F − b T and F = k δ. The contact matrix is positive
+definite, so that the set of loaded rows is unique. It is found by adding and dropping rows until
+none is in tension and no unloaded row overlaps.
 """
 
 from __future__ import annotations
@@ -15,38 +15,40 @@ from flexgear.analysis.kernels.vectors import SIMD, padded
 from flexgear.arrays import Array, Ints
 from flexgear.compiled import FAST, INNER, PART, njit
 
-MAX_SETS = 50
-SHARES = (1e-1, 1e-3, 1e-5, 1e-7, 1e-9, 0.0)  # of their stiffness that open rows keep, in turn
-EXACT, LOOSE = 5, 4  # places of nothing, and of the smallest share
-PASSES = 1e-11  # of the largest force: pull or overlap that is rounding
+MAX_SETS = 50  # sets of loaded rows before only one row is changed at a time
+SHARES = (1e-1, 1e-3, 1e-5, 1e-7, 1e-9, 0.0)  # shares of stiffness of open rows in a continuation
+EXACT, LOOSE = 5, 4  # indices of share 0 and of the smallest share above
+ROUNDING = 1e-11  # tension or overlap over the largest force
 ZERO, ONE, TWO, THREE, FOUR, WHOLE = (np.uint64(i) for i in (0, 1, 2, 3, 4, SIMD))
-PIVOT = 0.5  # least that elimination goes without exchange of rows for
+LEAST_PIVOT = 0.5  # of elimination without exchange of rows
 
 
 class ContactSet(NamedTuple):
-    """Matrix and right side of a position, which stay after it is solved, and its loaded rows."""
+    """Matrix and right side of a position, which the solver does not change, and its loaded
+    rows."""
 
     matrix: Array  # (S, S) rows, then rigid motions, then reactions
     right: Array  # (S,)
-    sided: Ints  # (S,) 1 where a row can only push
-    active: Ints  # (S,) 1 where a row is loaded
-    motion: Array  # (R, S): δ = δ* − motion @ x
+    sided: Ints  # (S,) 1 for one-sided rows
+    active: Ints  # (S,) 1 for loaded rows
+    motion: Array  # (R, S) δ = δ* − motion · x
     free: Array  # (R,) δ*
-    small: Array  # (S, S) work
-    spare: Array  # (S,) work
+    small: Array  # (S, S) work space
+    spare: Array  # (S,) work space
 
 
 @njit(**PART)
 def with_right(c, right):
-    """The same contact problem with another right side (S,)."""
+    """The contact problem with another right side (S,)."""
     return ContactSet(c.matrix, right, c.sided, c.active, c.motion, c.free, c.small, c.spare)
 
 
 @njit(**INNER, fastmath=FAST)
 def solve_dense(a, b, n):
-    """Gaussian elimination with partial pivoting of the leading n × n block, in place; b := x.
+    """Solve a x = b for the leading n × n block by Gaussian elimination with partial pivoting, in
+    place, with x in b; returns False for a singular matrix.
 
-    Rows are subtracted in whole multiples of SIMD; columns left of the pivot are not read again.
+    Rows are subtracted in multiples of SIMD; columns left of the pivot are not read again.
     """
     rows, stop = np.uint64(n), np.uint64(min(padded(n), a.shape[1]))
     for i in range(rows):
@@ -79,8 +81,8 @@ def solve_dense(a, b, n):
 
 @njit(**PART)
 def _four_pivots(a, b, k, start, stop):
-    """Subtract rows k … k + 3 from one another, from column ``start`` on, and put inverses in
-    the place of pivots; whether all pivots are large enough."""
+    """Eliminate within rows k … k + 3, from column ``start`` on, and replace pivots by their
+    inverses; returns whether all pivots are large enough."""
     k1, k2, k3 = k + ONE, k + TWO, k + THREE
     p, q, r, s = a[k], a[k1], a[k2], a[k3]
     d0 = 1.0 / p[k]
@@ -92,7 +94,7 @@ def _four_pivots(a, b, k, start, stop):
     d2 = 1.0 / u22
     l32 = (s[k2] - l30 * p[k2] - l31 * u12) * d2
     u33 = s[k3] - l30 * p[k3] - l31 * u13 - l32 * u23
-    large = p[k] > PIVOT and u11 > PIVOT and u22 > PIVOT and u33 > PIVOT
+    large = p[k] > LEAST_PIVOT and u11 > LEAST_PIVOT and u22 > LEAST_PIVOT and u33 > LEAST_PIVOT
     for c in range(start, stop):
         x = p[c]
         y = q[c] - l10 * x
@@ -107,10 +109,8 @@ def _four_pivots(a, b, k, start, stop):
 
 @njit(**PART)
 def _subtract_four(a, b, k, start, rows, stop):
-    """Subtract rows k … k + 3 from all below, up to ``rows``.
-
-    One row below after the other: more arrays at once than these five are not vectorised.
-    """
+    """Subtract rows k … k + 3 from all rows below, up to ``rows``, one at a time: loops over more
+    than these five arrays are not vectorised."""
     k1, k2, k3 = k + ONE, k + TWO, k + THREE
     p, q, r, s = a[k], a[k1], a[k2], a[k3]
     d0, d1, d2, d3 = p[k], q[k1], r[k2], s[k3]
@@ -128,7 +128,7 @@ def _subtract_four(a, b, k, start, rows, stop):
 
 @njit(**PART)
 def _substitute(a, b, rows, stop, x):
-    """x with U x = b, four unknowns at once: those that are not known yet are zero in x."""
+    """Solve U x = b, four unknowns at once; entries of x not yet computed are zero."""
     for c in range(stop):
         x[c] = 0.0
     for done in range(ZERO, rows, FOUR):
@@ -149,12 +149,12 @@ def _substitute(a, b, rows, stop, x):
 
 @njit(**INNER, fastmath=FAST)
 def eliminate(a, b, n, x):
-    """x with A x = b for the leading n × n block of ``a``, without exchange of rows; False where a
-    pivot is too small for that. a (m, m) is used up, b and x (m,) too, m a multiple of SIMD.
+    """Solve a x = b for the leading n × n block without exchange of rows; returns False where a
+    pivot is too small for that. a (m, m) and b (m,) are overwritten; m is a multiple of SIMD.
 
-    Matrices I + K D of positive definite D and stiffnesses K have no pivot below 1, whatever the
+    Matrices I + K D with positive definite D and stiffness K have pivots of at least 1 in any
     units. Four rows at a time are subtracted from the rows below, which takes a third of the time
-    that ``solve_dense`` does. Rows behind n are made to state x = 0.
+    of ``solve_dense``. Rows after n are set to x = 0.
     """
     rows, stop = np.uint64(n + -n % 4), np.uint64(padded(n))
     for i in range(np.uint64(n), rows):
@@ -172,7 +172,8 @@ def eliminate(a, b, n, x):
 
 @njit(**INNER)
 def _laid_out(matrix, right, n, total, active, leak, work, x):
-    """work ← A and x ← b; a row that is not active states x_i = leak (b − A x + x)_i."""
+    """Copy A to ``work`` and b to x; for rows that are not active x_i = leak (b − A x + x)_i, with
+    the share ``leak`` of stiffness."""
     for i in range(total):
         entries, target = matrix[i], work[i]
         if i < n and active[i] == 0:
@@ -187,9 +188,9 @@ def _laid_out(matrix, right, n, total, active, leak, work, x):
 
 
 @njit(**INNER)
-def _row_is_wrong(matrix, right, i, total, pushes, leak, least, x):
-    """Whether row i pulls though it is active, or overlaps by more than ``least`` though not."""
-    if pushes == 1:
+def _row_is_wrong(matrix, right, i, total, active, leak, least, x):
+    """Whether row i is active with tension, or inactive with overlap, of more than ``least``, N."""
+    if active == 1:
         return x[i] < -least
     force = x[i] / leak if leak > 0.0 else right[i]
     if leak == 0.0:
@@ -209,7 +210,8 @@ def _largest_of(values, n):
 
 @njit(**PART)
 def _exchange(contact, n, total, share, least, x, first_only):
-    """Load unloaded rows that overlap and let go loaded ones that pull; how many were wrong."""
+    """Activate rows with overlap and deactivate rows with tension, or only the first such row;
+    returns their number."""
     matrix, right, active, wrong = contact.matrix, contact.right, contact.active, 0
     for i in range(n):
         if contact.sided[i] == 1 and _row_is_wrong(
@@ -224,22 +226,21 @@ def _exchange(contact, n, total, share, least, x, first_only):
 
 @njit(**INNER)
 def solve_set(contact, n, extra, x, first, last):
-    """Solve the contact problem; ``x`` (n + extra) gets pair forces, then extra unknowns.
+    """Solve the contact problem; x (n + extra,): pair forces, then extra unknowns.
 
-    Row i < n of the matrix (n + extra,)² states F_i + Σ_j k_i A_ij F_j + … = right_i; extra
-    equations (balance, given rotations) always hold. ``contact.active`` is the first guess of
-    loaded rows and returns the answer. first, last: open rows keep ``SHARES[first]`` …
-    ``SHARES[last]`` of their stiffness, one after the other, each from the set of the one before.
-    Returns the last share, or −1 without an answer. Every set changes all wrong rows at once; after
-    some tries only the first wrong row, which cannot cycle for a positive definite matrix (Murty's
-    rule).
+    Row i < n of the matrix (n + extra,)² states F_i + Σ_j k_i A_ij F_j + … = right_i; the extra
+    equations (equilibrium, given rotations) always hold. ``contact.active`` is the first guess of
+    loaded rows and returns the final set. Open rows keep the shares ``SHARES[first]`` …
+    ``SHARES[last]`` of their stiffness in succession, each starting from the previous set. Returns
+    the last share, or −1 without a solution. All wrong rows are changed at once; after ``MAX_SETS``
+    sets only the first wrong row, which cannot cycle for a positive definite matrix (Murty's rule).
     """
     matrix, right, active = contact.matrix, contact.right, contact.active
     total, work = n + extra, contact.small
     for at in range(first, last + 1):
         share, wrong, least = SHARES[at], 1, 0.0
         if first < last:
-            least = PASSES * max(_largest_of(right, n), _largest_of(x, n) if at > first else 0.0)
+            least = ROUNDING * max(_largest_of(right, n), _largest_of(x, n) if at > first else 0.0)
         tries = 0
         while wrong > 0:
             _laid_out(matrix, right, n, total, active, share, work, x)
@@ -248,7 +249,7 @@ def solve_set(contact, n, extra, x, first, last):
             if share == 0.0:
                 for i in range(n):
                     if active[i] == 0:
-                        x[i] = 0.0  # exchange of rows may have left rounding there
+                        x[i] = 0.0  # removes rounding
             wrong = _exchange(contact, n, total, share, least, x, tries >= MAX_SETS)
             tries += 1
     return SHARES[last]
@@ -256,7 +257,7 @@ def solve_set(contact, n, extra, x, first, last):
 
 @njit(**INNER)
 def refine_set(contact, n, extra, leak, x):
-    """One step of iterative refinement of a solution of ``solve_set``."""
+    """One step of iterative refinement of a solution x of ``solve_set`` with the share ``leak``."""
     matrix, right, active = contact.matrix, contact.right, contact.active
     total, work, spare = n + extra, contact.small, contact.spare
     for i in range(total):
@@ -275,12 +276,12 @@ def refine_set(contact, n, extra, leak, x):
 
 @njit(**INNER)
 def local_blocks(rows, n, local):
-    """List the blocks that rows touch; local: place, blocks, reach, with blocks (m,) and
-    place[block] = position or −1. Returns m.
+    """List the m blocks on which n rows act, and return m. local: place, blocks, reach.
 
-    Rows are walked from the last to the first and ``reach[j]`` notes how many blocks rows
-    j … n − 1 touch, so that products of row j with later rows need only that many blocks.
-    ``place`` must be −1 everywhere on entry; ``release`` puts it back.
+    blocks (m,): their numbers, in the order from the last row to the first; place: index in
+    ``blocks`` of a block, or −1; reach[j]: number of blocks of rows j … n − 1, so that products of
+    row j with later rows need only the first reach[j] blocks. ``place`` must be −1 everywhere at
+    the call; ``release`` restores this.
     """
     place, blocks, reach = local
     m = 0
@@ -297,7 +298,7 @@ def local_blocks(rows, n, local):
 
 @njit(**INNER)
 def release(local, m):
-    """Undo ``local_blocks``."""
+    """Reset ``place`` after ``local_blocks`` with m blocks."""
     place, blocks, _ = local
     for j in range(m):
         place[blocks[j]] = -1
@@ -307,20 +308,20 @@ def release(local, m):
 def row_products(rows, n, matrix, local, y, out):
     """out[i, j] = V_iᵀ G V_j for block rows V and a symmetric channel matrix G (n_c, n_c).
 
-    local: place, blocks and reach of ``local_blocks``; y (≥ 6 m): G V_j on the blocks of rows j and
-    later only; the rest follows by symmetry.
+    local: see ``local_blocks``; y (≥ 6 m): work space for G V_j on the blocks of rows j … n − 1;
+    the rest follows by symmetry.
     """
     place, blocks, reach = local
     for j in range(n):
-        far = reach[j]
-        for c in range(6 * far):
+        count = reach[j]
+        for c in range(6 * count):
             y[c] = 0.0
         for a in range(rows.row[j].width):
             base = 6 * rows.blocks[j, a]
             for p in range(6):
                 v = rows.coef[j, a, p]
                 entries = matrix[base + p]
-                for c in range(far):
+                for c in range(count):
                     at = 6 * blocks[c]
                     to = 6 * c
                     y[to] += v * entries[at]

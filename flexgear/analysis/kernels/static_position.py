@@ -1,14 +1,15 @@
-"""Contact problems of positions at rest: assembled, solved and checked by substitution, each until
-coast flanks and laws agree with its answer.
+"""Static contact problems of positions: assembled, solved, and checked by substitution.
 
-Rows F = k (Vᵀ u + e), or the linearised law of their element (``contact_newton``), with u = P a + S
-f, the balance P_rᵀ f = 0 of the rigid motions and the given rotations make one symmetric
-complementarity problem: loads of one-sided rows minimise a convex energy, so any set of loaded rows
-that closes is the answer. It is looked for from the flanks that carry the torque; where that ends
-in a set that holds nothing (backlash, errors beyond the load, no load at all), by continuation: an
-open row keeps a share of its stiffness, which makes the answer unique, and that share is lowered
-step by step. Where even the last set leaves a body loose, as at rest between two flanks, the body
-stands where the smallest share leaves it: as near to touching all its flanks as it can.
+Rows F = k (Vᵀ u + e), or the linearised law of their element (``contact_newton``), with u = P a +
+S f, the equilibrium P_rᵀ f = 0 of the rigid motions and the given rotations form a symmetric
+complementarity problem. Loads of one-sided rows minimise a convex energy, so that any set of loaded
+rows with a consistent solution is the right one. The first set are the flanks that carry the
+torque. Where it leads to a singular problem (backlash, errors beyond the load, no load) the set is
+found by continuation: open rows keep a share of their stiffness, which makes the solution unique,
+and the share is reduced in steps. Where the last set still leaves a body free, as between two
+flanks without load, the solution with the smallest share is used: the body is as near to touching
+all its flanks as possible. Each position is solved again until its coast flanks and nonlinear laws
+are consistent with the solution.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.kernels.coast_flanks import look_at_rest
 from flexgear.analysis.kernels.contact_newton import (
-    AGREES,
+    TOLERANCE,
     TOUCHING,
     LawSpace,
     disagree,
@@ -56,22 +57,22 @@ from flexgear.coupling.kernels.elements import (
 from flexgear.coupling.kernels.pairs import fill_rows
 from flexgear.coupling.pair_data import PairData
 
-CLOSURE = 1e-8
+CLOSURE = 1e-8  # largest residual of an equilibrium over its load
 
 
 class Held(NamedTuple):
-    """What a train answers to forces on its channels at rest, its contact rows apart.
+    """Static behaviour of a train without its contact rows, under forces f on its channels.
 
-    Beside the row forces F there are x unknowns: r amplitudes a of the rigid motions P, then the F
-    torques T_o of the reaction ports. They move the channels by P a − S e_o T_o, and balance and
-    given rotations ask for Pᵀ f = 0 and input_rows · q = 0 under the channel forces f.
+    Beside the row forces there are x unknowns: r amplitudes a of the rigid motions P, then the F
+    torques T_o of the reaction ports. They move the channels by P a − S e_o T_o; equilibrium and
+    given rotations require Pᵀ f = 0 and input_rows · q = 0.
     """
 
     flexibility: Array  # (n_c, n_c) S, m/N
-    motions: Array  # (n_c, x) of the channels, by each of these unknowns
+    motions: Array  # (n_c, x) motions of the channels by the unknowns
     balance: Array  # (n_c, x) P, then −input_rows · q per unit force on a channel, transposed
-    corner: Array  # (x, x) what these unknowns do in balance and given rotations themselves
-    reactions: Ints  # (F,) ports whose torque is sought
+    corner: Array  # (x, x) coefficients of the unknowns in equilibrium and given rotations
+    reactions: Ints  # (F,) ports whose torque is unknown
 
 
 class PositionWork(NamedTuple):
@@ -80,16 +81,16 @@ class PositionWork(NamedTuple):
     elements: Elements
     rows: Rows
     contact: ContactSet
-    space: LawSpace  # laws about the motion that they are linearised about
-    memory: Array  # (places, 2, r) this motion
-    delta: Array  # (2, R) δ at the solution, and no rate
-    channels: Array  # (3, n_c) motion and forces at the solution, work
+    space: LawSpace  # linearised laws
+    memory: Array  # (places, 2, r) motion about which they are linearised
+    delta: Array  # (2, R) δ of the solution, and zero rate
+    channels: Array  # (3, n_c) motion and forces of the solution, work space
     local: tuple[Ints, Ints, Ints]  # place, blocks, reach: see ``local_blocks``
 
 
 def position_work(pairs: PairData, train: Held, ports: int, rates: Array) -> PositionWork:
-    """Work space of a train's positions; ports: their number; rates (6 B,): of its blocks in
-    rolling."""
+    """Work space of a train's positions; ports: their number; rates (6 B,): motions of the blocks
+    in rigid rotation of the train."""
     rows = pair_rows(pairs)
     channels, extra = train.motions.shape
     count, size = len(rows.row), len(rows.row) + extra + 1
@@ -120,7 +121,8 @@ def position_work(pairs: PairData, train: Held, ports: int, rates: Array) -> Pos
 
 @njit(**INNER)
 def _row_motions(n, port_torques, train, work):
-    """δ* of n rows under given torques (P,), and δ* − δ under unit row forces."""
+    """Compute in ``work.contact`` δ* of n rows under given torques (P,), N·m, and δ* − δ under unit
+    row forces."""
     rows, flex, channel_force = work.rows, train.flexibility, work.channels[0]
     first = flex.shape[0] - port_torques.shape[0]
     m = local_blocks(rows, n, work.local)
@@ -135,8 +137,8 @@ def _row_motions(n, port_torques, train, work):
 
 @njit(**INNER)
 def _extra_unknowns(n, port_torques, train, work):
-    """Columns of rigid motions and reactions in the rows' motion; balance and given rotations in
-    the matrix below its n rows, and their right side."""
+    """Compute the columns of rigid motions and reactions in the rows' motion; and equilibrium and
+    given rotations as matrix rows after the first n, with their right side."""
     rows, contact, motions, balance = work.rows, work.contact, train.motions, train.balance
     extra, first = motions.shape[1], motions.shape[0] - port_torques.shape[0]
     for i in range(n):
@@ -158,7 +160,7 @@ def _extra_unknowns(n, port_torques, train, work):
 
 @njit(**INNER)
 def _law_rows(n, count, total, work):
-    """Rows of the matrix, F + K (motion @ x) = F₀ + K (δ* − δ₀), from the linearised laws."""
+    """Compute the matrix rows F + K (motion · x) = F₀ + K (δ* − δ₀) from the linearised laws."""
     rows, space, contact = work.rows, work.space, work.contact
     for e in range(count):
         element = rows.element[e]
@@ -178,10 +180,10 @@ def _law_rows(n, count, total, work):
 
 @njit(**INNER)
 def _law_imbalance(count, rows, space, delta, x):
-    """Largest difference of a force and its linearised law at the solution, and the largest load:
-    of forces or, where that is more, what errors and gaps would load stiff bodies with. Not a
-    number where one of them is none."""
-    largest, worst, sound = 1e-300, 0.0, 0.0
+    """Largest difference between a force of the solution and its linearised law, N, and the largest
+    load, N: of all forces, and of stiffness times error or gap of all rows. NaN where a force is
+    NaN."""
+    largest, worst, nan_if_any = 1e-300, 0.0, 0.0
     for e in range(count):
         element = rows.element[e]
         for a in range(element.rows):
@@ -194,16 +196,14 @@ def _law_imbalance(count, rows, space, delta, x):
                 force = 0.0
             largest = max(largest, abs(x[i]), row.stiffness * abs(row.offset))
             worst = max(worst, abs(force - x[i]))
-            sound += 0.0 * (force - x[i])  # the larger of two passes over what is not a number
-    return worst + sound, largest
+            nan_if_any += 0.0 * (force - x[i])  # max() ignores NaN
+    return worst + nan_if_any, largest
 
 
 @njit(**INNER)
 def _closure(n, count, port_torques, train, work, x):
-    """Largest imbalance of a solution by substitution: channel forces, motion, laws, balance.
-
-    Over the largest load of ``_law_imbalance``.
-    """
+    """Largest residual of a solution in laws and equilibrium, by substitution, over the largest
+    load of ``_law_imbalance``."""
     flex, balance, reactions, rows = train.flexibility, train.balance, train.reactions, work.rows
     motion, forces, delta, space = work.channels[0], work.channels[1], work.delta[0], work.space
     nc, ports, free = flex.shape[0], port_torques.shape[0], reactions.shape[0]
@@ -223,24 +223,25 @@ def _closure(n, count, port_torques, train, work, x):
         delta[i] = of_blocks(rows, i, motion) + rows.row[i].offset
     yield_to_neighbours(rows, n, x, delta)
     worst, largest = _law_imbalance(count, rows, space, delta, x)
-    left, scale, sound = 0.0, 1e-300, 0.0 * worst
+    left, scale, nan_if_any = 0.0, 1e-300, 0.0 * worst
     for e in range(r):
         total, size = 0.0, 0.0
         for c in range(nc):
             total += balance[c, e] * forces[c]
             size = max(size, abs(balance[c, e]) * max(abs(forces[c]), largest))
         left, scale = max(left, abs(total)), max(scale, size)
-        sound += 0.0 * total
-    return max(worst / largest, left / scale) + sound
+        nan_if_any += 0.0 * total
+    return max(worst / largest, left / scale) + nan_if_any
 
 
 @njit(**PART)
 def solve_position(laws, theta, port_torques, forward, active_flanks, train, work, out):
-    """One position; returns (rows, elements, pairs, closure), infinite without answer. out: x
-    (n + r + F).
+    """Solve one position; returns the numbers of rows, elements and pairs, and the closure,
+    infinite without a solution. out: x (n + r + F,).
 
-    port_torques (P,): given torques on the ports; forward: the flanks of the rated torque carry;
-    active_flanks (M,): gear meshes to look at, all of them where those that carry do not do.
+    port_torques (P,): given torques on the ports, N·m; forward: whether the flanks of the rated
+    torque carry; active_flanks (M,): flanks in the problem, set to all flanks where the given ones
+    have no solution.
     """
     extra = train.motions.shape[1]
     rows, contact, memory, elements = work.rows, work.contact, work.memory, work.elements
@@ -260,7 +261,7 @@ def solve_position(laws, theta, port_torques, forward, active_flanks, train, wor
             if rows.row[i].sided == 1:
                 carries = gear_meshes[rows.row[i].owner].carries == 1
                 contact.active[i] = 1 if carries == forward else 0
-        # all at once, by continuation to the end, by continuation to the smallest share
+        # directly, by continuation to share 0, by continuation to the smallest share
         first, last = EXACT if attempt == 0 else 0, LOOSE if attempt == 2 else EXACT
         share = solve_set(contact, n, extra, out, first, last)
         if share < 0.0:
@@ -275,13 +276,13 @@ def solve_position(laws, theta, port_torques, forward, active_flanks, train, wor
     return n, count, pairs, closure
 
 
-LOOKS = 60  # tries to agree on coast flanks and on linearised laws
-DEEP = 0.01  # base pitches: a start at which all slices of a flank touch
-CAUTIOUS = 20  # of them after which laws go half way only
+MAX_ITERATIONS = 60  # until coast flanks and laws are consistent with the solution
+MANY_ITERATIONS = 20  # after which laws take half steps
+DEEP = 0.01  # closing in base pitches at which all slices of a flank touch
 
 
 class Positions(NamedTuple):
-    """Positions: what is given and what is found, as ``Equilibrium`` has it."""
+    """Given values and results of positions; see ``Equilibrium``."""
 
     theta: Array
     port_torques: Array
@@ -293,7 +294,7 @@ class Positions(NamedTuple):
 
 @njit(**INNER, fastmath=FAST)
 def modal_part(elastic, forces, omega2, first, eta):
-    """eta[first:] = Φᵀ f / ω² from the channels' elastic modes (n_c, n)."""
+    """eta[first:] = Φᵀ f / ω², with the elastic modes (n_c, n) of the channels."""
     part = eta[first:]
     fill(part, 0.0)
     for c in range(forces.shape[0]):
@@ -307,7 +308,8 @@ def modal_part(elastic, forces, omega2, first, eta):
 
 @njit(**INNER)
 def _coast_flanks_agree(gears, rows, pairs, theta, motion, active_flanks):
-    """Whether no coast flank has come near that is not looked at; looks at those from now on."""
+    """Activate coast flanks whose gap has nearly closed; returns whether there are none of
+    these."""
     agreed, gear_meshes = True, gears.gear_mesh
     for m in range(gear_meshes.shape[0]):
         b = gear_meshes[m].opposite
@@ -319,8 +321,8 @@ def _coast_flanks_agree(gears, rows, pairs, theta, motion, active_flanks):
 
 @njit(**INNER)
 def _start_slices(gear_meshes, forward, memory):
-    """Slices of flanks that do not carry start open; of those that do, where they were last, or
-    with all of them touching where they were open."""
+    """Set the motion about which slices are linearised: open for flanks that do not carry; for
+    those that do, the last motion, or one with all slices in contact where that was open."""
     for m in range(gear_meshes.shape[0]):
         if gear_meshes[m].slices == 0:
             continue
@@ -336,8 +338,8 @@ def _start_slices(gear_meshes, forward, memory):
 
 @njit(**PART)
 def _solve_one(laws, theta, port_torques, forward, train, work, out, active_flanks):
-    """Equilibrium at one position, solved again until the coast flanks that it closes are among
-    its rows; returns how many rows and tooth pairs there are, and the closure."""
+    """Equilibrium at one position, with all coast flanks that are nearly closed; returns the
+    numbers of rows and tooth pairs, and the closure."""
     gears, rows, motion = work.elements.gears, work.rows, work.channels[0]
     gear_meshes = gears.gear_mesh
     memory = work.memory
@@ -345,15 +347,15 @@ def _solve_one(laws, theta, port_torques, forward, train, work, out, active_flan
         active_flanks[m] = gear_meshes[m].carries if forward else 1
     _start_slices(gear_meshes, forward, memory)
     n, pairs, closure = ZERO, ZERO, 0.0
-    for look in range(LOOKS):
+    for iteration in range(MAX_ITERATIONS):
         n, count, pairs, closure = solve_position(
             laws, theta, port_torques, forward, active_flanks, train, work, out
         )
         if not closure <= CLOSURE:
             break
-        share = 0.5 if look > CAUTIOUS else 1.0
-        if disagree(laws, work, count, out, AGREES, share):
-            continue  # coast flanks are near or far only where all laws hold
+        share = 0.5 if iteration > MANY_ITERATIONS else 1.0
+        if disagree(laws, work, count, out, TOLERANCE, share):
+            continue  # gaps of coast flanks are only known where all laws are satisfied
         if _coast_flanks_agree(gears, rows, pairs, theta, motion, active_flanks):
             break
     return n, pairs, closure
@@ -361,8 +363,8 @@ def _solve_one(laws, theta, port_torques, forward, train, work, out, active_flan
 
 @njit(**UNCOUNTED, nogil=True)
 def solve_positions(laws, span, forward, train, modes, work, out, solutions, loads):
-    """Solve the positions of a span; results go to ``solutions`` and ``loads``. Returns the number
-    of the position that failed, or the end of the span, and that position's closure."""
+    """Solve positions span[0] … span[1] − 1, with results in ``solutions`` and ``loads``. Returns
+    the index of the first position without equilibrium, or span[1], and its closure."""
     elastic, omega2 = modes
     rows, delta, channel_forces = work.rows, work.delta[0], work.channels[1]
     angles, port_torques, torques = solutions.theta, solutions.port_torques, solutions.torques

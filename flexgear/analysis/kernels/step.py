@@ -5,17 +5,17 @@ and d = 2ζω,
 
     a⁺ = D (p⁺ − d v* − ω² η*),  η⁺ = η* + β h² a⁺,  v⁺ = v* + γ h a⁺,
 
-so unit channel forces move the channels by G = Φ βh² D Φᵀ + R and change their velocity by
-(γ/βh) (G − R), constant for a step size. A step
+so that unit forces on the channels move them by G = Φ βh² D Φᵀ + R and change their velocity by
+(γ/βh) (G − R), which are constant for a step size. A step
 
-    predicts the motion without contact forces and the angles of the new time   (``_predict``),
+    predicts the motion without contact forces, and the new angles              (``_predict``),
     builds the rows of the force elements at these angles                       (``_build``),
     solves one small contact problem for their forces and the machines' torques (``_contact``),
-    projects these on the modes, and is taken again where it errs too much      (``_accelerate``),
-    looks whether unloaded flanks come near, books energy, saves a sample       (``_finish``).
+    projects these on the modes; a step with too large an error is repeated     (``_accelerate``),
+    checks the gaps of unloaded flanks, updates energies and state, and saves   (``_finish``).
 
-Forces of a rotating frame, G v − C q, act with motion extrapolated to the new time, second order.
-Steps of several sizes, each twice the one before, may take turns: see ``refinement``.
+Forces of a rotating frame, G v − C q, act with motion extrapolated to the new time, to second
+order. Step sizes may differ by powers of two: see ``refinement``.
 """
 
 from __future__ import annotations
@@ -65,16 +65,14 @@ from flexgear.coupling.laws import HELD_RATE_LAW
 from flexgear.coupling.pair_data import LOAD
 
 BETA, GAMMA = 0.25, 0.5
-LOOK = 4  # steps between two looks at unloaded flanks; twice as many while all are far
-RUNAWAY = 1e3  # times the energy that a train had and was given: motion that comes from nowhere
+LOOK = 4  # steps between two checks of unloaded flanks; twice as many while all gaps are wide
+RUNAWAY = 1e3  # kinetic energy over the energy at the start and input, above which motion diverges
 
 
 @njit(**INNER, fastmath=FAST)
 def _predict(h, level, modal, active, state, modes):
-    """Motion under given torques alone; angles of the new time; guess of the ports' speeds; share
-    of rated speed by which frames turn.
-
-    Plain loops of one statement or two: these are vectorised.
+    """Motion under given torques alone, new angles, and extrapolated speeds of the ports; returns
+    the share of rated speed. Loops of one or two statements are vectorised by the compiler.
     """
     n, ports = modal.omega2.shape[0], modes.ports
     free, rate, a = modes.free, modes.free_rate, modes.acceleration
@@ -92,7 +90,7 @@ def _predict(h, level, modal, active, state, modes):
         a[j] *= modal.inverse[level, j]
         free[j] += BETA * h * h * a[j]
         rate[j] += GAMMA * h * a[j]
-    # elastic accelerations would carry the rule's own oscillation into the geometry
+    # elastic accelerations oscillate numerically and are not used for the geometry
     for j in range(n):
         rigid = h * before[j] if modal.omega2[j] == 0.0 else 0.0
         modes.push[j] = velocity[j] + rigid
@@ -107,7 +105,8 @@ def _predict(h, level, modal, active, state, modes):
 
 @njit(**PART)
 def _build(data, share, prescribed, state, work, ledger, level):
-    """Rows and elements at the new angles on active dofs; their numbers. prescribed (L,): loads."""
+    """Build rows and elements at the new angles, with their active dofs; returns the numbers of
+    rows, elements and pairs. prescribed (L,): factors of loads."""
     rows, active, elements, channels = work.rows, work.active, data.elements, data.channels
     n, count, pairs = fill_rows(elements, work.modes.theta, state.active_flanks, rows)
     error_rates(elements.gears, work.modes.theta, work.modes.speeds, work.error_rates)
@@ -120,20 +119,21 @@ def _build(data, share, prescribed, state, work, ledger, level):
 
 @njit(**PART)
 def _contact(laws, data, level, n, count, state, work):
-    """Forces of n rows of ``count`` elements and of the machines' behind them, in ``work.problem``
-    and on the active dofs; the rows, or −1 without a solution."""
+    """Forces of the n rows of ``count`` elements, and of the machines' rows after them, in
+    ``work.problem`` and on the active dofs; returns the number of all rows, −1 without a solution.
+    """
     active, rows, dofs = work.active, work.rows, work.dofs
     problem, space, modes, h = work.problem, work.space, work.modes, data.modal.h[level]
     machines, port_forces, memory = data.machines, modes.ports.given_torque, state.memory
     springs, eliminated = data.springs, data.springs.stiffness.shape[0]
-    # by which a displacement within a step is a rate; a step of no duration changes none
+    # rate per displacement by forces of the new time; a step of zero duration changes no rate
     share = GAMMA / (BETA * h) if h > 0.0 else 0.0
     total, elements = add_machines(
         h, machines, modes.ports, state.ports, rows, space.motion, n, count, eliminated
     )  # fmt: skip
     m = total - eliminated
     motions(active, modes.free, modes.free_rate, dofs.free, dofs.free_rate)
-    # given torques move dropped modes, too
+    # given torques also act on the residual flexibility
     fill(dofs.force[: active.counts[0].dofs], 0.0)
     put(dofs.force, port_forces)
     add_residual(active, level, dofs.force, dofs.image, dofs.free)
@@ -171,7 +171,8 @@ def _contact(laws, data, level, n, count, state, work):
 
 @njit(**PART)
 def _accelerate(inverse, active, force, port_forces, push):
-    """Modal accelerations by contact forces and machines; given torques are in the prediction."""
+    """Modal accelerations by contact forces and machines, without the given torques, which are part
+    of the prediction."""
     for t in range(port_forces.shape[0]):
         force[t] -= port_forces[t]
     modal_forces(active, force, push)
@@ -183,7 +184,8 @@ def _accelerate(inverse, active, force, port_forces, push):
 
 @njit(**PART)
 def _advance_motion(h, machines, n_rows, work, state):
-    """The new motion in ``work.modes.free``; False where it holds energy from nowhere."""
+    """Compute the new motion in ``work.modes.free``; returns False where its kinetic energy is not
+    finite or exceeds ``RUNAWAY`` times the energy put in."""
     rows, problem, modes = work.rows, work.problem, work.modes
     energy_in, n = state.energy_in, state.eta.shape[0]
     free, rate, acceleration, push = modes.free, modes.free_rate, modes.acceleration, modes.push
@@ -201,27 +203,27 @@ def _advance_motion(h, machines, n_rows, work, state):
 
 @njit(**PART)
 def _book(laws, data, level, n, count, state, work, ledger):
-    """Energies of a step that stands. Forces f beside given torques t move what the prediction
-    left at Φη* + R t on to Φη + R (f + t) = Φη* + R t + G f."""
+    """Update the energy balance for an accepted step. Contact forces f move the dofs from the
+    prediction Φη* + R t with given torques t to Φη + R (f + t) = Φη* + R t + G f."""
     active, dofs, modes, modal, force = work.active, work.dofs, work.modes, data.modal, ledger.force
-    many = active.counts[0].dofs
+    count_dofs = active.counts[0].dofs
     if active.counts[0].fresh == 1:
         motion_before(active, level, state.eta, modes.spare, dofs, force)
         active.counts[0].fresh = 0
     else:
-        put(dofs.before, dofs.motion[:many])
+        put(dofs.before, dofs.motion[:count_dofs])
     apply_receptance(active, level, dofs.force, dofs.image)
-    for d in range(many):
+    for d in range(count_dofs):
         dofs.motion[d] = dofs.free[d] + dofs.image[2 * d] - dofs.torque_motion[d]
     settle(laws, modal, modal.h[level], data.channels, count, n, state, work, ledger)
     fill(force, 0.0)
-    for d in range(many):
+    for d in range(count_dofs):
         force[active.channel[d]] = dofs.force[d]
 
 
 @njit(**PART)
 def _save(samples, at, modal, work, n, pairs, state):
-    """Copy one sample."""
+    """Save the state as sample ``at``."""
     eta, velocity, ports = state.eta, state.velocity, state.ports
     turned, torques, speeds = samples.input_motion[at], samples.torques[at], samples.speeds[at]
     inputs, port_modes = modal.inputs, work.active.modes
@@ -238,7 +240,7 @@ def _save(samples, at, modal, work, n, pairs, state):
 
 @njit(**PART)
 def _finish(h, machines, state, work, count):
-    """Make the new motion the state."""
+    """Copy the new motion to the state."""
     modes, n = work.modes, state.eta.shape[0]
     put(state.acceleration, modes.acceleration[:n])
     put(state.eta, modes.free[:n])
@@ -249,14 +251,15 @@ def _finish(h, machines, state, work, count):
 
 @njit(**UNCOUNTED, nogil=True)
 def advance(data, laws, prescribed, first, state, space, samples, control):
-    """Go len(prescribed) ticks of h₀ on; prescribed (ticks, P + L): what the ports' machines follow
-    at each new time, torques N·m or speeds rad/s (see ``outer_forces``), nothing of a brake; then
-    by how much the vectors of loads that are histories are multiplied.
+    """Advance the state by len(prescribed) ticks of the shortest step h₀.
 
-    A sample is saved at every ``control.every``-th tick, counted from ``first`` ticks before.
-    Returns (status, samples saved): status 0, the 1-based tick of a step without a solution, or
-    less than 0 that of one at which the motion ran away or is not finite. A tick of no duration
-    (see ``consistent_acceleration``) finds accelerations and looks nowhere.
+    prescribed (ticks, P + L): values for the machines at each new time, torques N·m or speeds rad/s
+    (see ``outer_forces``; ignored for brakes), then factors on the vectors of load histories. A
+    sample is saved at every ``control.every``-th tick, with ``first`` ticks done before.
+    Returns (status, samples saved). status: 0; or the number from 1 of the tick whose step has no
+    solution; or minus the number of the tick at which the motion diverges or is not finite. A step
+    of zero duration (``step_space.consistent_acceleration``) sets accelerations and does not check
+    unloaded flanks.
     """
     work, ledger, counts, by_level = space.work, space.ledger, control.counts[0], control.by_level
     modal, machines, gear_meshes = data.modal, data.machines, data.elements.gears.gear_mesh.shape[0]
@@ -277,7 +280,7 @@ def advance(data, laws, prescribed, first, state, space, samples, control):
         if control.tolerance > 0.0:
             error = step_error(h, level, modal, state, work, n, control.load)
             if not after_step(control, level, error):
-                continue  # the same step again
+                continue  # repeat the step
         machine_torques(machines, force, n, ports)
         if not _advance_motion(h, machines, n, work, state):
             return -end, saved

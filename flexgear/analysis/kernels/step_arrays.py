@@ -1,4 +1,4 @@
-"""Arrays that a compiled step works on: constants of step sizes, state, work space, samples."""
+"""Arrays of a compiled step: constants of step sizes, state, work space, samples."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from flexgear.coupling.kernels.elements import Elements, Rows
 
 
 class ModalData(NamedTuple):
-    """Modal constants of L step sizes; n modes."""
+    """Constants of n modes for L step sizes."""
 
     h: Array  # (L,) rising, s
     omega2: Array  # (n,) rad²/s²
     damping: Array  # (n,) 2ζω, rad/s
-    inverse: Array  # (L, n) D
-    angles: Array  # (A, n)
-    inputs: Array  # (F, n) independent rotations
+    inverse: Array  # (L, n) D = 1/(1 + γ h d + β h² ω²)
+    angles: Array  # (A, n) angles of the train by modal coordinates
+    inputs: Array  # (F, n) independent rotations by modal coordinates
     frames: FrameData
 
 
 class StepData(NamedTuple):
-    """What does not change in a run. The output is the last port."""
+    """Constants of a run. The output is the last port."""
 
     modal: ModalData
     channels: Channels
@@ -40,25 +40,25 @@ class StepData(NamedTuple):
 
 
 class State(NamedTuple):
-    """What a step carries on; arrays are updated in place."""
+    """State from step to step; arrays are updated in place."""
 
     eta: Array  # (n,)
     velocity: Array  # (n,)
     acceleration: Array  # (n,)
     memory: Array  # (places, 2, r) δ and δ̇ of elements at the last step; see ``contact_newton``
-    active_flanks: NDArray[np.int64]  # (M,) gear meshes to look at
-    ports: Any  # (P,) PORT: torque, and what a controller carries on
-    energy: Array  # (9,) in the order of ENERGIES
-    energy_in: Array  # (1,) energy that the train began with and that machines and loads moved, J
+    active_flanks: NDArray[np.int64]  # (M,) 1 for flanks in the contact problem
+    ports: Any  # (P,) PORT: torques, and states of controllers
+    energy: Array  # (9,) in the order of ENERGIES, J
+    energy_in: Array  # (1,) energy at the start plus absolute works of machines and loads, J
 
 
 class ModalSpace(NamedTuple):
-    """Work space in modes (n,) and at ports and angles."""
+    """Work space in modes (n,), and for ports and angles."""
 
-    free: Array  # motion without contact forces and machines but given torques
+    free: Array  # motion under given torques, without contact forces and other machines
     free_rate: Array
-    acceleration: Array  # and its acceleration
-    push: Array  # what contact forces and machines add to it
+    acceleration: Array  # of this motion
+    push: Array  # acceleration by contact forces and machines
     rotating: Array  # G v − C q of a rotating frame
     spare: Array
     theta: Array  # (A,) angles of the new time
@@ -75,25 +75,25 @@ class Work(NamedTuple):
     dofs: DofVectors
     problem: ContactProblem
     space: LawSpace
-    closing_speed: Array  # (M,) largest approach speed of unloaded flanks of late, m/s
+    closing_speed: Array  # (M,) largest recent approach speed of unloaded flanks, m/s
     error_rates: Array  # (M,) of the errors of gear meshes at the new time, m/s
 
 
 class Samples(NamedTuple):
-    """Where a chunk of saved samples goes, (n_saved, …)."""
+    """Arrays for a chunk of saved samples; the first axis is that of samples."""
 
-    eta: Array
-    theta: Array  # (…, A) angles used for the pairs' geometry
-    input_motion: Array  # (…, F, 2) independent rotations and their speeds
-    torques: Array  # (…, P) from outside on the ports
-    speeds: Array  # (…, P) of the ports
-    energy: Array  # (…, 9)
+    eta: Array  # (…, n)
+    theta: Array  # (…, A) angles used for the pairs' geometry, rad
+    input_motion: Array  # (…, F, 2) independent rotations, rad, and their speeds, rad/s
+    torques: Array  # (…, P) external torques on the ports, N·m
+    speeds: Array  # (…, P) of the ports, rad/s
+    energy: Array  # (…, 9) J
     active_flanks: NDArray[np.int64]
     pairs: PairLoads
 
 
 class Space(NamedTuple):
-    """Work space of the steps of one run, and its account of energy."""
+    """Work space of the steps of one run, and its energy balance."""
 
     work: Work
     ledger: Ledger

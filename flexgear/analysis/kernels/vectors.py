@@ -13,17 +13,17 @@ from numpy.typing import NDArray
 
 from flexgear.compiled import FAST, INNER, njit
 
-CACHE_LINE = 8  # numbers of a cache line
-SIMD = 16  # numbers that a vectorised loop takes at once; what remains it takes one by one
+CACHE_LINE = 8  # numbers in a cache line
+SIMD = 16  # numbers per iteration of a vectorised loop
 
 
 def rounded_up(count: int) -> int:
-    """The next multiple of SIMD: so many numbers take no longer, and often less long."""
+    """The next multiple of SIMD, for which vectorised loops take no longer, and often less."""
     return count + -count % SIMD
 
 
 def aligned(*shape: int) -> NDArray[np.float64]:
-    """Zeros that begin with a cache line: reading numbers across two of them takes longer."""
+    """An array of zeros aligned to a cache line, as vectors across two lines are read slowly."""
     room = np.zeros(math.prod(shape) + CACHE_LINE)
     start = -(room.ctypes.data // room.itemsize) % CACHE_LINE
     return room[start : start + math.prod(shape)].reshape(shape)
@@ -88,8 +88,8 @@ def put_two(target, factor, source, other_factor, other):
 
 @njit(**INNER, fastmath=FAST)
 def add_six(target, factors, table, first):
-    """target[i] += Σ_p factors[p] · table[p, first + i], p = 0 … 5, over the length of ``target``:
-    taken one by one they would cost six readings of ``target``."""
+    """target[i] += Σ_p factors[p] · table[p, first + i], p = 0 … 5, over the length of ``target``,
+    which is read once."""
     stop = first + target.shape[0]
     p, q, r = table[0, first:stop], table[1, first:stop], table[2, first:stop]
     s, t, u = table[3, first:stop], table[4, first:stop], table[5, first:stop]
@@ -100,7 +100,8 @@ def add_six(target, factors, table, first):
 
 @njit(**INNER, fastmath=FAST)
 def put_six(target, factors, table, first):
-    """target[i] = Σ_p factors[p] · table[p, first + i], p = 0 … 5; what ``target`` held is lost."""
+    """target[i] = Σ_p factors[p] · table[p, first + i], p = 0 … 5, over the length of
+    ``target``."""
     stop = first + target.shape[0]
     p, q, r = table[0, first:stop], table[1, first:stop], table[2, first:stop]
     s, t, u = table[3, first:stop], table[4, first:stop], table[5, first:stop]
