@@ -24,7 +24,7 @@ from flexgear.solve.response import DOUBLINGS
 from flexgear.solve.response import response as steady_states
 from flexgear.solve.stability import SPEEDS
 from flexgear.solve.stability import stability as over_speed
-from flexgear.solve.turning_points import BESIDE, DOUBLED, KINDS, NARROW, SECOND_FREQUENCY, TURNING
+from flexgear.solve.turning_points import DOUBLED, KINDS, NARROW, NEAR, SECOND_FREQUENCY, TURNING
 from flexgear.views.vibration_charts import (
     bands_of,
     linear_response_chart,
@@ -249,7 +249,7 @@ def _peaks(force: np.ndarray, branch: np.ndarray, stable: np.ndarray) -> list[in
     for curve in np.unique(branch):
         at = np.flatnonzero(branch == curve)
         tops, _ = find_peaks(force[at], prominence=PROMINENCE * force[at].max())
-        near_stable = np.convolve(stable[at], np.ones(2 * BESIDE + 1), "same") > 0
+        near_stable = np.convolve(stable[at], np.ones(2 * NEAR + 1), "same") > 0
         out += [int(at[k]) for k in tops if near_stable[k]]
     return sorted(out, key=lambda k: -force[k])[:MAX_LINES]
 

@@ -1,8 +1,7 @@
-"""Positions of a train at which it is solved: gear-mesh cycles of its stages, their error cycles,
-and times.
+"""Positions at which a train is solved: rated motions of its stages, gear-mesh and error cycles.
 
-The *lead* is the first independent rotation that turns; at rated speeds all others follow it in
-proportion, so that its rotation stands for time.
+The reference member is the first port of given speed that is not zero. At rated speeds all other
+rotations are proportional to its rotation, which so is a measure of time.
 """
 
 from __future__ import annotations
@@ -32,21 +31,21 @@ from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.member import PlanetBearing
 
-ALL_CYCLES = 25_000  # gear-mesh cycles of a linear train that are all looked at
-SPREAD_CYCLES = 4_000  # of a linear train whose error cycle is longer
-SOLVED_CYCLES = 120  # of a train that is solved position by position
-LONGEST = 10**15  # gear-mesh cycles beyond which an error cycle is as good as endless
+ALL_CYCLES = 25_000  # largest error cycle of a linear train, in gear-mesh cycles, solved completely
+SPREAD_CYCLES = 4_000  # gear-mesh cycles of a linear train with a longer error cycle
+SOLVED_CYCLES = 120  # gear-mesh cycles of a train that is solved position by position
+LONGEST = 10**15  # gear-mesh cycles above which an error cycle counts as endless
 
-RATED_SHARES = 1e-3, 1e3  # least and most of rated speed or torque that vibration is followed over
+RATED_SHARES = 1e-3, 1e3  # limits of speeds and torques over the rated ones
 REVERSED = (
-    "shares of the rated ones are positive: turn round torques or speeds in the case, whose rated "
-    "ones say which flanks carry"
+    "shares of rated speed and torque are positive: turn round torques or speeds in the case, "
+    "whose rated ones determine which flanks carry"
 )
 
 
 def share_range(over: str, ends: Sequence[float]) -> tuple[float, float]:
-    """The ends of a range of speeds or torques over the rated one, lowest first. over: "speed" or
-    "torque", for messages. InputError unless both are positive, different and plausible."""
+    """Lower and upper end of a range of speeds or torques over rated ones. over: "speed" or
+    "torque", for messages. InputError unless the ends are positive, different and plausible."""
     low, high = sorted(map(float, ends))
     least, most = RATED_SHARES
     if most < high or 0.0 < low < least:
@@ -64,14 +63,15 @@ def share_range(over: str, ends: Sequence[float]) -> tuple[float, float]:
 
 
 def range_words(ends: Sequence[float]) -> str:
-    """ "0.2 to 1.5"."""
+    """The text of a range: "0.2 to 1.5"."""
     return " to ".join(f"{x:g}" for x in ends)
 
 
 @dataclass(frozen=True)
 class StageMotion:
-    """Rated motion of a stage. theta: rad/s of its angle; carrier: of its carrier; turn: its error
-    cycle and its turns per turn of the lead; gear_mesh_frequency: Hz."""
+    """Rated motion of a stage. theta: speed of its angle, rad/s; carrier: speed of its carrier,
+    rad/s; turn: its error cycle, and its rotation per rotation of the reference member;
+    gear_mesh_frequency: Hz."""
 
     name: str
     theta: float
@@ -81,12 +81,12 @@ class StageMotion:
 
     @property
     def cycle(self) -> ErrorCycle:
-        """Gear-mesh cycles until the stage's own errors come back."""
+        """The cycle after which the errors of the stage repeat."""
         return self.turn.cycle
 
     @property
     def error_period(self) -> float:
-        """Common period of the errors, s; inf at zero speed."""
+        """Common period of the errors of the stage, s; inf at zero speed."""
         return self.cycle.gear_meshes / self.gear_mesh_frequency if self.theta else math.inf
 
     @property
@@ -98,7 +98,7 @@ class StageMotion:
 def stage_motions(case: Case, flow: PowerFlow) -> tuple[StageMotion, ...]:
     """Rated motion of every stage."""
     lead = lead_speed(case, flow)
-    housing = _stands_in_space(case)
+    housing = _anisotropic_in_space(case)
     motions = []
     for stage in case.stages:
         speed = {part: flow.speed[f"{stage.name}.{part}"] for part in stage.members}
@@ -108,7 +108,7 @@ def stage_motions(case: Case, flow: PowerFlow) -> tuple[StageMotion, ...]:
         turns = exact_rate(carrier, theta) if theta else Fraction(0)
         errors = stage.errors
         sources = (*error_sources(errors, housing=housing), *faulty_gears(case.view(stage.name)))
-        if stage.form("ring") == "fe":  # bends between its bolts
+        if stage.form("ring") == "fe":  # its stiffness varies with the position of bolts
             sources = (*sources, "ring")
         motions.append(
             StageMotion(
@@ -123,22 +123,23 @@ def stage_motions(case: Case, flow: PowerFlow) -> tuple[StageMotion, ...]:
 
 
 def lead_speed(case: Case, flow: PowerFlow) -> float:
-    """Rated speed of the lead, rad/s: of the first port of given speed that turns."""
+    """Rated speed of the reference member, rad/s; 1 where no port of given speed turns."""
     return next((flow.speed[m] for m in given_speeds(case) if flow.speed[m] != 0), 1.0)
 
 
 def reference_member(case: Case, flow: PowerFlow) -> str:
-    """The first port of a stated speed that turns; the first port where none does."""
+    """Member of the first port of given speed that is not zero; of the first port without one."""
     turning = (member for member in given_speeds(case) if flow.speed[member] != 0)
     return next(turning, case.ports[0].member if case.ports else "")
 
 
 def lead_angles(case: Case, flow: PowerFlow, angles: Array, of: str = "") -> Array:
-    """Rotations (p,) rad of the reference member, as ``static`` and ``modes`` take them, at which a
-    stage or a member has turned by ``angles`` (p,), the first input if none is named.
+    """Rotations (p,) of the reference member at which a stage or member has turned by ``angles``
+    (p,), rad. of: name of a stage or member, the first input if left out.
 
-    A stage turns by its carrier against its ring, a parallel one by its gear; members turn in
-    space. All rise with time. What does not turn keeps ``angles``.
+    The rotation of a stage is that of its carrier relative to its ring, or of the gear of a
+    parallel stage; that of a member is its rotation in space; both are positive in the rated sense.
+    For a member that does not turn ``angles`` are returned.
     """
     speeds = {m.name: m.theta for m in stage_motions(case, flow)} | flow.speed
     of = of or (case.inputs[0].member if case.inputs else "")
@@ -148,12 +149,12 @@ def lead_angles(case: Case, flow: PowerFlow, angles: Array, of: str = "") -> Arr
 
 
 def given_speeds(case: Case) -> list[str]:
-    """Members whose speed is given: their rotations are the independent ones."""
+    """Members of the ports with given speed, whose rotations are the independent ones."""
     return [port.member for port in case.ports if port.speed is not None]
 
 
-def _stands_in_space(case: Case) -> bool:
-    """Whether weight, loads, supports or joints make a difference in fixed directions."""
+def _anisotropic_in_space(case: Case) -> bool:
+    """Whether weight, loads, supports or joints have fixed directions in space."""
     loads = any(load.frame == "fixed" and load.points[:, [0, 1, 3, 4]].any() for load in case.loads)
     bearings = [place.bearing for stage in case.stages for place in case.view(stage.name).bearings]
     uneven = any(_is_uneven(b.matrix) for b in bearings if not isinstance(b, PlanetBearing))
@@ -162,7 +163,7 @@ def _stands_in_space(case: Case) -> bool:
 
 
 def _is_uneven(stiffness: Array) -> bool:
-    """Whether a support's stiffness (6, 6) changes as it is turned about the axis."""
+    """Whether a support's stiffness (6, 6) depends on rotation about the axis."""
     rest = stiffness - invariant_part(stiffness)
     return bool(np.abs(rest).max() > 1e-9 * np.abs(stiffness).max())
 
@@ -170,34 +171,38 @@ def _is_uneven(stiffness: Array) -> bool:
 def samples_of_stage(
     case: Case, motions: tuple[StageMotion, ...], stage: int, cycles: int | None, linear: bool
 ) -> AngleSamples:
-    """Angles of the reference member over whole gear-mesh cycles of a stage, spread over the
-    train's error cycle.
+    """Angles of the reference member over whole gear-mesh cycles of a stage (number from 0), spread
+    over the error cycle of the train.
 
-    cycles: at most this number; without a number, all up to ``ALL_CYCLES`` of a linear train.
+    cycles: largest number of cycles; None: all up to ``ALL_CYCLES`` for a linear train, else
+    ``SOLVED_CYCLES``. FlexgearError for a stage without relative rotation.
     """
     if motions[stage].theta == 0:
         raise FlexgearError(
             f"{motions[stage].name} turns as one piece, so its load sharing has no cycle"
         )
-    most = cycles
-    if most is None and linear:
+    limit = cycles
+    if limit is None and linear:
         every = cycles_of_train(motions, stage)
-        most = ALL_CYCLES if every is not None and every <= ALL_CYCLES else SPREAD_CYCLES
-    if most is None:
-        most = SOLVED_CYCLES
+        limit = ALL_CYCLES if every is not None and every <= ALL_CYCLES else SPREAD_CYCLES
+    if limit is None:
+        limit = SOLVED_CYCLES
     per_gear_mesh = case.solver.positions_per_gear_mesh
-    return sample_train_angles([m.turn for m in motions], stage, per_gear_mesh, most)
+    return sample_train_angles([m.turn for m in motions], stage, per_gear_mesh, limit)
 
 
-def one_turn(motion: StageMotion, lead: float, per_gear_mesh: int, most: int) -> Array:
-    """Lead angles over one turn of a stage's angle, at most ``most`` gear-mesh cycles; rad."""
-    cycles = min(motion.cycle.per_turn, most)
+def one_turn(motion: StageMotion, lead: float, per_gear_mesh: int, max_cycles: int) -> Array:
+    """Angles of the reference member over one turn of a stage's angle, or ``max_cycles`` gear-mesh
+    cycles if that is less, rad; lead: rated speed of the reference member, rad/s; per_gear_mesh:
+    positions in a cycle."""
+    cycles = min(motion.cycle.per_turn, max_cycles)
     step = 2 * math.pi / (motion.cycle.per_turn * per_gear_mesh) * abs(lead / motion.theta)
     return np.asarray(step * np.arange(cycles * per_gear_mesh))
 
 
 def cycles_of_train(motions: tuple[StageMotion, ...], stage: int) -> int | None:
-    """Gear-mesh cycles of a stage until the errors of all stages come back; None: endless."""
+    """Number of gear-mesh cycles of a stage (number from 0) after which the errors of all stages
+    repeat; None if it is endless or the stage does not turn."""
     motion = motions[stage]
     if motion.theta == 0:
         return None

@@ -1,25 +1,28 @@
 """Equilibria of a train in the bins of a load spectrum, from one assembly, and its load factors.
 
-Torques and loads on members change from bin to bin, and only them: bodies, coupling and modes are
-those of the case. Every gear mesh is looked at over whole gear-mesh cycles, spread over the time
-until planets, errors and what stands in space come back together. Factors of a group of gear meshes
-that share a load, from the mean F̄_ic of planet i over gear-mesh cycle c:
+Only torques and loads on members differ between bins: bodies, coupling and modes are those of the
+case. Every gear mesh is solved over whole gear-mesh cycles, spread over the period after which
+planets, errors and fixed directions in space repeat. The factors of a group of N gear meshes that
+share a load follow from the mean force F̄_ic and the mean line load W̄_ic(z) of planet i over
+gear-mesh cycle c:
 
-    K_γ = N F̄_ic/Σ_j F̄_jc,   K_Hβ = max_z W̄_ic(z) / mean_z W̄_ic(z),
+    K_γ = N F̄_ic/Σ_j F̄_jc,   K_Hβ = max_z W̄_ic(z) / mean_z W̄_ic(z).
 
-and K_Hα, largest load of a tooth pair over that of an accurate gear mesh under the same force (ISO
-6336-1). All three are of one planet in one cycle, that of the largest K_γ K_Hβ, the largest mean
-line load anywhere; largest factors of different planets or times would multiply too much, and those
-of the planet with the largest K_γ alone may miss the sector of a ring that a hub moment loads.
+K_Hα is the largest load of a tooth pair over that of an accurate gear mesh under the same force
+(ISO 6336-1). All three are those of one planet in one cycle, with the largest product K_γ K_Hβ, the
+largest mean line load. (The product of the largest factors of different planets or times would be
+too large, and those of the planet with the largest K_γ may miss the sector of a ring that a hub
+moment loads.)
 
-Where asked for, the train's own motion at one speed and torque gives
+The dynamic factor from the train's motion at one speed and torque is
 
     K_v = max_{t,i} F_i(t) / max_{p,i} F_i,p
 
-with the gear-mesh forces F_i of planet i over a transient t that has settled and over quasi-static
-positions p. The whole train vibrates, with its bodies and bearings and the errors of the case; what
-the model lacks (a mean stiffness does not excite, teeth have no deviations unless the case states
-them) is not in it, where method B of ISO 6336-1 takes deviations from an accuracy grade.
+with the gear-mesh forces F_i of planet i over the settled part of a transient t and over
+quasi-static positions p. It includes the vibration of the whole train with its bodies and bearings
+and the errors of the case, but no excitation that the model lacks (by mean stiffness, or tooth
+deviations that the case does not state), whereas method B of ISO 6336-1 takes deviations from an
+accuracy grade.
 """
 
 from __future__ import annotations
@@ -60,7 +63,7 @@ from flexgear.solve.stresses import (
 from flexgear.solve.transient import simulate
 
 PAIRS = ("pair_load", "pair_stiffness")
-NEEDED = (  # variables of equilibria
+NEEDED = (  # variables of the equilibria's dataset
     *PAIRS, "gear_mesh_force", "face_line_load", "face_section",
     "carrier_angle", "ring_angle", "bearing_force", *OF_FLANKS, *OF_ROOTS,
 )  # fmt: skip
@@ -68,14 +71,13 @@ NEEDED = (  # variables of equilibria
 
 @dataclass(frozen=True)
 class GroupLoads:
-    """Gear meshes that share a load, in one bin.
+    """Loads of a group of gear meshes that share a load, in one bin.
 
-    k_gamma, k_h_beta, k_h_alpha: of ``planet`` (from 1) in ``cycle`` (of those looked at, from 0),
-    NaN where the model does not tell. largest_share: K_γ of any planet in any cycle. drive: the
-    flanks carry that carry rated torque. largest_force: of one gear mesh, N. k_v: of
-    the train's own motion, NaN where that is not asked for. stresses: at every place of the teeth,
-    of gear meshes with load along the face. deviated: which train it is of, where several have
-    deviations of their own.
+    k_gamma, k_h_beta, k_h_alpha: of ``planet`` (from 1) in ``cycle`` (index of the cycles solved),
+    NaN where the model does not give them. largest_share: largest K_γ of any planet and cycle.
+    drive: whether the flanks of rated torque carry. largest_force: of one gear mesh, N. k_v: by the
+    train's motion, NaN if not computed. stresses: over the teeth, for gear meshes with load along
+    the face. deviated: number of the train, if several with random deviations are rated.
     """
 
     k_gamma: float
@@ -92,15 +94,17 @@ class GroupLoads:
 
     @property
     def largest_line_load(self) -> float:
-        """K_γ K_Hβ, or K_γ where that is not known: by it planets, times and trains compare."""
+        """K_γ K_Hβ, or K_γ without K_Hβ: measure for comparing planets, times and trains."""
         return self.k_gamma * (1.0 if math.isnan(self.k_h_beta) else self.k_h_beta)
 
 
 @dataclass(frozen=True)
 class BinLoads:
-    """Loads in a bin. groups: by name; those without load are left out. supports: by name, force N
-    and moment N m (p, 6) of bearings and other supports over the positions of their stage, in the
-    axes of their links; carrier_angle: by stage (p,), rad; closure: of the equilibria."""
+    """Loads in a bin.
+
+    groups: loads of loaded groups of gear meshes by name; supports: forces, N, and moments, N·m,
+    (p, 6) of bearings and other supports by name, over the positions of their stage, in the axes of
+    their links; carrier_angle: (p,) by stage, rad; closure: largest of the equilibria."""
 
     groups: Mapping[GroupName, GroupLoads]
     supports: Mapping[str, Array]
@@ -110,8 +114,8 @@ class BinLoads:
 
 @dataclass(frozen=True)
 class SpectrumTrain:
-    """A train and its load bins. cycles: gear-mesh cycles of every stage, at most; positions: in
-    each. It is assembled when a bin is first solved, in every process anew."""
+    """A train and its load bins. cycles: largest number of gear-mesh cycles of a stage; positions:
+    number in a cycle. It is assembled when a bin is first solved, in each process separately."""
 
     case: Case
     bins: tuple[LoadBin, ...]
@@ -133,18 +137,19 @@ class SpectrumTrain:
 
     @cached_property
     def model(self) -> Model:
-        """Assembled for these bins: every load on a member has a place that bins fill."""
+        """The model, with a load history for each component of loads on members, which the bins
+        set."""
         loads = tuple(_rising(*place, size) for place, size in self.largest_loads.items())
         key = "solver.positions_per_gear_mesh"
         return assemble(self.case.with_(loads=loads, **{key: self.positions}))
 
     def release(self) -> None:
-        """Let go of the model, which is put together anew when it is asked for."""
+        """Free the memory of the model, which is assembled again on its next use."""
         vars(self).pop("model", None)
 
     @cached_property
     def samples(self) -> dict[str, AngleSamples]:
-        """Positions by stage that turns."""
+        """Positions of every stage that turns, by name."""
         motions = stage_motions(self.model.case, self.model.flow)
         return {
             m.name: samples_of_stage(self.model.case, motions, k, self.cycles, False)
@@ -154,8 +159,8 @@ class SpectrumTrain:
 
 
 def _rising(member: str, frame: str, size: Array) -> MemberLoad:
-    """A load that has no components at t = 0, and later those of ``size`` (6,), N and N m: the
-    model has a place for each of them, which bins fill."""
+    """A load that rises from zero to ``size`` (6,), N and N·m: it gives the model a load history
+    for each component, which the bins set."""
     none, parts = (0.0, 0.0, 0.0), tuple(map(float, size))
     return MemberLoad.model_validate(
         {
@@ -169,7 +174,7 @@ def _rising(member: str, frame: str, size: Array) -> MemberLoad:
 
 
 def model_in_bin(train: SpectrumTrain, load_bin: LoadBin) -> Model:
-    """The model under the loads of a bin; nothing is coupled anew."""
+    """The model under the loads of a bin, without new assembly."""
     case, model = case_in_bin(train.case, load_bin), train.model
     flow = power_flow(case)
     pairs, sizes = model.system.pairs, model.system.pairs.load_size.copy()
@@ -194,7 +199,7 @@ def model_in_bin(train: SpectrumTrain, load_bin: LoadBin) -> Model:
 
 
 def loads_in_bin(train: SpectrumTrain, load_bin: LoadBin) -> BinLoads:
-    """Equilibria of a bin over all positions, and what follows from them."""
+    """Loads and factors of a bin from equilibria over all positions."""
     model = model_in_bin(train, load_bin)
     lead = np.concatenate([s.angles for s in train.samples.values()] or [np.zeros(1)])
     result = _equilibria(model, load_bin, lead)
@@ -217,7 +222,7 @@ def loads_in_bin(train: SpectrumTrain, load_bin: LoadBin) -> BinLoads:
 
 
 def _equilibria(model: Model, load_bin: LoadBin, lead: Array) -> Equilibrium:
-    """At rotations (p,) rad of the reference member."""
+    """Equilibria in a bin at rotations (p,) of the reference member, rad."""
     torques = np.array([[load_bin.torque[p.name] for p in model.system.ports]])
     return revolution(model.modal, rated_rotations(model.system, lead), torques)
 
@@ -225,7 +230,8 @@ def _equilibria(model: Model, load_bin: LoadBin, lead: Array) -> Equilibrium:
 def roots_in_bin(
     train: SpectrumTrain, load_bin: LoadBin, group: GroupName, at: tuple[int, int], member: int
 ) -> HeldRoots:
-    """Root stress of a gear's teeth on a fixed body, by planet and cycle (from 0)."""
+    """Root stress of a gear's teeth on a fixed body, at the planet and cycle ``at`` (from 0) of a
+    group; member: 0 gear, 1 planet."""
     model, samples = model_in_bin(train, load_bin), train.samples[group.stage]
     first = at[1] * samples.per_gear_mesh
     lead = samples.angles[first : first + samples.per_gear_mesh]
@@ -238,7 +244,7 @@ def roots_in_bin(
 
 
 def _speed_share(rated: PowerFlow, flow: PowerFlow) -> float:
-    """Speed of a bin over rated speed, of the fastest member."""
+    """Speed in a bin over rated speed, of the fastest member."""
     fastest = max(rated.speed, key=lambda m: abs(rated.speed[m]))
     return flow.speed[fastest] / rated.speed[fastest] if rated.speed[fastest] else 0.0
 
@@ -246,8 +252,8 @@ def _speed_share(rated: PowerFlow, flow: PowerFlow) -> float:
 def _groups(
     model: Model, data: xr.Dataset, stage: str, per_cycle: int, rated: float
 ) -> dict[GroupName, GroupLoads]:
-    """Loads of the groups of a stage from positions of whole gear-mesh cycles; rated: largest force
-    of a gear mesh, N."""
+    """Loads of the groups of a stage from positions in whole gear-mesh cycles of ``per_cycle``
+    positions; rated: largest force of a gear mesh at rated load, N."""
     names, loads, view = model.gear_meshes.names, {}, model.case.view(stage)
     force = without_rounding(data["gear_mesh_force"].to_numpy(), rated)
     gear_mesh = model.case.stage(stage).gear_mesh
@@ -259,7 +265,7 @@ def _groups(
         shares = len(at) * means / means.sum(axis=1, keepdims=True)
         flanks, along, stresses = None, np.ones_like(shares), None
         if gear_mesh.model in ("per_pair", "face_load"):
-            # flanks that also pull are the drive flanks, whichever way the load
+            # with linear contact the drive flanks also carry reversed loads
             sense = "drive" if drive or gear_mesh.contact_law == "linear" else "coast"
             flanks = data.sel(flank=[f"{names[k]} {sense}" for k in at])
         if flanks is not None and gear_mesh.model == "face_load":
@@ -293,12 +299,12 @@ def _face_factors(flanks: xr.Dataset, per_cycle: int) -> Array:
     return np.array([[factor_along(w, s) for w, s in zip(c, section, strict=True)] for c in load])
 
 
-PERIODS = 40.0  # of the slowest gear mesh that is simulated
+PERIODS = 40.0  # simulated periods of the slowest gear mesh
 
 
 def dynamic_factors(case: Case, quasi_static: Mapping[GroupName, float]) -> dict[GroupName, float]:
-    """K_v by group of gear meshes, of those in ``quasi_static``, their largest forces, N; none of a
-    train at rest. Of a motion that has not settled the start counts, too."""
+    """K_v by group of gear meshes, of those in ``quasi_static`` with their largest quasi-static
+    forces, N; empty for a train at rest. If the transient has not settled all of it is used."""
     model = assemble(case)
     frequencies = [s.gear_mesh_frequency for s in model.flow.stages if s.gear_mesh_frequency]
     if not frequencies or not quasi_static:

@@ -1,4 +1,4 @@
-"""Reduced FE bodies of a case, made once and shared by all that is solved over it."""
+"""Reduced FE bodies of a case, shared by all its analyses."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from flexgear.structures.sources.of_case import fe_sources
 from flexgear.structures.tooth_influence.of_case import tooth_influence
 from flexgear.structures.tooth_influence.roots import root_of_case
 
-_BYTES = {"quick": 1e9, "standard": 2e9, "fine": 4e9}  # that two generated bodies take to reduce
+_BYTES = {"quick": 1e9, "standard": 2e9, "fine": 4e9}  # for the reduction of two generated bodies
 Bodies = Mapping[BodyName, ReducedBody]
 
 
@@ -33,41 +33,42 @@ def stage_bodies(
     limit_hz: float | None = None,
     rigid: Collection[BodyName] = (),
 ) -> dict[BodyName, ReducedBody]:
-    """FE mesh, assembly and reduction of all FE bodies of a stage, or all from the cache.
+    """The reduced FE bodies of a stage by name, meshed and reduced or read from the cache.
 
     limit_hz: frequency up to which they are compared with the unreduced bodies; rigid: bodies that
-    are not made.
+    are left out.
     """
     sources = {name: s for name, s in fe_sources(view).items() if name not in rigid}
-    roomy = _BYTES[view.case.solver.fidelity] < psutil.virtual_memory().available
-    at_once = len(sources) if roomy else 1  # each in a thread: half of the work runs in one
-    with single_threaded_blas(), stoppable_pool(max(at_once, 1), progress) as (pool, watched):
-        waiting = {
+    enough_memory = _BYTES[view.case.solver.fidelity] < psutil.virtual_memory().available
+    threads = len(sources) if enough_memory else 1  # half of the work of a body is single-threaded
+    with single_threaded_blas(), stoppable_pool(max(threads, 1), progress) as (pool, report):
+        futures = {
             name: pool.submit(
-                lambda s, report: s.whole(s.reduced(report, limit_hz)),
+                lambda s, progress: s.whole(s.reduced(progress, limit_hz)),
                 source,
-                named(name.part, watched),
+                named(name.part, report),
             )
             for name, source in sources.items()
         }
-        return {name: future.result() for name, future in waiting.items()}
+        return {name: future.result() for name, future in futures.items()}
 
 
 @contextmanager
 def stoppable_pool(
     workers: int, progress: Progress
 ) -> Iterator[tuple[ThreadPoolExecutor, Progress]]:
-    """Threads, and the progress that work in them reports: it ends when the block fails."""
+    """A pool of threads, and a progress function for their work, which raises FlexgearError after
+    an exception in the context: so all threads end soon."""
     stop = threading.Event()
 
-    def watched(stage: str, share: float) -> None:
+    def report(stage: str, share: float) -> None:
         if stop.is_set():
             raise FlexgearError("interrupted")
         progress(stage, share)
 
     with ThreadPoolExecutor(workers) as pool:
         try:
-            yield pool, watched
+            yield pool, report
         except BaseException:
             stop.set()
             pool.shutdown(wait=True, cancel_futures=True)
@@ -77,9 +78,8 @@ def stoppable_pool(
 def reduced_bodies(
     case: Case, progress: Progress = silent, rigid: Collection[BodyName] | None = None
 ) -> dict[BodyName, ReducedBody]:
-    """All flexible FE bodies; influences of teeth go to the cache.
-
-    rigid: rigid bodies; those of the case by default.
+    """All flexible FE bodies of a case by name; also computes the influences of its teeth, which
+    are stored in the cache. rigid: rigid bodies, those of the case if left out.
     """
     bodies = dict[BodyName, ReducedBody]()
     rigid = rigid_bodies(case) if rigid is None else rigid
@@ -92,8 +92,8 @@ def reduced_bodies(
 
 
 def _make_influences(view: StageView, progress: Progress) -> None:
-    """Influences of a stage's teeth, where its slices bend each other, and of loads on their roots,
-    where these are asked for, into the cache."""
+    """Compute, for the cache, influences of a stage's teeth if its slices are coupled, and of loads
+    on their roots if root stress by FE is required."""
     influences = {
         "influence of a tooth": (has_coupled_slices(view), tooth_influence),
         "root of a tooth": (view.gear_mesh.root_stress == "fe", root_of_case),
@@ -111,7 +111,7 @@ def reduction_limit(case: Case) -> float:
 
 
 def named(body: str, progress: Progress) -> Progress:
-    """Progress whose stages start with the body's name."""
+    """A progress function whose stages begin with the name of a body or stage."""
 
     def report(stage: str, share: float) -> None:
         progress(stage if stage.startswith(body) else f"{body}: {stage}", share)
@@ -119,11 +119,16 @@ def named(body: str, progress: Progress) -> Progress:
     return report
 
 
-def rigid_bodies(case: Case, names: Sequence[str] = ()) -> frozenset[BodyName]:
-    """Bodies that do not bend of those that may: what the case says, and those named.
+def titled(title: str, progress: Progress) -> Progress:
+    """A progress function that reports ``title`` instead of the stages of the work."""
+    return lambda _, share: progress(title, share)
 
-    names: "ring", "carrier", "shaft" of all stages or "stage_1.ring" of one; "all". InputError for
-    a name that is none, or where nothing could bend.
+
+def rigid_bodies(case: Case, names: Sequence[str] = ()) -> frozenset[BodyName]:
+    """Rigid ones of the flexible bodies: those that the case states, and those named.
+
+    names: "ring", "carrier", "planet", "shaft" of all stages or "stage_1.ring" of one; "all".
+    InputError for an unknown name, or in a case without flexible bodies.
     """
     bodies = case.flexible_bodies
     choices = [*dict.fromkeys(body.part for body in bodies), *bodies, "all"]

@@ -1,8 +1,8 @@
-"""From what an analysis returns to a labelled dataset.
+"""Labelled datasets of equilibria and transients.
 
-Displacements are elastic: rolling of the undeflected train is taken off. Ring teeth are given in
-fixed axes, central members and carrier nodes in the axes of their stage's carrier, planets in their
-own (radial, tangential, axial).
+Displacements are elastic, without the rigid rotation of the undeflected train. Those of ring teeth
+are in fixed axes, of central members and carrier nodes in the axes of their stage's carrier, of
+planets in planet axes (radial, tangential, axial).
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ from flexgear.solve.angles import given_speeds
 from flexgear.solve.face_load import face_arrays, face_labels
 from flexgear.solve.model import Model, flank_name
 
-NODES = {"shaft": "sun"}  # nodes that stand for bodies that bend; of others "drive"
+NODES = {"shaft": "sun"}  # node that represents a flexible body; "drive" for other parts
 
 
 def transient_data(model: Model, result: Transient, **attrs: Any) -> xr.Dataset:
-    """Dataset of a transient; attrs are added to the provenance."""
+    """Dataset of a transient; attrs: further attributes."""
     speeds = result.input_motion[:, :, 1]
     recovery = Recovery(result, model.outputs)
     error = dynamic_transmission_error(recovery)
@@ -56,15 +56,15 @@ def transient_data(model: Model, result: Transient, **attrs: Any) -> xr.Dataset:
 def equilibrium_data(
     model: Model, result: Equilibrium, only: Collection[str] = (), **attrs: Any
 ) -> xr.Dataset:
-    """Dataset of equilibria, one position after the other. only: variables of one that is not kept
-    and needs no provenance, all if none are named."""
+    """Dataset of equilibria over positions. only: names of variables that are needed, for a dataset
+    without provenance; all if left out."""
     count, arrays = np.arange(len(result.input_angles)), {"closure": result.closure}
     recovery = Recovery(result, model.outputs)
     return _dataset(model, "position", count, recovery, arrays, attrs, only)
 
 
 def sensor_data(model: Model, recorder: Recorder, run: Transient) -> xr.Dataset:
-    """Dataset of what sensors record of some samples more, over a time of their own."""
+    """Dataset of sensor signals from the next samples of a run, over the time of the sensors."""
     sensors = model.sensors
     assert sensors is not None
     time, signals, rotations = sensors.record(recorder, Recovery(run, model.outputs))
@@ -79,18 +79,19 @@ def sensor_data(model: Model, recorder: Recorder, run: Transient) -> xr.Dataset:
 
 
 def _stage_rates(model: Model, speeds: Array) -> Array:
-    """Speeds (t, stages) of the stages' angles at those (t, F) of the independent rotations."""
+    """Speeds (t, stages) of the stages' angles from those (t, F) of the independent rotations,
+    rad/s."""
     system = model.system
     return np.asarray(speeds @ (system.angles @ system.rolling).T)[:, _stage_angles(model)]
 
 
 def _stage_angles(model: Model) -> list[int]:
-    """Which of the system's angles each stage turns by."""
+    """Index of the angle of each stage among those of the system."""
     return [frame.theta for frame in model.system.frames.values()]
 
 
 def _turned(model: Model, result: Equilibrium | Transient, part: str) -> Array:
-    """Rotations (t, stages) of the carriers or rings in space; zero of those that stand."""
+    """Rotations (t, stages) of the carriers or rings in space, rad; part: "carrier" or "ring"."""
     rotation = [getattr(frame, part) for frame in model.system.frames.values()]
     return np.where(np.array(rotation) < 0, 0.0, result.theta[:, rotation])
 
@@ -104,6 +105,8 @@ def _dataset(
     attrs: dict[str, Any],
     only: Collection[str] = (),
 ) -> xr.Dataset:
+    """Dataset over ``samples`` of the dimension ``dim`` with the variables common to equilibria and
+    transients and further ``arrays``; only: see ``equilibrium_data``."""
     result = recovery.result
     force = model.gear_meshes.forces(result.pair_load)
     motions, labels = _motions(model, recovery, only)
@@ -138,7 +141,7 @@ def _dataset(
 
 
 def _pairs(model: Model, result: Equilibrium | Transient) -> dict[str, Array]:
-    """Tooth pairs of every flank, where single pairs (or their sum) are what carries."""
+    """Variables of the tooth pairs; none if all gear meshes are stiffness waves without pairs."""
     if np.all(model.system.pairs.model == WAVE):
         return {}
     return {
@@ -172,7 +175,7 @@ def result_labels(model: Model) -> dict[str, list[str]]:
 
 
 def result_attrs(model: Model, **more: Any) -> dict[str, Any]:
-    """Provenance of a result, and how far its reduced bodies are from their FE meshes."""
+    """Attributes of a result: provenance, contact laws, reduction errors of FE bodies, ``more``."""
     case = model.case
     return provenance(
         case=case.name,
@@ -186,7 +189,7 @@ def result_attrs(model: Model, **more: Any) -> dict[str, Any]:
 
 
 def _reduction_errors(model: Model) -> dict[str, float]:
-    """Relative static and frequency error of every reduced body that bends: "stage.ring_…"."""
+    """Relative static and frequency errors of the flexible reduced bodies: "stage.ring_…"."""
     return {
         f"{name}_{kind}": float(body.report[kind])
         for name, body in model.bodies.items()
@@ -196,7 +199,7 @@ def _reduction_errors(model: Model) -> dict[str, float]:
 
 
 def _laws(case: Case) -> dict[str, str]:
-    """Models of gear meshes and ties, as one word each or stage by stage."""
+    """Models of contact, pair stiffness and ties; of several stages separated by "; "."""
     laws: dict[str, list[str]] = {
         "contact_law": [s.gear_mesh.contact_law for s in case.stages],
         "pair_stiffness": [s.gear_mesh.pair_stiffness for s in case.stages],
@@ -206,24 +209,22 @@ def _laws(case: Case) -> dict[str, str]:
 
 
 def result_name(body: BodyName) -> BodyName:
-    """Name of a body in results: the shaft of a flexible stage carries its sun."""
+    """Name of a body in results: "sun" for the shaft of a flexible stage."""
     return BodyName.of(body.stage, "sun") if body.part == "shaft" else body
 
 
 def body_rows(system: System) -> tuple[list[str], Array]:
-    """Names (n) and rows (6 n, d) of lumped bodies and of the nodes that represent flexible
-    ones."""
+    """Names (n,) in results and rows (6 n, d) of the bodies of ``result_bodies``."""
     bodies = list(result_bodies(system))
-    return [name for name, _, _ in bodies], np.vstack(
-        [system.node_rows(b, n) for _, b, n in bodies]
-    )
+    rows = np.vstack([system.node_rows(body, node) for _, body, node in bodies])
+    return [name for name, _, _ in bodies], rows
 
 
 def result_bodies(system: System) -> Iterator[tuple[str, str, str]]:
-    """Name in results, body and node of lumped and of flexible bodies."""
+    """Name in results, body, and node that represents it, of lumped and flexible bodies."""
     for body in system.bodies:
         part = body.name.part
-        single = len(body.node_names) == 1 or part == "planet"  # an FE planet: its rigid motion
+        single = len(body.node_names) == 1 or part == "planet"  # for FE planets their rigid motion
         node = body.node_names[0] if single else NODES.get(part, "drive")
         if node not in body.node_names or part == "output":
             continue
@@ -233,8 +234,7 @@ def result_bodies(system: System) -> Iterator[tuple[str, str, str]]:
 def _motions(
     model: Model, recovery: Recovery, only: Collection[str]
 ) -> tuple[dict[str, Array], dict[str, Any]]:
-    """Displacements of bodies and forces of links, with their labels; of ``only`` some variables
-    forces of links alone."""
+    """Displacements of bodies and forces in links, with their labels; with ``only`` just forces."""
     result, count = recovery.result, len(recovery.result.theta)
     arrays, labels = dict[str, Array](), dict[str, Any]()
     if not only:
@@ -250,16 +250,16 @@ def _motions(
         if links and (not only or name in only):
             forces = [recovery.link_force(link)[:, :parts] for link in links]
             arrays[name], labels[axis] = np.stack(forces, axis=1), links
-    nodes_of = (
+    node_groups = (
         ("tooth", "tooth_displacement", _nodes(model, "ring", "tooth"), 3),
         ("carrier_node", "carrier_displacement", _nodes(model, "carrier"), 6),
     )
-    for axis, _, nodes, _ in nodes_of:
+    for axis, _, nodes, _ in node_groups:
         labels |= _node_labels(model, axis, nodes) if nodes else {}
     if only:
         return arrays, labels
     if bearings:
-        # links pull the pin towards the planet: pin − planet is their motion
+        # the motion of these links is pin − planet, the result is the force on the pin
         arrays["planet_bearing_force"] *= -1.0
         arrays |= _films(model, recovery, bearings)
     arrays |= _row_loads(recovery, bearings, supports)
@@ -268,26 +268,27 @@ def _motions(
         labels |= model.sensors.static_labels
     if isinstance(result, Equilibrium) and len(model.rim_stress):
         arrays["rim_stress"] = recovery.named("rim", lambda: model.rim_stress)
-    for axis, name, nodes, dofs in nodes_of:
+    for axis, name, nodes, dofs in node_groups:
         if nodes:
-            motion = recovery.named(axis, partial(_rows_of, model.system, nodes, dofs))
+            motion = recovery.named(axis, partial(_node_rows, model.system, nodes, dofs))
             arrays[name] = motion.reshape(count, len(nodes), dofs)
     return arrays, labels
 
 
 def _films(model: Model, recovery: Recovery, bearings: list[str]) -> dict[str, Array]:
-    """Least thickness of the films of the planets' plain bearings, if there are any."""
+    """Least film thickness (t, bearings) of the planets' plain bearings, m; empty without any."""
     films = {b.name: b for b in model.system.bearings if b.law == JOURNAL.name}
     thickness = np.full((len(recovery.result.theta), len(bearings)), np.nan)
     for i, name in enumerate(bearings):
         if name in films:
-            off = recovery.motion(films[name].relative[:2])
-            thickness[:, i] = films[name].parameters[CLEARANCE] - np.hypot(*off.T)
+            eccentricity = recovery.motion(films[name].relative[:2])
+            thickness[:, i] = films[name].parameters[CLEARANCE] - np.hypot(*eccentricity.T)
     return {"film_thickness": thickness} if films else {}
 
 
 def _row_loads(recovery: Recovery, bearings: list[str], supports: list[str]) -> dict[str, Array]:
-    """Loads of rows of rollers of the planets' bearings, and of all supports if others have any."""
+    """Loads of the roller rows of the planets' bearings, and of all supports if any other has
+    rollers."""
     others = [name for name in supports if name not in bearings]
     loads = {"planet_bearing_row_load": recovery.row_loads(bearings)}
     if recovery.row_loads(others).shape[2]:
@@ -296,19 +297,20 @@ def _row_loads(recovery: Recovery, bearings: list[str], supports: list[str]) -> 
 
 
 def support_names(model: Model) -> list[str]:
-    """Names of springs between two nodes, without bolts, and of turning links."""
+    """Names of springs between two nodes, without bolts, and of bearings in turning frames."""
     links = [x.name for x in model.system.links if len(x.rows) == 6 and x.kind != "bolt"]
-    return [*links, *_turning(model)]
+    return [*links, *_turning_bearings(model)]
 
 
-def _turning(model: Model) -> list[str]:
-    """Bearings of FE planets, which turn in their own frames."""
+def _turning_bearings(model: Model) -> list[str]:
+    """Names of the bearings that are supports in turning frames, such as those of FE planets."""
     links = {link.name for link in model.system.links}
     return [x.name for x in model.system.rotating_frame_supports if x.name not in links]
 
 
 def _nodes(model: Model, part: str, kind: str = "") -> list[tuple[BodyName, NodeName]]:
-    """(body, node) of the finite-element bodies of one kind, stage by stage."""
+    """Body and node of all nodes of a kind (all if left out) of the FE bodies of a part, stage by
+    stage."""
     return [
         (body, node)
         for stage in model.case.flexible_stages.values()
@@ -319,8 +321,8 @@ def _nodes(model: Model, part: str, kind: str = "") -> list[tuple[BodyName, Node
     ]
 
 
-def _rows_of(system: System, nodes: list[tuple[BodyName, NodeName]], dofs: int) -> Array:
-    """Rows of the first dofs of nodes, each in its body's frame."""
+def _node_rows(system: System, nodes: list[tuple[BodyName, NodeName]], dofs: int) -> Array:
+    """Rows of the first ``dofs`` dofs of nodes, each in its body's frame."""
     return np.vstack([system.own_rows(*node)[:dofs] for node in nodes])
 
 
@@ -338,6 +340,6 @@ def _node_labels(model: Model, name: str, nodes: list[tuple[BodyName, NodeName]]
 
 
 def planet_bearings(model: Model) -> list[str]:
-    """Names of planets' bearings, turning ones last."""
+    """Names of the planets' bearings, those in turning frames last."""
     names = [link.name for link in model.system.links if link.kind == "planet_bearing"]
-    return names + _turning(model)
+    return names + _turning_bearings(model)

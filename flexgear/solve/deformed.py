@@ -22,25 +22,25 @@ from flexgear.solve.model import Model, rated_rotations
 from flexgear.structures.reduced import ReducedBody, elastic_modes
 from flexgear.structures.strain import COMPONENTS, stress_of_strain, von_mises
 
-LEAST_ENERGY = 1e-12  # share of a mode's kinetic energy: a body with less of it stands still
+LEAST_ENERGY = 1e-12  # share of a mode's kinetic energy below which a body does not move
 
 
 def bending_bodies(model: Model) -> list[BodyName]:
-    """Flexible finite-element bodies with an FE mesh: "stage.ring", "stage.planet_1"."""
+    """Names of the flexible bodies with an FE mesh: "stage.ring", "stage.planet_1"."""
     return [
         body.name
         for body in model.system.bodies
         if not body.rigid
         and (reduced := model.bodies.get(body.name.alike)) is not None
-        and len(reduced.points)  # a body that was given reduced has none
+        and len(reduced.points)  # bodies given as matrices have none
     ]
 
 
 def reduced_field(
     model: Model, body: str, coordinates: NDArray[np.float64]
 ) -> tuple[ReducedBody, NDArray[np.float64]]:
-    """The reduced body of one of ``bending_bodies``, and its coordinates from those (d[, k]) of the
-    system: of a planet the elastic displacement in its own frame."""
+    """The reduced body of one of ``bending_bodies``, and its coordinates from those (d_b[, k]) in
+    the system; for planets without rigid motion, in the planet's frame."""
     name = BodyName.parse(body)
     reduced = model.bodies[name.alike]
     if name == name.alike:
@@ -49,7 +49,7 @@ def reduced_field(
 
 
 def require_bending(model: Model, body: str) -> None:
-    """InputError unless a body is one of ``bending_bodies``."""
+    """Raise InputError unless ``body`` is one of ``bending_bodies``."""
     bodies = bending_bodies(model)
     if body not in bodies:
         remedy = nearest(body, bodies) if bodies else "no body of this model is one"
@@ -67,11 +67,12 @@ def deformed(
 ) -> xr.Dataset:
     """Elastic displacement (p, 3) m and stress (p, 6) Pa at the vertices of a body's FE mesh.
 
-    In equilibrium at carrier_angle, rotation of the reference member, rad, under torque, N m on the
-    first input, rated if left out; or at the sample of ``run`` nearest to ``time``, s: a transient
-    that keeps the body (``transient(model, fields=[body])``). body: one of ``bending_bodies``. u =
-    Φ_r q with the recovery Φ_r of the reduction; stress by ``structures/strain.py``, which smooths
-    what the body's FE mesh does not resolve (tooth roots).
+    The state is the equilibrium at ``carrier_angle``, rotation of the reference member, rad, under
+    ``torque``, N m on the first input, rated if left out; or the sample nearest to ``time``, s, of
+    the transient ``run``, which must have saved the body (``fields=[body]``). body: one of
+    ``bending_bodies``. u = Φ_r q with the recovery matrix Φ_r of the reduction; stress by
+    ``structures/strain.py``, smoothed where the FE mesh does not resolve it (tooth roots).
+    InputError for another body or time.
     """
     require_bending(model, body)
     if run is not None:
@@ -92,11 +93,10 @@ def mode_field(
 ) -> xr.Dataset:
     """Displacement (p, 3) m and stress (p, 6) Pa of a body in a natural mode of the train.
 
-    mode: its number from 1, rigid rotations first, as in ``modes``; carrier_angle: rotation of the
-    reference member, rad, for gear meshes at that angle instead of their mean stiffness; largest:
-    displacement of the vertex that moves most, m, to which the mode is scaled. The attribute
-    frequency has Hz. InputError for a mode that the train does not have, or in which the body does
-    not move.
+    mode: number from 1, rigid rotations first, as in ``modes``; carrier_angle: rotation of the
+    reference member, rad, at which the stiffness of gear meshes is taken instead of the mean;
+    largest: largest displacement of a vertex, m, to which the mode is scaled. Attribute
+    ``frequency``: Hz. InputError for an unknown mode, or one in which the body does not move.
     """
     require_bending(model, body)
     modes = model.natural_modes(angle=carrier_angle)
@@ -104,9 +104,8 @@ def mode_field(
         problem = f"{mode} is not there"
         raise InputError("mode_field", "mode", problem, f"take 1 … {len(modes.frequencies)}")
     shape = modes.shapes[model.system.slice_of(body), mode - 1]
-    reduced, at_mode = reduced_field(model, body, shape)
-    displacement = reduced.recover(at_mode)
-    peak = np.linalg.norm(displacement, axis=-1).max()
+    reduced, coordinates = reduced_field(model, body, shape)
+    peak = np.linalg.norm(reduced.recover(coordinates), axis=-1).max()
     if not modes.energy[body][mode - 1] > LEAST_ENERGY:
         raise InputError("mode_field", body, f"does not move in mode {mode}", "take another mode")
     attrs = {"frequency": float(modes.frequencies[mode - 1]), "mode": float(mode)}
@@ -116,7 +115,7 @@ def mode_field(
 def _field(
     model: Model, body: str, coordinates: NDArray[np.float64], attrs: dict[str, float]
 ) -> xr.Dataset:
-    """Displacement and stress of a body at its reduced coordinates."""
+    """Dataset of displacement and stress of a body from its coordinates (d_b,) in the system."""
     reduced, coordinates = reduced_field(model, body, coordinates)
     material = model.case.view(BodyName.parse(body).stage).material
     strain = reduced.strain(coordinates)
@@ -136,7 +135,7 @@ def _field(
 
 
 def body_coordinates(run: Transient, bodies: Sequence[str]) -> xr.Dataset:
-    """``fe_coordinate`` (time, coordinates) of bodies, one after the other."""
+    """Dataset with ``fe_coordinate`` (time, coordinates): coordinates of bodies in succession."""
     recovery = Recovery(run)
     values = [recovery.coordinates(body) for body in bodies]
     names = np.repeat(list(bodies), [v.shape[1] for v in values])
@@ -145,8 +144,8 @@ def body_coordinates(run: Transient, bodies: Sequence[str]) -> xr.Dataset:
 
 
 def _at(run: xr.Dataset, body: str, time: float) -> tuple[NDArray[np.float64], dict[str, float]]:
-    """Coordinates of a body at the sample of a transient nearest to a time, s, and the time of that
-    sample."""
+    """Coordinates of a body at the sample of a transient nearest to a time, s, and attributes with
+    the time of the sample. InputError for a body that was not saved or a time outside the run."""
     bodies = run["fe_coordinate_of"].to_numpy().tolist() if "fe_coordinate" in run else []
     if body not in bodies:
         problem = (
@@ -164,34 +163,34 @@ def _at(run: xr.Dataset, body: str, time: float) -> tuple[NDArray[np.float64], d
     return coordinates.astype(float), {"time": float(sample["time"])}
 
 
-SHOWN = 4  # modes of a body
-LEAST_SHARE = 0.1  # of a mode's kinetic energy in a body that it moves
-APART = 0.01  # of a frequency: modes nearer to each other are one shape, turned
+MAX_SHOWN = 4  # modes of a body
+LEAST_SHARE = 0.1  # share of a body in the kinetic energy of a mode that is shown
+APART = 0.01  # relative difference of frequencies below which two modes are one pair
 
 
 def moving_modes(modes: Modes, body: str) -> list[int]:
-    """Indices of the lowest modes in which a body has a tenth of the kinetic energy or more; of
-    pairs of equal frequency, as round bodies have, the first."""
+    """Indices of the lowest modes in which a body has at least a tenth of the kinetic energy; of
+    pairs with equal frequency, as in round bodies, only the first."""
     indices: list[int] = []
     for k in np.flatnonzero((modes.energy[body] >= LEAST_SHARE) & (modes.frequencies > 0.0)):
         if not indices or modes.frequencies[k] > (1.0 + APART) * modes.frequencies[indices[-1]]:
             indices.append(int(k))
-    return indices[:SHOWN]
+    return indices[:MAX_SHOWN]
 
 
 def mode_shapes(model: Model, body: str, modes: Modes) -> xr.Dataset:
-    """``mode_displacement`` (mode, vertex, axis), u = Φ_r φ over the largest |u| of the mode, and
-    ``frequency`` (mode,) Hz of a body in its ``moving_modes``.
+    """Dataset with ``mode_displacement`` (mode, vertex, axis) of a body in its ``moving_modes``,
+    u = Φ_r φ over the largest |u| of the mode, and ``frequency`` (mode,), Hz.
 
     body: one of ``bending_bodies``; mode: numbers from 1 as in ``modes``. Vertices are those of
-    ``deformed``.
+    ``deformed``. InputError for another body.
     """
     require_bending(model, body)
     dofs, numbers = model.system.slice_of(body), moving_modes(modes, body)
-    reduced, at_modes = reduced_field(model, body, modes.shapes[dofs][:, numbers])
+    reduced, coordinates = reduced_field(model, body, modes.shapes[dofs][:, numbers])
     shapes = np.zeros((len(numbers), len(reduced.points), 3))
-    for shape, coordinates in zip(shapes, at_modes.T, strict=True):
-        field = reduced.recover(coordinates)
+    for shape, q in zip(shapes, coordinates.T, strict=True):
+        field = reduced.recover(q)
         shape[:] = field / np.linalg.norm(field, axis=-1).max()
     return xr.Dataset(
         {

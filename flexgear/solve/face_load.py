@@ -1,4 +1,4 @@
-"""Load along the face in datasets: line loads of slices, what follows from them, and its causes."""
+"""Variables of datasets for load along the face: line loads, pressure, misalignment and causes."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ from flexgear.solve.stresses import FILLETS, MEMBERS, root_arrays
 
 
 def face_arrays(model: Model, recovery: Recovery, only: Collection[str] = ()) -> dict[str, Any]:
-    """Variables of a result whose pairs have slices: all of them for equilibria, in time without
-    those by slice, unless the case asks for them. only: names of variables that are needed beside
-    root stresses, all if empty."""
+    """Variables of a result whose pairs have slices; empty without slices. Transients have no
+    variables by slice, unless ``solver.line_loads_in_time``. only: names of variables that are
+    needed beside root stresses, all if empty."""
     result = recovery.result
     loads = line_loads(result)
     if loads is None:
         return {}
-    load = _of_slices(result, loads)
+    load = _sliced_load(result, loads)
     pairs = model.system.pairs
     width = 2.0 * pairs.half_face
     pressure = cache(lambda: _pressure(model, loads))
@@ -61,7 +61,7 @@ def face_arrays(model: Model, recovery: Recovery, only: Collection[str] = ()) ->
         return arrays
     edges, positions = cache(lambda: edge_loads(pairs, loads)), cache(lambda: pairs_at(result))
     return arrays | _chosen(only, {
-        **{name: partial(np.asarray, of) for name, of in _flank_geometry(pairs).items()},
+        **{name: partial(np.asarray, x) for name, x in _flank_geometry(pairs).items()},
         "pair_planet_tooth": lambda: (positions().planet_tooth + 1).astype(np.int16),
         "mean_line_load": lambda: edges().mean,
         "instantaneous_peak_factor": lambda: largest() / edges().mean,
@@ -79,12 +79,13 @@ def face_arrays(model: Model, recovery: Recovery, only: Collection[str] = ()) ->
 
 
 def _chosen(only: Collection[str], variables: Mapping[str, Callable[[], Any]]) -> dict[str, Any]:
-    """Those that are named, or all, made."""
+    """Values of the variables named in ``only``, or of all if it is empty."""
     return {name: make() for name, make in variables.items() if not only or name in only}
 
 
 def face_labels(model: Model) -> dict[str, list[Any]]:
-    """Labels of the axis along the face, causes of misalignment, members of a pair."""
+    """Labels of the axes: places along the face, causes of misalignment, members of a pair,
+    fillets."""
     return {
         "face": face_places(model.system.pairs).tolist(),
         "cause": list(CAUSES),
@@ -94,51 +95,51 @@ def face_labels(model: Model) -> dict[str, list[Any]]:
 
 
 def face_places(pairs: PairData) -> Array:
-    """Places along the face over its width, −1/2 … 1/2: twice as many as slices, and the ends."""
+    """Places along the face over its width, −1/2 … 1/2: at middles and ends of slices."""
     return np.linspace(-0.5, 0.5, 2 * int(pairs.slices.max(initial=0)) + 1)
 
 
 def along_face(pairs: PairData, loads: LineLoads) -> Array:
-    """Line load (t, M, F) N/m that all pairs of a gear mesh carry together along its face."""
+    """Sum (t, M, F) of the line loads of all pairs of a gear mesh at the places along the face,
+    N/m."""
     places, count = face_places(pairs), loads.z.shape[-1]
-    load = _continued(pairs, loads)
+    load = _loads_with_ends(pairs, loads)
     low, high = loads.ends[..., :1], loads.ends[..., 1:]
     with np.errstate(divide="ignore", invalid="ignore"):
-        at = (places * 2.0 * pairs.half_face[:, None, None] - low) / (high - low)
-    on = (at >= 0.0) & (at <= 1.0) & np.isfinite(loads.line_load).all(axis=-1, keepdims=True)
-    x = np.where(on, at * count, 0.0)
-    # number in ``load``: its ends are half a slice from the middles beside them
-    number = np.where(x < 0.5, 2 * x, np.where(x > count - 0.5, 2 * x - count + 1, x + 0.5))
-    first = np.minimum(number.astype(np.int64), count)
-    share = number - first
+        share = (places * 2.0 * pairs.half_face[:, None, None] - low) / (high - low)
+    on = (share >= 0.0) & (share <= 1.0) & np.isfinite(loads.line_load).all(axis=-1, keepdims=True)
+    x = np.where(on, share * count, 0.0)
+    # index in ``load``, whose first and last values are half a slice from the next ones
+    index = np.where(x < 0.5, 2 * x, np.where(x > count - 0.5, 2 * x - count + 1, x + 0.5))
+    first = np.minimum(index.astype(np.int64), count)
+    share = index - first
     below, above = (np.take_along_axis(load, first + k, axis=-1) for k in (0, 1))
     return np.asarray(np.where(on, (1.0 - share) * below + share * above, 0.0).sum(axis=2))
 
 
 def largest_line_load(pairs: PairData, loads: LineLoads) -> Array:
-    """(t, M) N/m, continued to the ends of the contact lines."""
-    return np.asarray(_continued(pairs, loads).max(axis=(2, 3)))
+    """Largest line load (t, M) of each gear mesh, including the ends of contact lines, N/m."""
+    return np.asarray(_loads_with_ends(pairs, loads).max(axis=(2, 3)))
 
 
-def _continued(pairs: PairData, loads: LineLoads) -> Array:
-    """Line loads (t, M, slots, K + 2) N/m with those at the ends of the contact lines."""
+def _loads_with_ends(pairs: PairData, loads: LineLoads) -> Array:
+    """Line loads (t, M, slots, K + 2) including those at the ends of the contact lines, N/m."""
     width = np.nan_to_num(loads.width[..., 0], nan=1.0)  # without a line there is no load
     return with_ends(np.nan_to_num(loads.line_load), 0.5 * sections(pairs)[:, None] / width)
 
 
 def sections(pairs: PairData) -> Array:
-    """Lengths (M,) m of the face over which line loads are averaged: a normal base pitch over π,
-    which is m_n cos α_n, where slices bend each other; else 0, at every place.
-    ``gears.slices``"""
+    """Lengths (M,) along the face over which line loads are averaged, m: for coupled slices normal
+    base pitch over π, i.e. m_n cos α_n, else 0 (see ``gears.slices``)."""
     return np.where(pairs.bent == 1, pairs.pitch * pairs.cos_b / np.pi, 0.0)
 
 
 def _pressure(model: Model, loads: LineLoads) -> Array:
-    """Hertz pressure (t, M, slots, K) Pa at the middle of slices, NaN without a pair: of line loads
-    over the length of the contact line, on the radius of relative curvature in the normal section.
-    Off the path, that of its end."""
+    """Hertz pressure (t, M, slots, K) in the middle of slices, Pa, NaN without a pair: from the
+    load per length of the contact line and the radius of relative curvature in the normal section;
+    off the path with the radius at its end."""
     pairs, material = model.system.pairs, model.case.material
-    body = ContactBody(material.young_modulus, material.poisson_ratio, 1.0)  # any depth does
+    body = ContactBody(material.young_modulus, material.poisson_ratio, 1.0)  # depth is not used
     out = np.full_like(loads.line_load, np.nan)
     for m in np.flatnonzero(pairs.slices):
         internal = KINDS[pairs.kind[m]].internal
@@ -152,20 +153,20 @@ def _pressure(model: Model, loads: LineLoads) -> Array:
     return out
 
 
-def _of_slices(result: Equilibrium | Transient, loads: LineLoads) -> Array:
-    """Loads (t, M, slots) N of the pairs that have slices, 0 of all others."""
+def _sliced_load(result: Equilibrium | Transient, loads: LineLoads) -> Array:
+    """Loads (t, M, slots) of pairs with slices, N; 0 for all others."""
     return np.where(np.isfinite(loads.force).all(axis=-1), result.pair_load, 0.0)
 
 
 def _by_load(values: Array, load: Array) -> Array:
     """Mean (t, M) of values of pairs (t, M, slots), weighted by their loads; NaN without load."""
     total = load.sum(axis=-1)
-    weighed = np.where(load > 0, np.nan_to_num(values) * load, 0.0).sum(axis=-1)
-    return np.asarray(np.divide(weighed, total, out=np.full_like(total, np.nan), where=total > 0))
+    weighted = np.where(load > 0, np.nan_to_num(values) * load, 0.0).sum(axis=-1)
+    return np.asarray(np.divide(weighted, total, out=np.full_like(total, np.nan), where=total > 0))
 
 
 def _flank_geometry(pairs: PairData) -> dict[str, Array]:
-    """Geometry that maps path coordinates to positions on the flanks of both gears, (M,) m."""
+    """Geometry (M,) that relates path coordinates to positions on the flanks of both gears, m."""
     return {
         "path_start": pairs.path_lo,
         "path_end": pairs.path_hi,
@@ -177,11 +178,11 @@ def _flank_geometry(pairs: PairData) -> dict[str, Array]:
 
 
 def worst_figures(result: Equilibrium) -> tuple[Array, Array]:
-    """Largest line load (M,) N/m and peak-to-peak transmission error (M,) m of every flank of
-    equilibria whose pairs have slices; zero of those that do not carry throughout."""
+    """Largest line load (M,), N/m, and peak-to-peak transmission error (M,), m, of every flank in
+    equilibria whose pairs have slices; the error is zero for flanks not loaded at all positions."""
     loads = line_loads(result)
     assert loads is not None
-    error = _by_load(loads.approach, _of_slices(result, loads))
-    always = np.isfinite(error).all(axis=0)
+    error = _by_load(loads.approach, _sliced_load(result, loads))
+    loaded = np.isfinite(error).all(axis=0)
     largest = largest_line_load(result.modal.system.pairs, loads).max(axis=0)
-    return largest, np.where(always, np.ptp(error, axis=0), 0.0)
+    return largest, np.where(loaded, np.ptp(error, axis=0), 0.0)

@@ -1,14 +1,13 @@
-"""Trains whose gear meshes neither part nor change their stiffness: linear in their errors.
+"""Trains with constant, two-sided gear-mesh stiffness, which are linear in their errors.
 
 With rows V of the gear meshes, stiffness k, errors e(θ) and torques on ports, an equilibrium is
 
     (K + Vᵀ k V) q = f − Vᵀ k e,   input_rows · q = 0,   F = k (V q + e),
 
-so that F = F_0 + S e with one influence matrix S for all positions: whole error cycles of hundreds
-of thousands of positions cost one small solve. Over time every error is a sum of harmonics, of the
-gears' turns and of gear-mesh frequency, from which the steady state follows.
-
-The harmonic steady state is a check on the time stepping.
+so that F = F_0 + S e with one influence matrix S for all positions: error cycles of hundreds of
+thousands of positions need one small linear system. Over time every error is a sum of harmonics of
+the gears' rotations and of the gear-mesh frequency, from which the steady state follows. It is used
+to check the time stepping.
 """
 
 from __future__ import annotations
@@ -40,13 +39,13 @@ from flexgear.solve.dataset import body_rows, result_attrs, result_labels
 from flexgear.solve.model import Model
 from flexgear.structures.bodies import turn
 
-CHUNK = 20_000  # times at once
-SAME = 12  # digits of the highest frequency in which equal ones agree
-COMPARED = 100_000  # samples of a transient beside the harmonic solution
+CHUNK = 20_000  # times evaluated together
+SAME = 12  # decimals, relative to the highest frequency, to which equal frequencies agree
+COMPARED = 100_000  # largest number of samples of a transient compared with the harmonic solution
 
 
 def why_not_linear(system: System) -> str | None:
-    """Reason why the train is not linear in its errors, or None."""
+    """Reason why the train is not linear in its errors; None for a linear train."""
     pairs = system.pairs
     if pairs.one_sided:
         return "its gear meshes are one-sided"
@@ -63,9 +62,11 @@ def why_not_linear(system: System) -> str | None:
 
 @dataclass(frozen=True)
 class LinearTrain:
-    """rows (M, d) of the gear meshes, k (M,) N/m, c (M,) N s/m; load (d,): constant forces and
-    rated torques on the ports of given torque; turning: (angle, f_cos, f_sin) of forces fixed in
-    space, f_cos cos θ + f_sin sin θ in the frames that turn."""
+    """A train with linear gear meshes.
+
+    rows (M, d): of the gear meshes; k (M,): N/m; c (M,): N s/m; load (d,): constant forces, and
+    rated torques on ports of given torque; turning: forces fixed in space, as index of the angle θ
+    of their frame and vectors (d,) of f_cos cos θ + f_sin sin θ."""
 
     system: System
     rows: Array
@@ -75,12 +76,13 @@ class LinearTrain:
     turning: tuple[tuple[int, Array, Array], ...]
 
     def influence(self) -> Array:
-        """Forces (M, 1 + 2 n_l + M) of equilibria: N, under the constant load and under each
-        component of forces fixed in space; N/m, per metre of error of each gear mesh."""
+        """Gear-mesh forces (M, 1 + 2 n_l + M) of equilibria: under the constant load, N, under the
+        two components of each of the n_l forces fixed in space, N, and per error of each gear mesh,
+        N/m."""
         s, free = self.system, len(self.system.input_rows)
-        held = np.array([p.row for p in s.ports if p.reaction])
+        reactions = np.array([p.row for p in s.ports if p.reaction])
         stiffness = s.stiffness + (self.rows.T * self.k) @ self.rows
-        matrix = np.block([[stiffness, -held.T], [s.input_rows, np.zeros((free, free))]])
+        matrix = np.block([[stiffness, -reactions.T], [s.input_rows, np.zeros((free, free))]])
         loads = [self.load, *(f for _, *vectors in self.turning for f in vectors)]
         right = np.column_stack([*loads, -self.rows.T * self.k])
         right = np.vstack([right, np.zeros((free, right.shape[1]))])
@@ -93,19 +95,17 @@ class LinearTrain:
         return force
 
     def forces(self, input_angles: Array) -> Array:
-        """Gear-mesh forces (p, M) of equilibria at independent rotations (p, F), N."""
+        """Gear-mesh forces (p, M) of equilibria at independent rotations (p, F), rad; N."""
         pairs, theta = self.system.pairs, np.ascontiguousarray(self.system.theta(input_angles))
         weights = [w for a, *_ in self.turning for w in (np.cos(theta[:, a]), np.sin(theta[:, a]))]
-        errors, every = (
-            np.zeros((len(theta), len(pairs.s0))),
-            np.ones(len(pairs.s0), dtype=np.int64),
-        )
-        read_offsets(packed(pairs), theta, every, pair_rows(pairs), errors)  # errors less gaps
+        errors = np.zeros((len(theta), len(pairs.s0)))  # minus gaps
+        all_flanks = np.ones(len(pairs.s0), dtype=np.int64)
+        read_offsets(packed(pairs), theta, all_flanks, pair_rows(pairs), errors)
         return np.column_stack([np.ones(len(theta)), *weights, errors]) @ self.influence().T
 
 
 def linear_train(system: System) -> LinearTrain:
-    """Matrices of a train for which ``why_not_linear`` has no reason."""
+    """Matrices of a linear train, for which ``why_not_linear`` is None."""
     rows, n = rows_at(system)
     vectors, at = row_vectors(system, rows, n), np.flatnonzero(rows.row["kind"][:n] >= 0)
     owner = rows.row["owner"][at]
@@ -127,11 +127,11 @@ def linear_train(system: System) -> LinearTrain:
         if angle < 0:
             load = load + vector @ motion
             continue
-        across = turn(-math.pi / 2) @ vector  # in the frame a quarter turn on
-        along = vector.copy()
-        steady = np.array([0, 0, vector[2], 0, 0, vector[5]])
-        load = load + steady @ motion
-        turning.append((int(angle), (along - steady) @ motion, (across - steady) @ motion))
+        after_quarter_turn = turn(-math.pi / 2) @ vector  # in the turning frame
+        axial = np.array([0, 0, vector[2], 0, 0, vector[5]])
+        load = load + axial @ motion
+        f_cos, f_sin = vector - axial, after_quarter_turn - axial
+        turning.append((int(angle), f_cos @ motion, f_sin @ motion))
     return LinearTrain(system, vectors[at][order], k, c, load, tuple(turning))
 
 
@@ -139,8 +139,8 @@ def linear_train(system: System) -> LinearTrain:
 class SteadyState:
     """Amplitudes of a steady state: x(t) = Σ_k Re(x_k e^{iω_k t}).
 
-    omega: (K,) rad/s; motion: (d, K) complex; forces: (n, K) complex, gear-mesh forces, N,
-    positive when they compress.
+    omega (K,): rad/s; motion (d, K): complex; forces (M, K): complex gear-mesh forces, N, positive
+    in compression.
     """
 
     omega: Array
@@ -148,14 +148,15 @@ class SteadyState:
     forces: Complex
 
     def forces_at(self, time: ArrayLike) -> Array:
-        """Gear-mesh forces (t, n) in N at times (t,) in s."""
-        turn = np.exp(1j * np.multiply.outer(np.asarray(time, dtype=float), self.omega))
-        return np.asarray((turn @ self.forces.T).real)
+        """Gear-mesh forces (t, M), N, at times (t,), s."""
+        phases = np.exp(1j * np.multiply.outer(np.asarray(time, dtype=float), self.omega))
+        return np.asarray((phases @ self.forces.T).real)
 
 
 def error_harmonics(system: System) -> tuple[Array, Complex]:
-    """ω (K,) rad/s rising, the first 0, and E (M, K) with e(t) = Σ Re(E e^{iωt}) at rated speed,
-    without random deviations of single teeth, which jump."""
+    """Frequencies ω (K,), rad/s, rising from 0, and amplitudes E (M, K), m, of the errors at rated
+    speed, e(t) = Σ Re(E e^{iωt}), without random deviations of single teeth, which are not smooth.
+    """
     pairs = system.pairs
     speed = system.angles @ system.rolling @ system.rated_input_speeds
     waves: list[tuple[int, float, complex]] = [
@@ -163,9 +164,9 @@ def error_harmonics(system: System) -> tuple[Array, Complex]:
     ]
     for m in range(len(pairs.s0)):
         if pairs.error_amplitude[m]:
-            turns = 2 * math.pi / pairs.pitch[m]
-            phase = turns * pairs.s0[m] + pairs.error_phase[m]
-            rate = turns * pairs.rate[m] * speed[pairs.angle[m]]
+            wave_number = 2 * math.pi / pairs.pitch[m]
+            phase = wave_number * pairs.s0[m] + pairs.error_phase[m]
+            rate = wave_number * pairs.rate[m] * speed[pairs.angle[m]]
             waves.append(_sine(m, rate, pairs.error_amplitude[m], phase))
         for h in np.flatnonzero(pairs.runout_amplitude[m]):
             rate = pairs.runout_rate[m, h] * speed[pairs.runout_angle[m, h]]
@@ -178,8 +179,8 @@ def error_harmonics(system: System) -> tuple[Array, Complex]:
 
 
 def _sine(m: int, rate: float, amplitude: float, phase: float) -> tuple[int, float, complex]:
-    """The error A sin(rate t + phase) of gear mesh m as (m, ω, E) with ω = |rate| and Re(E
-    e^{iωt})."""
+    """The error A sin(rate t + phase) of gear mesh m as (m, ω, E), with ω = |rate| and the error
+    Re(E e^{iωt})."""
     if rate == 0:
         return m, 0.0, complex(amplitude * math.sin(phase))
     value = -1j * amplitude * np.exp(1j * phase)
@@ -187,12 +188,11 @@ def _sine(m: int, rate: float, amplitude: float, phase: float) -> tuple[int, flo
 
 
 def train_harmonic(model: Model) -> SteadyState:
-    """Steady state of a train at rated speed under its errors and rated torques. FlexgearError,
-    with the reason, where it has none.
+    """Steady state of a train at rated speed under its errors and rated torques.
 
-    F = (k + iωc) (V Q + E): as in the time stepping, damping of gear meshes acts on the rate of
-    motion and errors, structural damping on the modes of the constant part, and the brake's torque
-    follows its law, linearised at rated speed.
+    F = (k + iωc) (V Q + E): as in the time stepping, damping of gear meshes acts on the rates of
+    motion and errors, structural damping on the modes without gear meshes, and the brake's law is
+    linearised at rated speed. FlexgearError, with the reason, for a train that is not linear.
     """
     system, reason = model.system, why_not_linear(model.system)
     if reason is not None:
@@ -206,18 +206,17 @@ def train_harmonic(model: Model) -> SteadyState:
         stiffness = stiffness - system.centripetal
     omega, errors = error_harmonics(system)
     omega, loads = _loads_in_time(train, omega)
-    pull = k + 1j * omega * c
-    pull[:, : errors.shape[1]] *= errors
-    pull[:, errors.shape[1] :] = 0.0
+    by_errors = k + 1j * omega * c  # gear-mesh forces by errors alone
+    by_errors[:, : errors.shape[1]] *= errors
+    by_errors[:, errors.shape[1] :] = 0.0
     motion = harmonic_response(
-        system.mass, damping, stiffness, omega, loads - v.T @ pull, system.rolling
+        system.mass, damping, stiffness, omega, loads - v.T @ by_errors, system.rolling
     )
-    return SteadyState(omega, motion, (k + 1j * omega * c) * (v @ motion) + pull)
+    return SteadyState(omega, motion, (k + 1j * omega * c) * (v @ motion) + by_errors)
 
 
 def structural_damping(modal: ModalSystem) -> Array:
-    """Modal damping of the structure, dampers, and slopes of the brakes' torques at rated speed,
-    (d, d)."""
+    """Damping matrix (d, d): modal damping, dampers, and brakes linearised at rated speed."""
     system = modal.system
     momentum = system.mass @ modal.modes
     out = (momentum * modal.damping) @ momentum.T + system.dampers
@@ -229,7 +228,8 @@ def structural_damping(modal: ModalSystem) -> Array:
 
 
 def _loads_in_time(train: LinearTrain, omega: Array) -> tuple[Array, Complex]:
-    """Frequencies of errors, followed by those of forces fixed in space, and f (d, K)."""
+    """Frequencies (K,) of the errors (``omega``) and then of forces fixed in space, rad/s, and the
+    amplitudes (d, K) of loads at these."""
     system = train.system
     mean = train.load.copy()
     for port in system.ports:
@@ -247,11 +247,11 @@ def _loads_in_time(train: LinearTrain, omega: Array) -> tuple[Array, Complex]:
 def harmonic_data(
     model: Model, state: SteadyState, transient: xr.Dataset | None = None
 ) -> xr.Dataset:
-    """Amplitudes of gear-mesh forces and bodies by frequency of the errors.
+    """Dataset of the amplitudes of gear-mesh forces and displacements over the frequencies.
 
-    transient: its settled part, at most the last `COMPARED` samples, is fitted with the same
-    frequencies and compared sample by sample; attribute ``largest_difference_of_stage`` is the
-    largest over the stage's largest force.
+    transient: a transient for comparison. Its settled part, at most the last ``COMPARED`` samples,
+    is fitted with the same frequencies, and compared at each sample; attribute
+    ``largest_difference_of_stage``: largest difference over the stage's largest force.
     """
     names, rows = body_rows(model.system)
     omega, forces = _merged(state.omega, state.forces.T @ model.gear_meshes.sign)
@@ -275,9 +275,9 @@ def harmonic_data(
     time, stepped = rest["time"].to_numpy(), rest["gear_mesh_force"].to_numpy()
     fitted = fitted_amplitudes(time, stepped, omega)
     data["stepped_force_amplitude"] = variable("stepped_force_amplitude", fitted, "harmonic")
-    gap = np.abs(stepped - state.forces_at(time) @ model.gear_meshes.sign)
+    difference = np.abs(stepped - state.forces_at(time) @ model.gear_meshes.sign)
     by_stage = [
-        _share(float(gap[:, at].max()), float(np.abs(stepped[:, at]).max()))
+        _share(float(difference[:, at].max()), float(np.abs(stepped[:, at]).max()))
         for at in (model.gear_meshes.of_stage(s.name) for s in model.case.stages)
     ]
     data.attrs["largest_difference_of_stage"] = by_stage
@@ -286,12 +286,12 @@ def harmonic_data(
 
 
 def _share(part: float, whole: float) -> float:
-    """part / whole; 0 for 0/0, 1 for a part of nothing."""
+    """part / whole; for whole = 0: 0 if part is 0, else 1."""
     return part / whole if whole else float(part > 0)
 
 
 def _merged(omega: Array, values: Complex) -> tuple[Array, Complex]:
-    """Each frequency once, rising; amplitudes (K, n) of equal frequencies are added."""
+    """Distinct frequencies, rising, with the sums of the amplitudes (K, n) of equal frequencies."""
     largest = omega.max(initial=0.0) or 1.0
     _, first, place = np.unique(
         np.round(omega / largest, SAME), return_index=True, return_inverse=True
@@ -303,21 +303,19 @@ def _merged(omega: Array, values: Complex) -> tuple[Array, Complex]:
 
 
 def fitted_amplitudes(time: Array, values: Array, omega: Array) -> Array:
-    """Amplitudes (K, n) of Σ Re(X_k e^{iω_k t}), the least-squares fit of values (t, n); ω = 0 is
-    the mean."""
-    turning = omega[omega > 0]
-    angle = np.multiply.outer(time, turning)
+    """Amplitudes |X_k| (K, n) of the least-squares fit Σ Re(X_k e^{iω_k t}) of values (t, n) at
+    times (t,), s; the mean at ω = 0."""
+    angle = np.multiply.outer(time, omega[omega > 0])
     columns = np.column_stack([np.ones(len(time)), np.cos(angle), np.sin(angle)])
-    coefficients = np.linalg.lstsq(columns, values, rcond=None)[0]
-    k = len(turning)
-    size = np.hypot(coefficients[1 : 1 + k], coefficients[1 + k :])
+    mean, *coefficients = np.linalg.lstsq(columns, values, rcond=None)[0]
+    cosine, sine = np.split(np.reshape(coefficients, (-1, values.shape[1])), 2)
     out = np.zeros((len(omega), values.shape[1]))
-    out[omega > 0], out[omega == 0] = size, np.abs(coefficients[0])
+    out[omega > 0], out[omega == 0] = np.hypot(cosine, sine), np.abs(mean)
     return out
 
 
 def _coefficients(model: Model, state: SteadyState) -> dict[str, Array]:
-    """Load sharing over the error cycles of the stages, each over its own gear-mesh cycles."""
+    """Load sharing coefficients of every stage over its gear-mesh cycles in the error cycle."""
     names, out = model.gear_meshes.names, dict[str, Array]()
     stages = {
         "planet_coefficient": np.array([n.stage for n in names]),
@@ -336,15 +334,15 @@ def _coefficients(model: Model, state: SteadyState) -> dict[str, Array]:
         per_cycle = {s.name: 0.0 for s in model.case.stages}
         per_cycle[stage.name] = float(samples.per_gear_mesh)
         values = sharing_coefficients(np.concatenate(parts), names, per_cycle)
-        for name, of_columns in stages.items():
+        for name, column_stages in stages.items():
             every = out.setdefault(name, np.full_like(values[name], np.nan))
-            np.copyto(every, values[name], where=of_columns == stage.name)
+            np.copyto(every, values[name], where=column_stages == stage.name)
         out = {**values, **out}
     return out
 
 
 def harmonic_figures(data: xr.Dataset) -> dict[str, Any]:
-    """Frequencies, largest difference to time stepping and load sharing, for summaries."""
+    """Section of a summary: frequencies, largest difference to time stepping, load sharing."""
     return {
         "frequencies_hz": [float(f) for f in data["harmonic"].to_numpy() if f > 0],
         "largest_difference": data.attrs.get("largest_difference"),

@@ -1,18 +1,18 @@
 r"""Forced response of a train to its static transmission error, at mean gear-mesh stiffness.
 
-Under its mean force F̄ a gear mesh of stiffness k(ψ) is closed at rest by x(ψ) = F̄/k(ψ) − e(ψ), e
+The mean force F̄ closes a gear mesh of stiffness k(ψ) quasi-statically by x(ψ) = F̄/k(ψ) − e(ψ), e
 its error at gear-mesh frequency. The harmonics x_l, and those of e in the dampers, excite the train
-at its mean stiffness,
+with its mean stiffness; in modes
 
     (K̄ − s² K_c − ω² + iω (C̄ + s G)) q_l = Σ_m v_m p_{m,l},   p = k̄ x_l − iω c̄ e_l,   ω = l ω_z,
 
-in modes, v_m the mean row of a gear mesh; its force then varies by
+v_m the mean row of gear mesh m, s speed over rated speed. The force of gear mesh m varies by
 
     F_{m,l} = (k̄_m + iω c̄_m) v_mᵀ q_l − p_{m,l},
 
-which is nothing at rest where a free train can follow. Mode j has its term in v_mᵀ q_l of it
-(Özgüven & Houser 1988, J. Sound Vib. 125:71, for one gear pair). No pair comes loose, and orders do
-not act on each other; gaps of modified flanks are not in k(ψ).
+which vanishes at low speed in a train that is free to follow. The share of mode j is its term in
+v_mᵀ q_l (Özgüven & Houser 1988, J. Sound Vib. 125:71, for one gear pair). Contact is not lost,
+orders are not coupled, and k(ψ) does not include gaps of modified flanks.
 """
 
 from __future__ import annotations
@@ -32,16 +32,17 @@ from flexgear.solve.dataset import result_attrs, result_labels
 from flexgear.solve.model import Model
 from flexgear.solve.stability import kept_modes, speed_range, train_in_modes
 
-SPEEDS = 401  # evenly spread over the range
-ORDERS = 5  # of the gear-mesh frequency
+SPEEDS = 401  # number of equally spaced speeds
+ORDERS = 5  # number of orders of the gear-mesh frequency
 
 
 @dataclass(frozen=True)
 class _Excited:
-    """Gear meshes of a stage: places (g,) among all, rows (g, n) in modes, k̄, c̄ (g,), x_l and e_l
-    (g, orders) m."""
+    """The loaded gear meshes of a stage. indices (g,): among all gear meshes; rows (g, n): in
+    modes;
+    stiffness, damping (g,): k̄, c̄; closing, error (g, orders): x_l and e_l, m."""
 
-    places: list[int]
+    indices: list[int]
     rows: Array
     stiffness: Array
     damping: Array
@@ -58,8 +59,10 @@ def linear_response(
     limit_hz: float | None = None,
     progress: Progress = silent,
 ) -> xr.Dataset:
-    """Amplitudes of gear-mesh forces and transmission errors over speed, and which mode has how
-    much of a peak; each stage excited by its own gear meshes. Arguments: see ``stability``."""
+    """Dataset of the amplitudes of gear-mesh forces and transmission errors over speed, each stage
+    excited by its gear meshes, and the shares of modes in each peak.
+
+    count: number of speeds; orders: number of orders; speeds, limit_hz: see ``stability``."""
     model.case.require_load()
     first, last = speed_range(model, speeds)
     numbers, shapes, omega = kept_modes(model, limit_hz)
@@ -71,22 +74,22 @@ def linear_response(
     for done, stage in enumerate(stages):
         train = train_in_modes(model, stage.name, shapes, omega)
         excited = _excited(model, stage.name, shapes, orders)
-        static[excited.places] = np.abs(excited.closing)
+        static[excited.indices] = np.abs(excited.closing)
         for order in range(1, orders + 1):
             amplitudes, parts, closing = _over_speed(train, excited, factors, order)
-            force[:, excited.places, order - 1] = np.abs(amplitudes)
-            motion[:, excited.places, order - 1] = np.abs(closing)
-            for g, place in enumerate(excited.places):
+            force[:, excited.indices, order - 1] = np.abs(amplitudes)
+            motion[:, excited.indices, order - 1] = np.abs(closing)
+            for g, index in enumerate(excited.indices):
                 for k in find_peaks(np.abs(amplitudes[:, g]))[0]:
-                    whole = amplitudes[k, g]
-                    share = (parts[k, g] * np.conj(whole)).real / abs(whole) ** 2
-                    at = {"factor": factors[k], "gear_mesh": names[place], "order": order}
-                    peaks.append({**at, "force": abs(whole), "mode_share": share})
+                    peak = amplitudes[k, g]
+                    share = (parts[k, g] * np.conj(peak)).real / abs(peak) ** 2
+                    place = {"factor": factors[k], "gear_mesh": names[index], "order": order}
+                    peaks.append({**place, "force": abs(peak), "mode_share": share})
         progress("speeds", (done + 1) / len(stages))
     peaks.sort(key=lambda peak: -peak["force"])
-    texts = {"gear_mesh": str, "order": np.int64}
+    types = {"gear_mesh": str, "order": np.int64}
     columns: dict[str, Any] = {
-        f"peak_{name}": np.array([peak[name] for peak in peaks], dtype=texts.get(name, float))
+        f"peak_{name}": np.array([peak[name] for peak in peaks], dtype=types.get(name, float))
         for name in ("factor", "gear_mesh", "order", "force")
     }
     shares = np.array([peak["mode_share"] for peak in peaks]).reshape(-1, len(omega))
@@ -105,47 +108,49 @@ def linear_response(
 def _excited(model: Model, stage: str, shapes: Array, orders: int) -> _Excited:
     """Loaded gear meshes of a stage, with their static transmission errors."""
     cycles, pairs = model.mean_springs.cycles, model.system.pairs
-    places = [
+    indices = [
         g
         for g in model.gear_meshes.of_stage(stage)
         if int(model.gear_meshes.carrying[g]) in cycles and model.mean_forces[g] > 0.0
     ]
-    rows, (closings, error) = [], np.zeros((2, len(places), orders), dtype=complex)
-    flanks = [int(model.gear_meshes.carrying[g]) for g in places]
-    turn = int(pairs.angle[flanks[0]]) if flanks else 0
+    rows, (closings, error) = [], np.zeros((2, len(indices), orders), dtype=complex)
+    flanks = [int(model.gear_meshes.carrying[g]) for g in indices]
+    angle = int(pairs.angle[flanks[0]]) if flanks else 0
     system = model.system
-    speed = float(system.angles[turn] @ system.rolling @ system.rated_input_speeds)
-    for k, (g, m) in enumerate(zip(places, flanks, strict=True)):
+    speed = float(system.angles[angle] @ system.rolling @ system.rated_input_speeds)
+    for k, (g, m) in enumerate(zip(indices, flanks, strict=True)):
         cycle = cycles[m]
         mean = cycle.force.mean(axis=0) @ cycle.blocks
         rows.append(mean @ shapes / cycle.stiffness.mean())
         closing = 2 * np.fft.rfft(model.mean_forces[g] / cycle.stiffness) / len(cycle.stiffness)
         closings[k] = closing[1 : orders + 1]
-        start = 2 * np.pi * pairs.s0[m] / pairs.pitch[m] + pairs.error_phase[m]
-        wave = -1j * pairs.error_amplitude[m] * np.exp(1j * start)
+        phase = 2 * np.pi * pairs.s0[m] / pairs.pitch[m] + pairs.error_phase[m]
+        wave = -1j * pairs.error_amplitude[m] * np.exp(1j * phase)
         error[k, 0] = wave if pairs.rate[m] > 0.0 else np.conj(wave)
     stiffness = np.array([cycles[m].stiffness.mean() for m in flanks])
     damping = np.array([cycles[m].damping.mean() for m in flanks])
     waves = [closings - error, error] if speed >= 0.0 else np.conj([closings - error, error])
-    return _Excited(places, np.array(rows).reshape(len(places), -1), stiffness, damping, *waves)
+    return _Excited(indices, np.array(rows).reshape(len(indices), -1), stiffness, damping, *waves)
 
 
 def _over_speed(
     train: PeriodicTrain, excited: _Excited, factors: Array, order: int
 ) -> tuple[Complex, Complex, Complex]:
-    """Forces (s, g) N, the parts (s, g, n) that modes have of them, and closings (s, g) m."""
+    """Gear-mesh forces (s, g), N, parts (s, g, n) of modes in them, N, and closings (s, g), m, at
+    speed factors (s,) by one order."""
     n, mean = len(train.omega), train.stiffness.mean(axis=0)
     damping = train.damping.mean(axis=0)
     w = order * train.rate * factors
-    push = excited.stiffness * excited.closing[:, order - 1]
-    push = push - 1j * np.multiply.outer(w, excited.damping * excited.error[:, order - 1])
+    excitation = excited.stiffness * excited.closing[:, order - 1]
+    by_dampers = 1j * np.multiply.outer(w, excited.damping * excited.error[:, order - 1])
+    excitation = excitation - by_dampers
     matrices = (
         mean
         - (factors**2)[:, None, None] * train.centripetal
         - (w**2)[:, None, None] * np.eye(n)
         + 1j * w[:, None, None] * (damping + factors[:, None, None] * train.gyroscopic)
     )
-    modes = np.linalg.solve(matrices, (push @ excited.rows)[..., None])[..., 0]
+    modes = np.linalg.solve(matrices, (excitation @ excited.rows)[..., None])[..., 0]
     complex_stiffness = excited.stiffness + 1j * np.multiply.outer(w, excited.damping)
     parts = complex_stiffness[:, :, None] * excited.rows * modes[:, None, :]
-    return parts.sum(axis=2) - push, parts, modes @ excited.rows.T
+    return parts.sum(axis=2) - excitation, parts, modes @ excited.rows.T

@@ -1,15 +1,15 @@
-"""Load bins of a case: of its load cases, and of series of loads sorted into joint bins of torque,
+"""Load bins of a case: from its load cases, and from load series sorted into joint bins of torque,
 speed and loads on the first input.
 
-A sample stands for the time w between the middles to its neighbours (trapezoidal rule), times the
-hours of its design load case over the duration of that one's files, and makes w |ω| / 2π turns.
-Gears and bearings count turns, so the torque of a bin is
+A sample represents the time w by the trapezoidal rule, scaled from the duration of the files of its
+design load case to the hours of this load case, and w |ω| / 2π turns. As the life of gears and
+bearings is counted in turns, the torque of a bin is
 
     T = (Σ n_i |T_i|^p / Σ n_i)^(1/p)
 
-over the turns n_i of its samples, loads are means weighted by n_i |T_i|^p, and the speed is that of
-turns over hours. So hours and turns of the bins are those of the samples, and so is the damage of
-a life curve N ~ T^(−p).
+over the turns n_i of its samples. Loads are means weighted by n_i |T_i|^p; the speed is turns over
+hours. So the bins have the hours and turns of the samples, and their damage for a life curve
+N ~ T^(−p).
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ from flexgear.model.load_cases import DesignLoadCase, LoadCase, LoadSeries
 LOADS = ("force_x", "force_y", "force_z", "moment_x", "moment_y")
 EXPONENTS = (10.0 / 3.0, 6.6, 8.7)  # of roller bearings, case-hardened flanks and roots
 STEPS = ("torque_step", "speed_step", *["force_step"] * 3, *["moment_step"] * 2)
-MOST = 1e6  # largest value over the width of a bin
-FINE = 40  # intervals of the torque's duration in a bin of torque
+MAX_RATIO = 1e6  # of the largest value to the width of a bin
+FINE = 40  # intervals of the duration curve of torque per bin of torque
 Report = Callable[[str, float], None]
 
 
 class Samples(NamedTuple):
-    """Samples of one file. weight: hours in the life. speed: rad/s; torque: N m; loads (samples,
-    5): N, N m in the order of ``LOADS``; time: s."""
+    """n samples of one file. weight (n,): hours in the life; speed (n,): rad/s; torque (n,): N·m;
+    loads (n, 5): N and N·m, in the order of ``LOADS``; time (n,): s."""
 
     weight: Array
     speed: Array
@@ -51,22 +51,23 @@ class Samples(NamedTuple):
 
     @property
     def turns(self) -> Array:
-        """Turns of the first input for which each sample stands."""
+        """Turns (n,) of the first input represented by each sample."""
         return HOUR * self.weight * np.abs(self.speed) / (2.0 * math.pi)
 
 
 class SeriesBins:
     """Sums of samples by bin, and extreme samples.
 
-    hours, turns, energy: of all samples; duration: turns by torque, in intervals of ``fine_step``
-    N m that begin at its whole multiples; damage: Σ n |T / T_rated|^p of all samples, by exponent;
-    bins: by numbers of the lower edges of torque, speed and loads: hours, turns n, Σ n |T|^p,
-    Σ w |T|^p, Σ s and Σ s · load with the share s of a sample in the means of loads; extremes: size
-    and load case, by name.
+    hours, turns, energy: sums over all samples; duration: turns by number k of an interval of
+    torque from k to k + 1 times ``fine_step``, N·m; damage: Σ n |T / T_rated|^p of all samples, by
+    exponent p; bins: by the numbers of the lower edges of torque, speed and loads the sums of
+    hours, turns n, n |T / T_rated|^p, w |T / T_rated|^p, s and s · load, s the weight of a sample
+    in the means of loads; extremes: size and load case, by name.
     """
 
     def __init__(self, series: LoadSeries, torque: float, speed: float, source: str) -> None:
-        """torque, speed: rated ones of the first input; source: of the case, for messages."""
+        """torque, speed: rated values of the first input, N·m and rad/s; source: name of the case
+        for messages."""
         self.series, self.torque, self.speed, self.source = series, torque, speed, source
         moment = series.moment_step or abs(torque) / 2.0
         self.steps = np.array([
@@ -83,27 +84,28 @@ class SeriesBins:
         self.extremes: dict[str, tuple[float, LoadCase]] = {}
 
     def add(self, samples: Samples) -> None:
-        """Add samples to all sums, and to the bins that they fall into."""
+        """Add samples to all sums. InputError for bins too narrow for the values."""
         state = np.column_stack([samples.torque, samples.speed, samples.loads])
         sizes = np.abs(state).max(axis=0, initial=0.0) / self.steps
-        if not sizes.max() <= MOST:
+        if not sizes.max() <= MAX_RATIO:
             problem = f"is a bin's width that goes {sizes.max():.2g} times into the largest value"
             key = f"load_series.{STEPS[int(sizes.argmax())]}"
-            raise InputError(self.source, key, problem, f"give a wider one, {MOST:g} times at most")
+            remedy = f"give a wider one, {MAX_RATIO:g} times at most"
+            raise InputError(self.source, key, problem, remedy)
         turns, relative = samples.turns, np.abs(samples.torque / self.torque)
         self.hours += float(samples.weight.sum())
         self.turns += float(turns.sum())
         self.energy += float((samples.weight * samples.torque * samples.speed).sum())
         for exponent in EXPONENTS:
             self.damage[exponent] += float((turns * relative**exponent).sum())
-        at = np.floor(samples.torque / self.fine_step).astype(int)
-        intervals, inverse = np.unique(at, return_inverse=True)
-        for interval, more in zip(intervals.tolist(), np.bincount(inverse, turns), strict=True):
-            self.duration[interval] += float(more)
+        fine = np.floor(samples.torque / self.fine_step).astype(int)
+        intervals, inverse = np.unique(fine, return_inverse=True)
+        for interval, total in zip(intervals.tolist(), np.bincount(inverse, turns), strict=True):
+            self.duration[interval] += float(total)
         numbers = np.floor(state / self.steps).astype(int)
         places, inverse = np.unique(numbers, axis=0, return_inverse=True)
         power = relative**self.series.exponent
-        share = turns * power + 1e-9 * samples.weight  # hours decide where nothing turns
+        share = turns * power + 1e-9 * samples.weight  # the second term decides at zero speed
         columns = [samples.weight, turns, turns * power, samples.weight * power, share]
         columns += list(share * samples.loads.T)
         sums = [np.bincount(inverse.ravel(), column, len(places)) for column in columns]
@@ -111,7 +113,8 @@ class SeriesBins:
             self.bins[tuple(place)] = self.bins.get(tuple(place), 0.0) + row
 
     def keep_extremes(self, samples: Samples, path: Path) -> None:
-        """Keep a sample that exceeds all before in torque, of either sense, or bending moment."""
+        """Store the samples with the largest torque in either sense and the largest bending moment,
+        if they exceed the stored ones."""
         relative = samples.torque / self.torque
         sizes = {"largest torque": relative, "largest torque against the rated": -relative}
         sizes["largest bending moment"] = np.hypot(samples.loads[:, 3], samples.loads[:, 4])
@@ -135,7 +138,7 @@ class SeriesBins:
 
     @cached_property
     def load_cases(self) -> tuple[LoadCase, ...]:
-        """One for each bin, by rising torque, and the extreme ones."""
+        """A load case for each bin, by rising torque, and those of extreme samples."""
         cases = []
         for number, at in enumerate(sorted(self.bins), 1):
             hours, turns, by_turns, by_hours, share = self.bins[at][:5]
@@ -164,8 +167,8 @@ class SeriesBins:
 
 
 def bins_of_series(case: Case, report: Report | None = None) -> SeriesBins | None:
-    """Bins of the case's series; None where it has none. Raises InputError for files that cannot be
-    read and a torque of the wrong sense."""
+    """Bins of the case's load series; None without series. InputError for files that cannot be
+    read, and for torque of the wrong sense."""
     series = case.load_series
     if series is None:
         return None
@@ -194,12 +197,13 @@ def bins_of_series(case: Case, report: Report | None = None) -> SeriesBins | Non
 
 
 def _samples(case: Case, series: LoadSeries, design: DesignLoadCase) -> list[tuple[Path, Samples]]:
-    """Samples of all files of a design load case, with their share of its hours."""
+    """Path and samples of all files of a design load case, weighted by its hours. InputError where
+    ``load_series.start`` leaves no samples of a file."""
     files = []
     for path in design.paths(case.source):
         values = read_channels(path, series.channels)
         time = values["time"]
-        after = time - time[0] >= series.start * (1.0 - 1e-9)  # times may be rounded
+        after = time - time[0] >= series.start * (1.0 - 1e-9)  # allows for rounded times
         if after.sum() < 2:
             problem = f"leaves out all of {path}, {time[-1] - time[0]:g} s"
             raise InputError(case.source, "load_series.start", problem, "lower it")
@@ -218,7 +222,7 @@ def _samples(case: Case, series: LoadSeries, design: DesignLoadCase) -> list[tup
 
 
 def _in_fixed_axes(loads: Array, azimuth: Array) -> Array:
-    """Loads (samples, 5) along axes that have turned by the azimuth about z, along fixed ones."""
+    """Loads (n, 5) in fixed axes from those in axes rotated about z by ``azimuth`` (n,), rad."""
     cos, sin = np.cos(azimuth), np.sin(azimuth)
     turned = loads.copy()
     for x, y in ((0, 1), (3, 4)):
@@ -228,13 +232,13 @@ def _in_fixed_axes(loads: Array, azimuth: Array) -> Array:
 
 
 def load_bins(case: Case, report: Report | None = None) -> tuple[LoadBin, ...]:
-    """All load bins of a case, those with a duration first. Raises InputError where there is none,
-    and for whatever is wrong in one of them."""
+    """All load bins of a case, extreme ones last. InputError for a case without load bins, and for
+    an invalid one."""
     return bins_with_series(case, bins_of_series(case, report))
 
 
 def bins_with_series(case: Case, series: SeriesBins | None) -> tuple[LoadBin, ...]:
-    """Load bins of the case: of its load cases, and of time series that are sorted already."""
+    """Load bins of the case from its load cases and from the bins of its load series."""
     bins = bins_of_load_cases(case, series.load_cases if series else ())
     if not bins:
         raise InputError(

@@ -1,10 +1,10 @@
-"""Runs of any length: samples become labelled chunks that go to a sink as they come.
+"""Transients of any length: samples are labelled in chunks and passed to a sink during the run.
 
-Nothing of a run that grows with its duration stays in memory, unless the sink keeps it.
+Memory does not grow with the duration of a run, unless the sink stores all samples.
 
-A run may start where another of the same train has ended. Bodies, springs and gear meshes have to
-be the same; machines, loads and options of the solver may be others, so that a sweep of speed goes
-step by step and back, and each step has the motion that the last one left.
+A run may continue another one of the same train. Bodies, springs and gear meshes must be the same;
+machines, loads and options of the solver may differ. So a sweep over speed can go up and down in
+steps, each of which starts from the last motion of the previous one.
 """
 
 from __future__ import annotations
@@ -58,17 +58,17 @@ from flexgear.solve.deformed import body_coordinates
 from flexgear.solve.model import Model
 
 Samples = dict[str, NDArray[np.float64]]
-BUFFER = 2**24  # bytes of samples that are labelled together
-ENOUGH = 2.0  # s of a run that show how long the rest takes
-LONGEST = 30 * 86400.0  # s that a run may take: nobody waits longer for one
-FASTEST = 1e-6  # s that a step takes at least, of the smallest train
+BUFFER = 2**24  # bytes of samples labelled together
+ENOUGH = 2.0  # s of computing after which the time of the whole run is estimated
+LONGEST = 30 * 86400.0  # s, longest computing time of a run that is accepted
+FASTEST = 1e-6  # s, least computing time of a step, of the smallest train
 NO_STEPS = Steps(0, 0, {})
 
 
 @dataclass(frozen=True)
 class TimedRun:
-    """A dataset, the simulated time, wall time and time of one core of its steps, s, without what
-    the samples cost."""
+    """The dataset of a run, its simulated time, and the wall time and CPU time of its steps, s,
+    without the processing of samples."""
 
     data: xr.Dataset
     simulated: float
@@ -77,12 +77,12 @@ class TimedRun:
 
     @property
     def realtime_factor(self) -> float:
-        """Simulated time over that of one core."""
+        """Simulated time over CPU time."""
         return self.simulated / max(self.core, 1e-9)
 
 
 def shelved(folder: Path | None, name: str, run: Callable[..., TimedRun]) -> TimedRun:
-    """A run whose samples go to the file ``name``.nc of a folder; None: into memory."""
+    """Run ``run`` with its samples in the file ``name``.nc of a folder; None: in memory."""
     if folder is None:
         return run()
     path = folder / f"{name}.nc"
@@ -93,11 +93,11 @@ def shelved(folder: Path | None, name: str, run: Callable[..., TimedRun]) -> Tim
 
 @dataclass(frozen=True)
 class LongRun:
-    """A run to be stepped through.
+    """A transient before its execution.
 
-    modal: of the model, as it is solved; settling: the window of its figures, or the search for it;
-    sharing: takes the load sharing; fields: bodies that bend, whose coordinates are kept; carried:
-    the state to start from, equilibrium if left out.
+    modal: the train in modes, with its machines; settling: the window for its figures, or the
+    search for it; sharing: sink for load sharing coefficients; fields: flexible bodies whose
+    coordinates are saved; carried: initial state, equilibrium if left out.
     """
 
     model: Model
@@ -113,13 +113,14 @@ class LongRun:
 
     @cached_property
     def _recorder(self) -> Recorder | None:
-        """Recorder of the sensors, with its state between chunks."""
+        """Recorder of the sensors, which keeps samples between chunks; None without sensors."""
         sensors = self.model.sensors
         rotations = len(self.model.system.input_rows)
         return None if sensors is None else sensors.recorder(self.stepping.finest, rotations)
 
     def into(self, sink: DatasetSink, progress: Callable[[float], None]) -> TimedRun:
-        """Run it; the dataset has no samples. InputError where it would take more than a month."""
+        """Execute the run with its samples in ``sink``; the returned dataset has none. InputError
+        where it would take more than a month."""
         stepping, source, recorder = self.stepping, self.model.case.source, self._recorder
         refuse_endless(stepping, source)
         start, begin = self.carried, np.full(1, stepping.start)
@@ -127,13 +128,13 @@ class LongRun:
             start = start_state(self.modal, prescribed_values(self.modal, self.drive, begin)[0])
         pattern = self._pattern()
         recorded = 0 if recorder is None else recorder.clock.count(stepping.sampled)
-        watching = [self.settling] if isinstance(self.settling, Settling) else []
-        sinks = Several([*watching, self.sharing, sink])
+        searches = [self.settling] if isinstance(self.settling, Settling) else []
+        sinks = Several([*searches, self.sharing, sink])
         sinks.begin(Coming(pattern, stepping.samples, recorded))
         chunks = _Chunks(self.modal, self._labelled, sinks.append)
         wall, core = time.perf_counter(), time.thread_time()
 
-        def watched(share: float) -> None:
+        def report(share: float) -> None:
             spent = time.perf_counter() - wall
             if spent > ENOUGH and spent / share > LONGEST:
                 raise _endless(stepping, source, f"about {spent / share / 86400:.3g} days")
@@ -141,7 +142,7 @@ class LongRun:
 
         steps = transient(
             self.modal, self.drive, stepping, start=start, sink=chunks,
-            track_energy=self.energy, progress=watched,
+            track_energy=self.energy, progress=report,
         )  # fmt: skip
         wall, core = time.perf_counter() - wall, time.thread_time() - core
         wall, core = wall - chunks.wall, core - chunks.core
@@ -151,7 +152,7 @@ class LongRun:
         return TimedRun(with_last(pattern, last), stepping.duration, wall, core)
 
     def _labelled(self, run: Transient) -> xr.Dataset:
-        """The dataset of some samples."""
+        """The dataset of a chunk of samples, with the sensor signals that they complete."""
         recorder, outputs = self._recorder, run.outputs()
         recorded = None if recorder is None else sensor_data(self.model, recorder, run)
         data = transient_data(self.model, outputs, torque_share=self.torque_share)
@@ -164,7 +165,7 @@ class LongRun:
         return data.assign({name: variable(name, v, "time") for name, v in energies.items()})
 
     def _last(self, steps: Steps, end: Array) -> xr.Dataset:
-        """Variables that are known only after the last step, the state (n,) included."""
+        """Dataset of the variables known after the last step, with the final state ``end`` (n,)."""
         settling, pace = self.settling, self.model.pace
         window = settling.window() if isinstance(settling, Settling) else settling
         sizes = ", ".join(f"{h:.4g} s: {count}" for h, count in sorted(steps.by_size.items()))
@@ -182,17 +183,17 @@ class LongRun:
         )
 
     def _pattern(self) -> xr.Dataset:
-        """The dataset without a sample."""
+        """The dataset of the run without samples."""
         samples = by_name(np.zeros(0), empty_samples(self.modal, 0), np.zeros(0, dtype=bool))
         last = self._last(NO_STEPS, np.zeros(state_size(self.modal)))
         return with_last(self._labelled(collected(self.modal, samples, NO_STEPS)), last)
 
 
 class RunSharing(DatasetSink):
-    """A sink that finds load sharing coefficients from any window of a run on.
+    """A sink that computes load sharing coefficients from any window of a run to its end.
 
-    interval: between its samples, s; edges: where its windows begin, s; sense: −1 under reversed
-    torques.
+    interval: between samples, s; edges: start times of the windows, s; sense: −1 for reversed
+    torques, else 1.
     """
 
     def __init__(self, model: Model, interval: float, edges: Array, sense: float = 1.0) -> None:
@@ -204,20 +205,20 @@ class RunSharing(DatasetSink):
         self._edges, self._sense = edges, sense
 
     def append(self, data: xr.Dataset) -> None:
-        """Look at some samples more."""
+        """Add a chunk of samples."""
         force = self._sense * data.variables["gear_mesh_force"].to_numpy()
         for window, piece in cut(data.variables["time"].to_numpy(), self._edges):
             self._sharing.append(force[piece], window)
 
     def coefficients(self, start: float) -> xr.Dataset:
-        """Load sharing coefficients of the samples from ``start`` s on."""
+        """Load sharing coefficients of the samples from time ``start`` on, s."""
         figures = self._sharing.coefficients(int(np.searchsorted(self._edges, start)))
         names = coordinate("definition", "definition", list(DEFINITIONS))
         return xr.Dataset({n: variable(n, v) for n, v in figures.items()}, {"definition": names})
 
 
 def refuse_endless(stepping: Stepping, source: str) -> None:
-    """InputError where a run has more steps than a machine computes in a month."""
+    """Raise InputError for a run with more steps than any computer does in a month."""
     if not stepping.least_steps * FASTEST <= LONGEST:
         raise _endless(stepping, source, "more than a month on any machine")
 
@@ -232,24 +233,24 @@ def _endless(stepping: Stepping, source: str, time_taken: str) -> InputError:
 
 
 class _Chunks:
-    """A sink of the time stepping that hands labelled chunks on.
+    """A sink of the time stepping that labels samples in chunks and passes these on.
 
-    wall, core: what it took of the time of the steps, s.
+    wall, core: wall time and CPU time of this during the steps, s.
     """
 
     def __init__(
         self,
         modal: ModalSystem,
         labelled: Callable[[Transient], xr.Dataset],
-        take: Callable[[xr.Dataset], None],
+        pass_on: Callable[[xr.Dataset], None],
     ) -> None:
-        self._modal, self._labelled, self._take = modal, labelled, take
-        self._held, self._size = Collector(), 0
+        self._modal, self._labelled, self._pass_on = modal, labelled, pass_on
+        self._buffer, self._size = Collector(), 0
         self.wall = self.core = 0.0
 
     def append(self, samples: Samples) -> None:
-        """Some samples more."""
-        self._held.append(samples)
+        """Add samples; pass on those in the buffer if it is full."""
+        self._buffer.append(samples)
         self._size += sum(values.nbytes for values in samples.values())
         if self._size >= BUFFER:
             wall, core = time.perf_counter(), time.thread_time()
@@ -258,29 +259,29 @@ class _Chunks:
             self.core += time.thread_time() - core
 
     def flush(self) -> None:
-        """Pass on the samples held."""
-        samples = self._held.arrays()
-        self._held, self._size = Collector(), 0
+        """Pass on all samples in the buffer."""
+        samples = self._buffer.arrays()
+        self._buffer, self._size = Collector(), 0
         if samples:
-            self._take(self._labelled(collected(self._modal, samples, NO_STEPS)))
+            self._pass_on(self._labelled(collected(self._modal, samples, NO_STEPS)))
 
 
-_OF_TRAIN = (
+_TRAIN_SECTIONS = (
     "kinematics", "gyroscopic", "gravity", "material", "stages", "joints", "held", "housing",
     "lubricant",
 )  # fmt: skip
-SAME_SPEED = 1e-6  # of a port's rated speed, by which a held speed may miss that of the other run
+SAME_SPEED = 1e-6  # jump of a given speed at the start of a run, over rated speed, that is accepted
 
 
 def state_content(model: Model) -> str:
-    """SHA-256 of what two transients have in common if one starts from the end of the other."""
+    """SHA-256 of the data that must agree in two transients if one continues the other."""
     case = model.case
     ports = [[port.member, case.port_inertia(port.member)] for port in case.ports]
-    return content_hash([case.content_hash(*_OF_TRAIN), model.variant, ports])
+    return content_hash([case.content_hash(*_TRAIN_SECTIONS), model.variant, ports])
 
 
 def end_of(earlier: xr.Dataset, source: str) -> float:
-    """Time of the end of a transient, s; InputError where it does not state it."""
+    """End time of a transient, s; InputError for a dataset that does not state it."""
     if "end_state" not in earlier or "end_time_s" not in earlier.attrs:
         remedy = "give what transient() returned, or the file of a transient of this version"
         raise InputError(source, "start", "is not the end of a transient", remedy)
@@ -293,9 +294,9 @@ def end_of(earlier: xr.Dataset, source: str) -> float:
 def carried_state(
     model: Model, modal: ModalSystem, drive: Drive, earlier: xr.Dataset
 ) -> CarriedState:
-    """The end of an ``earlier`` transient as the start of one under ``drive``.
+    """The final state of an ``earlier`` transient as the initial state of one under ``drive``.
 
-    InputError where it is none of this train, or a held speed would jump.
+    InputError for a transient of another train, or where a given speed would jump.
     """
     source = model.case.source
     time = end_of(earlier, source)

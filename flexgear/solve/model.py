@@ -1,4 +1,4 @@
-"""A case put together: its coupled system, and what every result over it needs."""
+"""The model of a case: its coupled system, and data that its analyses share."""
 
 from __future__ import annotations
 
@@ -40,14 +40,16 @@ from flexgear.solve.bodies import Bodies, Progress, reduced_bodies, rigid_bodies
 from flexgear.solve.sensors import Sensors, sensors_of
 from flexgear.solve.stresses import RootTables, rim_stress_rows
 
-MOST_ANGLE = 1e9  # rad, whose sine still has six digits
+MAX_ANGLE = 1e9  # rad; larger angles have sines with less than six digits
 
 
 @dataclass(frozen=True, repr=False)
 class Model:
-    """A case assembled. bodies: reduced FE bodies; gear_meshes, rated: names in results, and mean
-    forces (G,) N; ideal: gears and pins without errors; shared_modal: modes that another model or a
-    solver has chosen already."""
+    """The coupled bodies of a case.
+
+    bodies: reduced FE bodies by name; gear_meshes: their names in results; rated (G,): their mean
+    forces, N; ideal: whether it is without errors; shared_modal: the train in modes that another
+    model has selected already."""
 
     case: Case
     flow: PowerFlow
@@ -57,11 +59,11 @@ class Model:
     rated: Array
     ideal: bool = False
     shared_modal: ModalSystem | None = None
-    with_errors: Model | None = None  # of a model without: sensors, rims and roots are those of it
+    with_errors: Model | None = None  # model with errors, whose sensors, rims and roots are shared
 
     @property
     def facts(self) -> dict[str, str]:
-        """Properties for one line or a table."""
+        """Properties by name, for one line or a table."""
         return {
             "case": self.case.name,
             "variant": self.variant,
@@ -76,21 +78,21 @@ class Model:
 
     @property
     def variant(self) -> str:
-        """Flexible bodies, and whether errors are left out, in words."""
+        """Flexible bodies, and whether the model is without errors, in words."""
         return f"{self.system.variant}, without errors" if self.ideal else self.system.variant
 
     @cached_property
     def pace(self) -> Pace:
-        """Steps, samples and modes that follow from the case."""
+        """Step sizes, sample intervals and mode limits that follow from the case."""
         return case_pace(self.case)
 
     @cached_property
     def modal(self) -> ModalSystem:
-        """The coupled system in the modes that the keys of ``solver`` select; InputError without
-        load."""
+        """The coupled system in the modes selected by the keys of ``solver``. InputError for a case
+        without load."""
         self.case.require_load()
         chosen = self.shared_modal or chosen_modal(self.system, self.pace)
-        _require_alike(self.case, chosen)
+        _require_equal_ratios(self.case, chosen)
         return chosen
 
     @property
@@ -105,13 +107,13 @@ class Model:
 
     @cached_property
     def mean_forces(self) -> Array:
-        """Mean forces (G,) N of the carrying flanks under the rated torques at mean stiffness;
-        ``rated`` where planets are equal and evenly spaced."""
+        """Mean forces (G,) of the carrying flanks under rated torques with mean stiffness, N; equal
+        to ``rated`` for equal, evenly spaced planets."""
         system, cycles = self.system, self.mean_springs.cycles
         rolling, momenta = system.rolling, system.mass @ system.rolling
         balance = momenta @ np.linalg.inv(rolling.T @ momenta)
-        nothing = np.zeros(len(system.mass))
-        load = sum((port.row * port.rated_torque for port in system.ports), nothing)
+        zero = np.zeros(len(system.mass))
+        load = sum((port.row * port.rated_torque for port in system.ports), zero)
         stiffness = system.stiffness + self.mean_springs.stiffness
         size = np.trace(stiffness) / np.trace(system.mass)
         stiffness = stiffness + size * balance @ momenta.T
@@ -124,7 +126,8 @@ class Model:
         return out
 
     def structural_decay(self, shapes: Array) -> Array:
-        """γ = φᵀCφ (n,), 1/s, of motions φ (d, n) with φᵀMφ = 1; C: structural damping, dampers."""
+        """Decay rates φᵀCφ (n,), 1/s, of motions φ (d, n) with φᵀMφ = 1 by damping without gear
+        meshes: C of structural damping and dampers."""
         modal = self.shared_modal or self.__dict__.get("modal")
         if modal is None:
             omega, motions = elastic_modes(self.system)
@@ -136,8 +139,8 @@ class Model:
 
     @cached_property
     def mean_springs(self) -> ContactSprings:
-        """Mean springs of the gear meshes over their cycles (``analysis.gear_mesh_cycle``), of the
-        pairs that touch under the rated torques alone, without errors."""
+        """Mean springs of the gear meshes over their cycles (``analysis.gear_mesh_cycle``), with
+        the pairs that touch under rated torques without errors and other loads."""
         return mean_springs(self._torques_alone, self._statics)
 
     def contact_springs(self, angle: float | None = None) -> ContactSprings:
@@ -145,34 +148,34 @@ class Model:
         member, rad."""
         if angle is None:
             return self.mean_springs
-        at = rated_rotations(self.system, np.array([angle]))[0]
+        rotations = rated_rotations(self.system, np.array([angle]))[0]
         if self._statics is None:
-            return springs_at(self._torques_alone, at)
-        return springs_under_load(self._statics, at)
+            return springs_at(self._torques_alone, rotations)
+        return springs_under_load(self._statics, rotations)
 
     def stage_cycle(self, stage: int, shapes: Array) -> StageCycle:
-        """Gear meshes of a stage (0-based) in modes (d, n) over its cycle, of the pairs that
-        ``mean_springs`` takes."""
+        """Stiffness and damping of the gear meshes of a stage (number from 0) over its cycle in
+        modes (d, n), with the pairs of ``mean_springs``."""
         return stage_cycle(self._torques_alone, self._statics, stage, shapes)
 
     def natural_modes(self, limit_hz: float | None = None, angle: float | None = None) -> Modes:
-        """Modes up to a limit (None: all), computed once for the mean springs; angle: see
+        """Modes up to a limit (None: all), cached for the mean springs; angle: see
         ``contact_springs``."""
         if angle is not None:
             return modes(self.system, self.contact_springs(angle).stiffness, limit_hz)
-        by_limit = self._known_modes
+        by_limit = self._cached_modes
         if limit_hz not in by_limit:
             by_limit[limit_hz] = modes(self.system, self.mean_springs.stiffness, limit_hz)
         return by_limit[limit_hz]
 
     @cached_property
-    def _known_modes(self) -> dict[float | None, Modes]:
+    def _cached_modes(self) -> dict[float | None, Modes]:
         return {}
 
     @cached_property
     def _statics(self) -> ModalSystem | None:
-        """The train in the modes of ``modal`` if those are computed already, else without any, for
-        equilibria under torques alone; None where no torque acts."""
+        """The train for equilibria under torques alone, in the modes of ``modal`` if these are
+        computed already, else in static form; None without torque."""
         if not self.system.rated_port_torques.any():
             return None
         modal_system = self.shared_modal or self.__dict__.get("modal")
@@ -182,35 +185,35 @@ class Model:
 
     @property
     def _torques_alone(self) -> System:
-        """The system without errors and given forces, which would make equal planets unequal."""
+        """The system without errors and given forces, so that equal planets have equal loads."""
         ideal = self._ideal_system
         pairs = ideal.pairs._replace(load_size=np.zeros_like(ideal.pairs.load_size))
         return ideal.with_(pairs=pairs)
 
     @cached_property
     def sensors(self) -> Sensors | None:
-        """Sensors of the case, None without any; InputError for one off its body."""
+        """Sensors of the case, None without any; InputError for a position off the body."""
         if self.with_errors is not None:
             return self.with_errors.sensors
         return sensors_of(self.case, self.system, self.bodies, self.pace)
 
     @cached_property
     def rim_stress(self) -> Array:
-        """Rows (z, d) that give the stress of the rings' rims over their teeth, Pa."""
+        """Rows (z, d) of the stress in the rims of FE rings over their teeth, Pa."""
         if self.with_errors is not None:
             return self.with_errors.rim_stress
         return rim_stress_rows(self.case, self.system, self.bodies)
 
     @cached_property
     def root_tables(self) -> RootTables:
-        """Matrices that give the stress in tooth roots."""
+        """Matrices of the stress in tooth roots."""
         if self.with_errors is not None:
             return self.with_errors.root_tables
         return RootTables(self.case, self.flow, self.bodies)
 
     @cached_property
     def outputs(self) -> dict[str, Output]:
-        """Rows of the outputs that results have at every sample: see ``Recovery``."""
+        """Cache of the outputs of results at samples, by name: see ``Recovery``."""
         return {} if self.with_errors is None else self.with_errors.outputs
 
     @property
@@ -220,8 +223,8 @@ class Model:
         return any(a.any() for a in (pairs.largest_error, pairs.gear_table, pairs.planet_table))
 
     def without_errors(self) -> Self:
-        """The model with perfect gears and pins, without faults: errors enter no matrix, only the
-        gear meshes."""
+        """The model with perfect gears and pins and without faults. Matrices and modes are shared,
+        as errors enter only the gear meshes."""
         clean = self._ideal_system
         modal = replace(self.modal, system=clean)
         return replace(self, system=clean, ideal=True, shared_modal=modal, with_errors=self)
@@ -244,11 +247,13 @@ def assemble(
     bodies: Bodies | None = None,
     variant: Collection[BodyName] | None = None,
 ) -> Model:
-    """Couple all bodies of a case. Rigid bodies are neither meshed nor reduced. rigid: "ring",
-    "carrier", "shaft" of all flexible stages, "stage_1.ring" of one, or "all"; bodies: reduced
-    bodies, made or read from the cache if left out; variant: all rigid bodies, in place of
-    ``rigid`` and of the case's ``flexible`` keys. InputError for a case that cannot work: gears
-    that do not mesh, bodies that cannot be meshed, members with too few or too many supports."""
+    """The model of a case, with all bodies coupled.
+
+    rigid: bodies that are rigid: "ring", "carrier", "planet", "shaft" of all flexible stages,
+    "stage_1.ring" of one, or "all"; bodies: reduced bodies, which are made or read from the cache
+    if left out; variant: names of all rigid bodies, in the place of ``rigid`` and the ``flexible``
+    keys of the case. InputError for a case that cannot work: gears that do not mesh, bodies that
+    cannot be meshed, members with too few or too many supports."""
     variant = rigid_bodies(case, rigid) if variant is None else variant
     if bodies is None:
         require_workable(case)
@@ -257,7 +262,8 @@ def assemble(
 
 
 def model_of(case: Case, coupled: ModalSystem | System, bodies: Bodies | None = None) -> Model:
-    """The model of a case that is coupled already; modes are computed when they are needed."""
+    """The model of a case from its coupled system, or from the train in modes; bodies: reduced FE
+    bodies."""
     modal = coupled if isinstance(coupled, ModalSystem) else None
     system = coupled if isinstance(coupled, System) else coupled.system
     flow, gear_meshes = power_flow(case), gear_meshes_of(case, system)
@@ -266,11 +272,13 @@ def model_of(case: Case, coupled: ModalSystem | System, bodies: Bodies | None = 
 
 
 def rated_rotations(system: System, lead: Array) -> Array:
-    """Independent rotations (p, F), rad, in the proportion of rated speeds. lead: (p,) rotation of
-    the first of them that turns, forward in time where it rises; of the first one alone where none
-    turns. InputError for angles that are no numbers."""
+    """Independent rotations (p, F), rad, in the proportion of rated speeds.
+
+    lead (p,): rotation of the reference member, rad, positive in its rated sense; without rated
+    speed that of the first independent rotation. InputError for angles that are not finite or too
+    large."""
     largest = np.abs(lead).max(initial=0.0)
-    if not largest < MOST_ANGLE:
+    if not largest < MAX_ANGLE:
         raise InputError("--angle-deg", f"{largest:g} rad", "is no angle", "give a number, e.g. 30")
     speeds = system.rated_input_speeds
     first = next((abs(w) for w in speeds if w != 0), 0.0)
@@ -280,15 +288,16 @@ def rated_rotations(system: System, lead: Array) -> Array:
 
 @dataclass(frozen=True)
 class GearMeshes:
-    """names: (G,) gear meshes; sign (M, G): +1 for the flank that carries rated torque, −1 for the
-    other; carrying: (G,) index m of the carrying flank in the system."""
+    """The gear meshes of a system. names (G,); sign (M, G): +1 for the flank of rated torque, −1
+    for the opposite flank, 0 for other flanks; carrying (G,): index of the flank of rated torque.
+    """
 
     names: tuple[GearMeshName, ...]
     sign: Array
     carrying: NDArray[np.int64]
 
     def forces(self, pair_load: Array) -> Array:
-        """Gear-mesh forces (t, G) in N of pair loads (t, M, slots): drive less coast flank."""
+        """Gear-mesh forces (t, G), N, from pair loads (t, M, slots), N: drive minus coast flank."""
         largest = float(np.abs(pair_load).max(initial=0.0))
         return without_rounding(pair_load.sum(axis=-1) @ self.sign, largest)
 
@@ -298,13 +307,13 @@ class GearMeshes:
 
 
 def flank_name(case: Case, label: GearMeshLabel) -> GearMeshName:
-    """The gear mesh that a flank belongs to."""
+    """Name of the gear mesh of a flank."""
     stage, kind = case.stages[label.stage].name, label.kind.gear
     return GearMeshName.of(stage, kind, label.side, label.planet + 1)
 
 
 def gear_meshes_of(case: Case, system: System) -> GearMeshes:
-    """Labels and signs, in the order of the system: stage by stage, kind, side, planet."""
+    """The gear meshes of a system, in the order of its flanks: by stage, kind, side, planet."""
     carries = np.asarray(system.pairs.carries)
     names: dict[GearMeshName, int] = {}
     column, sign, carrying = [], [], {}
@@ -322,13 +331,13 @@ def gear_meshes_of(case: Case, system: System) -> GearMeshes:
 
 
 def rated_forces(flow: PowerFlow, names: tuple[GearMeshName, ...]) -> Array:
-    """Mean gear-mesh forces (G,) at rated torque, N, positive on the flank that carries."""
+    """Magnitudes (G,) of the mean gear-mesh forces at rated torque, N."""
     return np.array([abs(getattr(flow.stage(n.stage), f"{n.kind}_gear_mesh_force")) for n in names])
 
 
-def _require_alike(case: Case, modal: ModalSystem) -> None:
-    """InputError where modes of one frequency have unlike ratios: any of their mixtures is a mode,
-    so that the directions to damp are not defined."""
+def _require_equal_ratios(case: Case, modal: ModalSystem) -> None:
+    """Raise InputError where modes of one frequency have different damping ratios: any combination
+    of them is a mode, so that such damping is not defined."""
     damping = modal.system.damping
     omega = np.sort(modal.omega[modal.omega > 0.0])
     ratios = damping.rate(omega) / (2.0 * omega)

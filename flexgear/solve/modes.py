@@ -20,9 +20,11 @@ from flexgear.solve.model import Model
 
 
 def modes(model: Model, *, angle: float | None = None, limit_hz: float | None = None) -> xr.Dataset:
-    """Undamped modes at zero speed with the mean stiffness of the gear meshes over their cycles.
+    """Dataset of the undamped modes at zero speed.
 
-    angle: gear meshes at this rotation of the reference member, rad, instead.
+    angle: rotation of the reference member, rad, at which the stiffness of gear meshes is taken; if
+    left out it is the mean over their cycles. limit_hz: highest frequency, None for all.
+    InputError for an angle in a train without rated speed.
     """
     system = model.system
     if angle and not system.input_speeds:
@@ -73,12 +75,13 @@ def nodal_index(model: Model, shapes: Array) -> NDArray[np.int64]:
 
 
 def index_word(index: int) -> str:
-    """A nodal index as text: "2", or why there is none."""
+    """A nodal index or its code as text: "2", "mixed", "at rest", "uneven planets"."""
     return {MIXED: "mixed", ABSENT: "at rest", UNEVEN: "uneven planets"}.get(index, f"{index}")
 
 
 def usual_limit(model: Model) -> float | None:
-    """Highest frequency worth listing, Hz: the band's top where bodies bend, else all (None)."""
+    """Highest frequency of a list of modes, Hz: that of the band of interest with flexible bodies,
+    else None for all modes."""
     rigid = all(body.rigid for body in model.system.bodies)
     return None if rigid else model.pace.band
 
@@ -98,7 +101,7 @@ def contributions(model: Model, contact: ContactSprings) -> dict[str, tuple[Arra
         at = [k for k, other in enumerate(system.support_names) if other == support]
         turning = contact.others[SUPPORT]
         springs = turning.rows[at], turning.matrix[np.ix_(at, at)]
-        shares[support] = _together(shares[support], springs) if support in shares else springs
+        shares[support] = _joined(shares[support], springs) if support in shares else springs
     if BEARING in contact.others:
         bearings = contact.others[BEARING]
         shares["bearings with clearance"] = bearings.rows, bearings.matrix
@@ -110,13 +113,13 @@ def contributions(model: Model, contact: ContactSprings) -> dict[str, tuple[Arra
     return shares
 
 
-def _together(first: tuple[Array, Array], second: tuple[Array, Array]) -> tuple[Array, Array]:
-    """Springs of two sets of rows as one."""
+def _joined(first: tuple[Array, Array], second: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Rows and matrix of two sets of springs as one set."""
     return np.vstack([first[0], second[0]]), linalg.block_diag(first[1], second[1])
 
 
 def mode_rows(data: xr.Dataset) -> list[dict[str, Any]]:
-    """Modes as plain rows, for programs."""
+    """Modes as dictionaries, for JSON."""
     kinetic, strain, index = data["kinetic_energy"], data["strain_energy"], data["nodal_index"]
     return [
         {
@@ -134,12 +137,13 @@ def mode_rows(data: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def top_shares(shares: dict[str, float]) -> list[tuple[str, float]]:
-    """The three largest shares, those of planets (names that end in a number) taken together."""
+    """The three largest shares of at least 0.5 %, with the sum of those of planets (names that end
+    in a number)."""
     summed: dict[str, float] = {}
     for name, share in shares.items():
         kind = name.rstrip("0123456789").rstrip("_ ")
-        of_planets = kind != name and kind.endswith(("planet", "planet_bearing", "gear mesh"))
-        together = kind if of_planets else name
-        summed[together] = summed.get(together, 0.0) + share
+        by_planet = kind != name and kind.endswith(("planet", "planet_bearing", "gear mesh"))
+        label = kind if by_planet else name
+        summed[label] = summed.get(label, 0.0) + share
     ranked = sorted(summed.items(), key=lambda item: -item[1])
     return [(n, s) for n, s in ranked[:3] if s >= 0.005]

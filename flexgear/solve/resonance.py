@@ -1,4 +1,4 @@
-"""Excitations near natural frequencies at the operating speeds of a case: figures, a verdict."""
+"""Excitations near natural frequencies at the operating speeds of a case: figures and verdict."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from flexgear.results.report.wording import excitation_words, number, with_unit,
 from flexgear.solve.campbell import ERRORS, IDEAL, LEAST
 from flexgear.solve.modes import index_word
 
-LISTED = 24  # meetings that a summary lists
-WATCHED = 0.05  # of the mean gear-mesh force: an order that could raise more is watched
+MAX_LISTED = 24  # meetings in a summary
+WATCHED = 0.05  # amplitude over mean gear-mesh force, from which the level is "watch"
 SAME_SPEED = 1e-9
 
 
 def resonance_figures(case: Case, campbell: xr.Dataset, modes: xr.Dataset) -> dict[str, Any]:
     """Section ``resonance`` of a summary; campbell, modes: datasets of the same modes.
 
-    ``met`` lists excitations that lie within ``margin`` of a natural frequency at an operating
-    speed; a pair of equal frequencies counts once. Resonances that perfect planets excite come
-    first, then those that errors excite, each by the force that they could raise.
+    ``met`` lists excitations within ``margin`` of a natural frequency at an operating speed, modes
+    of equal frequency together. Those that occur with perfect planets come first, then those that
+    only errors cause, each in the order of the force at exact resonance.
     """
     rows = sorted(_rows(case, campbell, modes), key=_rank)
     return {
@@ -39,7 +39,7 @@ def resonance_figures(case: Case, campbell: xr.Dataset, modes: xr.Dataset) -> di
         "unknown_spectrum": _constant(campbell),
         "ideal": sum(row["cause"] == IDEAL for row in rows),
         "errors": sum(row["cause"] == ERRORS for row in rows),
-        "met": rows[:LISTED],
+        "met": rows[:MAX_LISTED],
     }
 
 
@@ -57,7 +57,7 @@ def gear_mesh_orders(campbell: xr.Dataset) -> dict[str, list[int | float]]:
 
 
 def _constant(campbell: xr.Dataset) -> list[str]:
-    """Stages whose gear-mesh stiffness is constant, or as good as that."""
+    """Stages whose gear-mesh stiffness is constant or nearly so."""
     varying = {stage for stage, _, share in _gear_mesh_lines(campbell) if share >= LEAST}
     return [stage for stage in gear_mesh_orders(campbell) if stage not in varying]
 
@@ -72,7 +72,7 @@ def _gear_mesh_lines(campbell: xr.Dataset) -> Iterator[tuple[str, float, float]]
 
 
 def _rows(case: Case, campbell: xr.Dataset, modes: xr.Dataset) -> Iterator[dict[str, Any]]:
-    """Meetings, modes of one frequency together."""
+    """Rows of ``met``, unsorted: meetings, with modes of equal frequency together."""
     if "meeting" not in campbell.sizes:
         return
     names = ("excitation", "factor", "away", "mode", "frequency", "index", "cause", "force")
@@ -101,7 +101,7 @@ def _rows(case: Case, campbell: xr.Dataset, modes: xr.Dataset) -> Iterator[dict[
 
 
 def _mode_index(index: int, planets: int) -> str:
-    """ "0", "1 or 4", or why there is none."""
+    """The nodal index of a mode as text: "0", "1 or 4", or the text of its code."""
     if index < 0:
         return index_word(index)
     other = -index % planets
@@ -109,18 +109,17 @@ def _mode_index(index: int, planets: int) -> str:
 
 
 def resonance_verdict(figures: Mapping[str, Any]) -> tuple[Level, str, str]:
-    """Level, figure and sentence: does an excitation meet a natural frequency at an operating
-    speed?
+    """Level, figure and sentence on excitations near natural frequencies at operating speeds.
 
-    The level is "watch" for excitation of a stage of equal planets that would change a gear-mesh
-    force by a twentieth or more at exact coincidence, or for an unknown one.
+    The level is "watch" if an excitation of a stage with equal planets would change a gear-mesh
+    force by a twentieth or more at exact resonance, or by an unknown amount.
     """
     rows: Sequence[Mapping[str, Any]] = figures["met"]
     margin, speeds = with_unit(figures["margin"], "share"), _speeds(figures["speed_factors"])
     unknown = _unknown(figures)
     if not rows:
-        looked = orders_words(figures["orders"])
-        text = f"{looked} keep {margin} off all natural frequencies {speeds}.{unknown}"
+        orders = orders_words(figures["orders"])
+        text = f"{orders} keep {margin} off all natural frequencies {speeds}.{unknown}"
         return ("note" if unknown else "good"), "clear", text
     ideal, other = (next((r for r in rows if r["cause"] == c), None) for c in (IDEAL, ERRORS))
     sentences, level = [], "note"
@@ -146,8 +145,8 @@ def _force(share: float) -> str:
 
 
 def _met(row: Mapping[str, Any]) -> str:
-    """ "Order 7 of the gear mesh, 122.3 Hz, lies 4.5 % above modes 6 and 7 (…, 117 Hz)"; "on"
-    modes that are nearer than the last digit."""
+    """A meeting in words: "Order 7 of the gear mesh, 122.3 Hz, lies 4.5 % above modes 6 and 7 (…,
+    117 Hz)"; "on" for a distance below 0.05 %."""
     numbers = " and ".join(map(str, row["modes"][:2]))
     modes = f"mode{'s' if len(row['modes']) > 1 else ''} {numbers}"
     away = f"{100 * abs(row['away']):.1f}"
@@ -160,7 +159,7 @@ def _met(row: Mapping[str, Any]) -> str:
 
 
 def _unknown(figures: Mapping[str, Any]) -> str:
-    """Sentence on stages of constant stiffness, whose excitation is unknown."""
+    """Sentence on stages of constant stiffness, whose excitation is unknown; "" without any."""
     stages = figures["unknown_spectrum"]
     if not stages:
         return ""
@@ -178,7 +177,7 @@ def _speeds(factors: Sequence[float]) -> str:
 
 
 def orders_words(orders: Mapping[str, Sequence[float]]) -> str:
-    """Analysed orders in words."""
+    """The analysed orders in words: "Orders 1 to 4 of stage one and turns of shafts"."""
     named = [
         f"{span(list(numbers))}{'' if stage == 'stage' else f' of {words(stage)}'}"
         for stage, numbers in orders.items()
@@ -190,7 +189,7 @@ def orders_words(orders: Mapping[str, Sequence[float]]) -> str:
 
 
 def span(orders: list[float]) -> str:
-    """ "1 to 4 and 7"."""
+    """Rising orders in words: "1 to 4 and 7"."""
     runs: list[list[float]] = []
     for order in orders:
         if runs and order == runs[-1][-1] + 1:

@@ -1,17 +1,17 @@
 """Warnings about results: large motions, neglected effects, poor reductions.
 
-Paths of contact, pressure angles and which teeth touch are those of gears in their places. A member
-that moves by u changes a centre distance by up to u, and the play between flanks by up to
-2 u sin α cos β_b. So u is compared with a tenth of the module, with the room between tips and roots
-and, where contact is linear and so has no coast flanks, with j/(2 sin α cos β_b) of the backlash j:
-the case's, or the least recommended one. Teeth of an FE ring count as a member. Planets are
-compared with the module alone, and without the turn about the axis that those of a stage make
-together: bearings that yield and shafts that wind up let them roll on, at the same distances.
+**Large motions.** Paths of contact, pressure angles and pairs in contact are those of gears in
+their nominal positions. A displacement u of a member changes a centre distance by up to u, and the
+play between flanks by up to 2 u sin α cos β_b. So u is compared with a tenth of the module, with
+the clearance between tips and roots and, for linear contact, which has no coast flanks, with
+j/(2 sin α cos β_b), j the backlash of the case or the least recommended one. Teeth of an FE ring
+count as a member. Planets are compared with the module only, without the mean rotation of a stage's
+planets about the axis, which does not change distances.
 
-``gears.report.neglected_effects`` sizes what the models of gear meshes leave out. Where that is
-more than a tenth of a headline figure of the same stage, a sentence names both. Load sharing has no
-length: what errors do to it goes with the stiffness of the planets' paths, so there the lengths are
-compared by which the teeth of a planet give way.
+**Neglected effects.** ``gears.report.neglected_effects`` estimates lengths that the models of gear
+meshes neglect. A sentence states those that exceed a tenth of a headline figure of the same stage.
+For load sharing, which depends on the compliance of the planets' load paths, they are compared with
+the deflection of a planet's teeth.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ from flexgear.solve.bodies import reduction_limit
 from flexgear.structures.estimate import PROMISED
 from flexgear.structures.reduced import ReducedBody
 
-SMALL = 0.1  # of the module: paths of contact are then a twentieth off
+SMALL = 0.1  # displacement over the module up to which paths of contact are right to a twentieth
 CONSEQUENCE = (
     "Paths of contact, pressure angles and which teeth touch are those of gears in their places; "
     "stiffen their supports, or take figures as a rough guide."
@@ -53,8 +53,8 @@ CONSEQUENCE = (
 
 
 def motion_histories(data: xr.Dataset) -> xr.Dataset:
-    """axis_distance of bodies, of planets without their common turn about the axis, and, of FE
-    rings, tooth_distance of teeth from their places, m."""
+    """Dataset with ``axis_distance`` of bodies, of planets without their mean rotation about the
+    axis, and for FE rings ``tooth_distance``, radial and tangential displacement of teeth, m."""
     motion = _without_common_turn(data["body_displacement"])
     histories = xr.Dataset({"axis_distance": axis_distance(xr.Dataset({motion.name: motion}))})
     if "tooth_displacement" in data:
@@ -64,7 +64,7 @@ def motion_histories(data: xr.Dataset) -> xr.Dataset:
 
 
 def _without_common_turn(motion: xr.DataArray) -> xr.DataArray:
-    """Motion (…, body, dof) of bodies, less the mean tangential one of each stage's planets."""
+    """Motion (…, body, dof) of bodies minus the mean tangential motion of each stage's planets."""
     planets: dict[str, list[int]] = {}
     for i, body in enumerate(map(BodyName.parse, map(str, motion["body"].to_numpy()))):
         if body.part == "planet":
@@ -73,15 +73,15 @@ def _without_common_turn(motion: xr.DataArray) -> xr.DataArray:
     values = motion.to_numpy().copy()
     for at in planets.values():
         values[..., at, uy] -= values[..., at, uy].mean(axis=-1, keepdims=True)
-    return motion.copy(deep=False, data=values)  # of files, coordinates are not copied
+    return motion.copy(deep=False, data=values)  # does not read coordinates of files
 
 
 def largest_motions(histories: xr.Dataset) -> dict[str, float]:
-    """The largest of ``motion_histories``, or of their largest values, by body, m; of FE rings that
-    of their teeth, too, as "stage.ring teeth"."""
+    """Largest values of ``motion_histories`` by body, m; those of the teeth of FE rings as
+    "stage.ring teeth"."""
     distances = histories["axis_distance"]
-    most = distances.max([d for d in distances.dims if d != "body"])
-    motions = dict(zip(map(str, most["body"].to_numpy()), most.to_numpy().tolist(), strict=True))
+    top = distances.max([d for d in distances.dims if d != "body"])
+    motions = dict(zip(map(str, top["body"].to_numpy()), top.to_numpy().tolist(), strict=True))
     if "tooth_distance" in histories:
         stages = histories["tooth_stage"].to_numpy()
         for stage in dict.fromkeys(stages.tolist()):
@@ -97,7 +97,8 @@ def motions_of_summary(summary: Mapping[str, Any]) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class MotionShare:
-    """Motion of a body, m, beside the largest that is small, m, and what that is a part of."""
+    """Displacement of a body, m, with the limit for small displacements, m, and the quantity to
+    which the limit refers (``beside``), in words."""
 
     body: str
     size: float
@@ -106,16 +107,16 @@ class MotionShare:
 
 
 def motion_shares(case: Case, motions: Mapping[str, float]) -> dict[str, list[MotionShare]]:
-    """By stage the motions of its bodies, m, beside everything that they are to be small against;
-    of bodies of a kind, as planets, the largest stands for all."""
+    """Displacements of the bodies of each stage with all their limits; for several bodies of one
+    kind, such as planets, the largest. motions: displacements by body, m."""
     by_stage: dict[str, list[MotionShare]] = {}
     for stage in case.stages:
         limits = small_against(case.view(stage.name))
         bodies: dict[str, tuple[float, str]] = {}
         for name, size in motions.items():
-            at = BodyName.parse(name)
-            if at.stage == stage.name:
-                bodies[at.part] = max((size, name), bodies.get(at.part, (0.0, "")))
+            body = BodyName.parse(name)
+            if body.stage == stage.name:
+                bodies[body.part] = max((size, name), bodies.get(body.part, (0.0, "")))
         shares = [
             MotionShare(name, size, beside, limit)
             for kind, (size, name) in sorted(bodies.items(), key=lambda item: -item[1][0])
@@ -128,7 +129,7 @@ def motion_shares(case: Case, motions: Mapping[str, float]) -> dict[str, list[Mo
 
 
 def large_motions(case: Case, motions: Mapping[str, float]) -> list[str]:
-    """A line for each stage in which motions of bodies, m, are not small."""
+    """A line for each stage in which displacements exceed their limits; motions: by body, m."""
     lines = []
     for shares in motion_shares(case, motions).values():
         large = [s for s in shares if s.size > s.limit]
@@ -142,8 +143,8 @@ def large_motions(case: Case, motions: Mapping[str, float]) -> list[str]:
 
 
 def small_against(view: StageView) -> dict[str, float]:
-    """By what a motion is compared with, in words, the module first, the largest that is small, m;
-    of all gear meshes the least."""
+    """Limits for small displacements, m, by the quantity to which they refer in words, the module
+    first; the least of all gear meshes."""
     g, module = stage_geometry(view), view.stage.normal_module
     limits = {f"the module of {with_unit(module, 'm')}": SMALL * module}
     if not g.overridden:
@@ -153,25 +154,26 @@ def small_against(view: StageView) -> dict[str, float]:
         )
         limits[f"the room of {with_unit(room, 'm')} between tips and roots"] = room
     if view.gear_mesh.contact_law == "linear":
-        closed = []
+        plays = []
         for gear_mesh in g.gear_meshes.values():
             play = gear_mesh.backlash or least_backlash(g.center_distance, module)
             rate = 2.0 * math.sin(gear_mesh.working_angle) * math.cos(g.base_helix_angle)
-            closed.append((play / rate, play))
-        most, play = min(closed)
-        limits[f"the backlash of {with_unit(play, 'm')}, which linear contact leaves out"] = most
+            plays.append((play / rate, play))
+        limit, play = min(plays)
+        limits[f"the backlash of {with_unit(play, 'm')}, which linear contact leaves out"] = limit
     return limits
 
 
-UNEVEN = 1e-3  # K above one that errors make
-ROUNDING = 1e-6  # of the largest length
-LEAST_ORDER = 2  # of a ring's shape: 0 is its size, 1 its place
+UNEVEN = 1e-3  # K − 1 above which sharing is uneven
+ROUNDING = 1e-6  # length over the largest length
+LEAST_ORDER = 2  # of a ring's deformation; 0 is expansion, 1 displacement
 EFFECTS = {"rim": "ovalising planet rims", "pin": "pins bending inside planets"}
 
 
 @dataclass(frozen=True)
 class Length:
-    """A length with its name; stage: that it belongs to; value: m; sentence: describes it."""
+    """A length among the figures of a run. subject: its name; stage: its stage; value: m; sentence:
+    description."""
 
     subject: str
     stage: str
@@ -180,13 +182,14 @@ class Length:
 
 
 def lengths(summary: Mapping[str, Any]) -> Iterator[Length]:
-    """Deflections and transmission errors of a run, without those that are zero or rounding."""
-    every = [*_distance(summary), *_rings(summary), *transmission_errors(summary)]
+    """Deflections and transmission errors of a run, without those that are rounding."""
+    every = [*_axis_distance(summary), *_rings(summary), *transmission_errors(summary)]
     largest = max((length.value for length in every), default=0.0)
     yield from (length for length in every if length.value > ROUNDING * largest)
 
 
-def _distance(summary: Mapping[str, Any]) -> Iterator[Length]:
+def _axis_distance(summary: Mapping[str, Any]) -> Iterator[Length]:
+    """Largest displacement of a body from the axis in the transient."""
     distances = summary["transient"]["displacement_um_max"]
     if distances:
         name = max(distances, key=lambda n: distances[n])
@@ -195,17 +198,17 @@ def _distance(summary: Mapping[str, Any]) -> Iterator[Length]:
 
 
 def _rings(summary: Mapping[str, Any]) -> Iterator[Length]:
-    """Largest wave round the ring, and largest displacement of tooth node 1 along an axis."""
-    for stage, of_ring in summary.get("steady", {}).items():
-        wave = max(of_ring["radial_harmonics_um"][LEAST_ORDER:])
-        tooth = max(of_ring["tooth_displacement_peak_um"].values())
+    """Largest radial harmonic of each FE ring, and largest displacement of its tooth node 1."""
+    for stage, ring in summary.get("steady", {}).items():
+        wave = max(ring["radial_harmonics_um"][LEAST_ORDER:])
+        tooth = max(ring["tooth_displacement_peak_um"].values())
         yield Length(titled_by_stage("Ring shape", stage), stage, 1e-6 * wave)
         yield Length(titled_by_stage("Ring tooth", stage), stage, 1e-6 * tooth)
 
 
 def transmission_errors(summary: Mapping[str, Any]) -> Iterator[Length]:
-    """Peak-to-peak transmission error of every stage with load along the face, the largest of its
-    gear meshes."""
+    """Largest peak-to-peak transmission error of the gear meshes of every stage with load along the
+    face."""
     largest: dict[str, tuple[float, str]] = {}
     for flank, flank_figures in first_variant(summary.get("face_load", {})).items():
         size = flank_figures.get("transmission_error_peak_to_peak_um")
@@ -219,8 +222,8 @@ def transmission_errors(summary: Mapping[str, Any]) -> Iterator[Length]:
 
 
 def neglected(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """For each headline figure of a run that is not large against what is left out: "figure" (its
-    name), "value_um" or "load_sharing", "effects_um" and "sentence"."""
+    """Neglected effects that are not small against headline figures of a run, one row for each
+    figure: "figure" (its name), "stage", "value_um" or "load_sharing", "effects_um", "sentence"."""
     effects = list(beside_lengths(case, flow, lengths(summary)))
     for sharing in sharings(summary["load_sharing"]):
         effects += _beside_sharing(case, flow, sharing)
@@ -234,38 +237,39 @@ def beside_lengths(
     torque_share: float = 1.0,
     rigid: Collection[BodyName] = (),
 ) -> Iterator[dict[str, Any]]:
-    """Neglected effects beside lengths; torque_share: of the rated torque, for the lengths; rigid:
-    rigid bodies of the model, whatever the case states."""
+    """Rows of ``neglected`` for lengths. torque_share: torque over rated torque in ``figures``;
+    rigid: rigid bodies of the model, also where the case states them as flexible."""
     for figure in figures:
         rated = effects_of(case, flow, figure.stage, rigid)
         sizes = {name: abs(torque_share) * size for name, (size, _) in rated.items()}
         effects = {n: size for n, size in sizes.items() if size > SMALL * figure.value}
         if effects:
-            left = " and ".join(f"{EFFECTS[n]} (up to {_about(x)})" for n, x in effects.items())
+            named = " and ".join(f"{EFFECTS[n]} (up to {_about(x)})" for n, x in effects.items())
             yield {
                 "figure": figure.subject,
                 "stage": figure.stage,
                 "value_um": 1e6 * figure.value,
                 "effects_um": {name: 1e6 * size for name, size in effects.items()},
                 "sentence": f"{figure.subject}, {with_unit(figure.value, 'm')}: "
-                f"the model neglects {left}.",
+                f"the model neglects {named}.",
             }
 
 
 def _beside_sharing(case: Case, flow: PowerFlow, sharing: Sharing) -> list[dict[str, Any]]:
-    """K of a stage with the additional compliance of neglected effects."""
+    """Row of ``neglected`` for K of a stage, empty where neglected effects are small against the
+    deflection of a planet's teeth."""
     k = max(x for x in (sharing.in_equilibria, sharing.in_time) if x is not None)
     effects = effects_of(case, flow, sharing.stage)
-    soft = sum(displacement for _, displacement in effects.values())
-    teeth = _teeth(case, flow, sharing.stage)
-    if k - 1.0 < UNEVEN or soft <= SMALL * teeth:
+    deflection = sum(displacement for _, displacement in effects.values())
+    teeth = _teeth_deflection(case, flow, sharing.stage)
+    if k - 1.0 < UNEVEN or deflection <= SMALL * teeth:
         return []
     title = titled_by_stage("Load sharing", sharing.stage)
-    left = " and ".join(EFFECTS[name] for name in effects)
+    named = " and ".join(EFFECTS[name] for name in effects)
     sentence = (
-        f"{title}, K = {factor(k)}: the model neglects {left}. The teeth of a planet deflect by "
-        f"{_about(teeth)}; these effects add up to {_about(soft)}, so that planets share the load "
-        "more evenly than computed."
+        f"{title}, K = {factor(k)}: the model neglects {named}. The teeth of a planet deflect by "
+        f"{_about(teeth)}; these effects add up to {_about(deflection)}, so that planets share the "
+        "load more evenly than computed."
     )
     sizes = {name: 1e6 * size for name, (size, _) in effects.items()}
     row = {"figure": title, "stage": sharing.stage, "load_sharing": k, "effects_um": sizes}
@@ -275,8 +279,9 @@ def _beside_sharing(case: Case, flow: PowerFlow, sharing: Sharing) -> list[dict[
 def effects_of(
     case: Case, flow: PowerFlow, stage: str, rigid: Collection[BodyName] = ()
 ) -> dict[str, tuple[float, float]]:
-    """By name the largest length of an effect at rated torque, and by how much with it a planet
-    gives way along both lines of action together, m; empty where the stage has none."""
+    """Neglected effects of a stage at rated torque, by name: largest length of the effect, and the
+    deflection of a planet by it along both lines of action together, m. rigid: see
+    ``beside_lengths``."""
     if all(s.name != stage for s in case.stages):
         return {}
     view = case.view(stage)
@@ -288,16 +293,16 @@ def effects_of(
         gear_meshes = stage_geometry(view).gear_meshes.values()
         pin = sizes["pin_bends_in_planet_um"]
         effects["pin"] = pin, pin * sum(math.cos(m.working_angle) for m in gear_meshes)
-    return {name: (1e-6 * size, 1e-6 * more) for name, (size, more) in effects.items()}
+    return {name: (1e-6 * size, 1e-6 * total) for name, (size, total) in effects.items()}
 
 
 def _about(size: float) -> str:
-    """A length of an estimate: three digits."""
+    """An estimated length, m, in words: µm with three digits."""
     return f"{number(1e6 * size, 3)} µm"
 
 
-def _teeth(case: Case, flow: PowerFlow, stage: str) -> float:
-    """Deflection of the teeth of a planet at rated torque along both lines of action, m."""
+def _teeth_deflection(case: Case, flow: PowerFlow, stage: str) -> float:
+    """Deflection of a planet's teeth at rated torque along both lines of action together, m."""
     forces = flow.stage(stage).gear_mesh_forces
     paths = stage_paths(case.view(stage), forces)
     side = "left" if case.stage(stage).double_helical else ""
@@ -313,13 +318,14 @@ _OTHER_TIE = {"root": "flank", "flank": "root"}
 def reduction_warnings(
     case: Case, bodies: Mapping[BodyName, ReducedBody], rigid: Collection[BodyName]
 ) -> list[str]:
-    """A line for every body that bends and misses the promise; rigid: those that do not bend."""
+    """A line for every flexible body whose reduction error exceeds the promised one; rigid: names
+    of rigid bodies."""
     texts = []
     for name, body in bodies.items():
         if name in rigid:
             continue
         view = case.view(name.stage)
-        if fault := _fault(body.report):
+        if fault := _static_fault(body.report):
             texts.append(f"{name}: {fault}; {_remedy(view, name.part)}")
         if fault := _frequency_fault(body.report, reduction_limit(case)):
             key = view.key(f"{name.part}.fe.fixed_interface_modes")
@@ -328,25 +334,25 @@ def reduction_warnings(
 
 
 def _frequency_fault(report: Mapping[str, Any], limit_hz: float) -> str:
-    """Warning about a reduction's frequencies, empty without one."""
-    error, to = report.get("frequency_error", 0.0), report.get("frequency_limit_hz", math.inf)
-    if error is None:  # a body that was given reduced
+    """Warning about a reduction's frequencies; "" without a fault."""
+    error, limit = report.get("frequency_error", 0.0), report.get("frequency_limit_hz", math.inf)
+    if error is None:  # the body was given as matrices
         return ""
     if error > PROMISED:
         return (
-            f"frequencies up to {to:.5g} Hz are up to {100 * error:.2g} % too high in the reduced "
-            f"body, above {100 * PROMISED:g} %"
+            f"frequencies up to {limit:.5g} Hz are up to {100 * error:.2g} % too high in the "
+            f"reduced body, above {100 * PROMISED:g} %"
         )
-    if to < limit_hz * (1 - 1e-9):
+    if limit < limit_hz * (1 - 1e-9):
         return (
             f"{report['fixed_interface_modes']} fixed-interface modes answer for frequencies up to "
-            f"{to:.5g} Hz, and {limit_hz:.5g} Hz are asked for"
+            f"{limit:.5g} Hz, and {limit_hz:.5g} Hz are asked for"
         )
     return ""
 
 
-def _fault(report: Mapping[str, Any]) -> str:
-    """Warning about a reduction's static error, empty without one."""
+def _static_fault(report: Mapping[str, Any]) -> str:
+    """Warning about a reduction's static error; "" without a fault."""
     error = report.get("static_error")
     if error is None or error <= PROMISED:
         return ""
@@ -355,10 +361,10 @@ def _fault(report: Mapping[str, Any]) -> str:
 
 
 def _remedy(view: StageView, name: str) -> str:
-    """Advice that reduces the error, or shows its effect."""
-    ways = []
-    if name == "ring":
-        ways.append(f'try {view.key("ring.fe.tie")} = "{_OTHER_TIE[view.ring.tie]}"')
+    """Advice on how to reduce the static error of a body, or to see its effect."""
     key = view.key(f"{name}.fe.flexible")
-    ways.append(f"compare with {key} = false to see how much its bending matters")
-    return ", or ".join(ways)
+    comparison = f"compare with {key} = false to see how much its bending matters"
+    if name != "ring":
+        return comparison
+    tie = f'try {view.key("ring.fe.tie")} = "{_OTHER_TIE[view.ring.tie]}"'
+    return f"{tie}, or {comparison}"

@@ -1,6 +1,6 @@
-"""The whole job over one case: modes, equilibria, load sharing, transients, torque drops.
+"""All analyses of a case: modes, equilibria, load sharing, transients, torque drops.
 
-Transients run in threads beside all other analyses.
+Transients run in threads, concurrently with the other analyses.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ from flexgear.structures.linalg.dense import single_threaded_blas
 
 WORKERS = 2
 POSITIONS = 24  # equilibria over one gear-mesh cycle of the slowest stage
-TURN = 120  # equilibria over one turn of the lead where rings bend
+TURN = 120  # equilibria over one turn of carrier against ring, with flexible rings
 
 
 @dataclass(frozen=True)
 class Run:
-    """Results of a run: datasets by file name (without suffix), displacement fields by body,
-    figures, the power flow."""
+    """Results of a run: case, power flow, datasets by file name (without suffix), displacement
+    fields by body, summary."""
 
     case: Case
     flow: PowerFlow
@@ -57,20 +57,20 @@ class Run:
     summary: dict[str, Any]
 
     def with_timing(self, **seconds: float) -> Run:
-        """A copy with further wall times in the summary."""
+        """A copy with further wall times in the summary, s."""
         summary = {**self.summary, "timing_s": {**self.summary["timing_s"], **seconds}}
         return replace(self, summary=summary)
 
 
 class Stopwatch:
-    """Wall times by stage, s; several spans of one stage add up."""
+    """Wall times by stage of the work, s; times of the same stage are added."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
-        """Time the block."""
+        """Measure the time of the context."""
         start = time.perf_counter()
         try:
             yield
@@ -81,13 +81,14 @@ class Stopwatch:
 def models_of(
     case: Case, progress: Progress = silent, bodies: Bodies | None = None
 ) -> dict[str, Model]:
-    """The case as it is, with rigid bodies in place of those that bend, and without errors."""
+    """Models of a case by variant: the case itself, with rigid instead of flexible bodies if it has
+    any, and without errors if it has any."""
     model = assemble(case, progress=progress, bodies=bodies)
     models = {model.variant: model}
     if case.flexible_stages and model.variant != "rigid":
         models["rigid"] = assemble(case, bodies=model.bodies, variant=case.flexible_bodies)
     with single_threaded_blas(), ThreadPoolExecutor(WORKERS) as pool:
-        list(pool.map(attrgetter("modal"), models.values()))  # made once, before threads share it
+        list(pool.map(attrgetter("modal"), models.values()))  # computed before threads share it
     if model.has_errors:
         clean = model.without_errors()
         models[clean.variant] = clean
@@ -95,8 +96,8 @@ def models_of(
 
 
 def _fields(model: Model, ideal: Model) -> dict[BodyName, xr.Dataset]:
-    """Fields of every flexible FE body, of planets the first: deformed without errors, and its
-    shapes in the natural modes."""
+    """Fields of every flexible FE body (of planets the first): deformation in equilibrium without
+    errors, and shapes in natural modes."""
     names = [name for name in bending_bodies(model) if name.planet <= 0]
     modes = model.natural_modes(model.pace.band) if names else None
     return {
@@ -115,9 +116,10 @@ def run(
     workers: int = WORKERS,
     folder: Path | None = None,
 ) -> Run:
-    """Every analysis of a case, with and without errors, flexible and rigid, and the figures.
+    """All analyses of a case, with and without errors, flexible and rigid, and their summary.
 
-    folder: gets the transients as they come, so that none is in memory as a whole.
+    watch: gets wall times; bodies: reduced bodies; workers: number of threads; folder: where
+    transients are written during the run, so that they are not held in memory.
     """
     watch = watch or Stopwatch()
     with watch.stage("coupled_systems"):
@@ -125,7 +127,7 @@ def run(
     first = next(iter(models.values()))
     ideal = first.without_errors() if case.flexible_stages else first
     datasets: dict[str, xr.Dataset] = {}
-    with single_threaded_blas(), transients(models, progress, workers, folder) as ended:
+    with single_threaded_blas(), transients(models, progress, workers, folder) as finished:
         with watch.stage("modes"):
             progress("modes", 0.0)
             limit = usual_limit(first)
@@ -140,8 +142,8 @@ def run(
             datasets |= cycles
         with watch.stage("load_sharing"):
             datasets |= _sharing(models, progress)
-        with watch.stage("transients"):  # what of them goes on after all else
-            done = ended()
+        with watch.stage("transients"):  # time after all other analyses
+            done = finished()
     runs, drops = done.runs, done.drops
     datasets |= {dataset_name("transient", models[n]): timed.data for n, timed in runs.items()}
     datasets |= {drop_name(torque, models[n]): timed.data for (torque, n), timed in drops.items()}
@@ -157,8 +159,8 @@ def run(
 def _equilibria(
     models: Mapping[str, Model], ideal: Model, progress: Progress
 ) -> tuple[dict[str, xr.Dataset], dict[BodyName, xr.Dataset]]:
-    """Equilibria over a turn of the case as it is; of flexible stages also without errors, with the
-    fields of their bodies, and with rigid bodies where pairs have slices."""
+    """Equilibria of the case over the positions of ``_positions``. With flexible stages also those
+    without errors, with fields of bodies, and with rigid bodies if pairs have slices."""
     first, fields = next(iter(models.values())), dict[BodyName, xr.Dataset]()
     datasets = {"equilibrium": static(first, _positions(first), progress=progress)}
     if first.case.flexible_stages:
@@ -174,7 +176,7 @@ def _face_load(
     models: Mapping[str, Model], datasets: Mapping[str, xr.Dataset], progress: Progress
 ) -> tuple[dict[str, xr.Dataset], dict[str, Any]]:
     """Gear-mesh cycles of stages with load along the face, and figures of every flank by variant;
-    empty where no stage has it."""
+    empty without such stages."""
     cycles, figures = {}, {}
     for label, model in models.items():
         equilibria = datasets.get(dataset_name("equilibrium", model))
@@ -190,9 +192,8 @@ def _face_load(
 
 
 def _positions(model: Model) -> NDArray[np.float64]:
-    """Angles of the reference member over one gear-mesh cycle of the slowest stage, over a whole
-    turn of carrier against ring where rings are flexible; one angle for a train that does not
-    turn."""
+    """Angles of the reference member, rad: over a turn of carrier against ring with flexible rings,
+    else over one gear-mesh cycle of the slowest stage; zero for a train that does not turn."""
     motions = stage_motions(model.case, model.flow)
     turning = [m for m in motions if m.theta]
     rings = [m for m in turning if m.name in model.case.fe_ring_stages]

@@ -1,4 +1,4 @@
-"""Summary of a run from its analyses: its sections, warnings and headlines."""
+"""Summary of a run from its analyses: sections, warnings and headlines."""
 
 from __future__ import annotations
 
@@ -44,31 +44,32 @@ from flexgear.solve.result_warnings import (
     neglected,
     reduction_warnings,
 )
-from flexgear.solve.run_transients import Ended
+from flexgear.solve.run_transients import Transients
 from flexgear.solve.static import UNLOADED, sharing_attrs
 from flexgear.solve.transient import cut_short, train_histories
 
 
 @dataclass(frozen=True)
 class Analyses:
-    """Analyses of a run. models: by variant, the case's own first; datasets: by file; face_load:
-    figures of flanks by variant; seconds: wall times by part."""
+    """Results of all analyses of a run. models: by variant, that of the case first; datasets: by
+    file name; transients: all transients; face_load: figures of flanks by variant; seconds: wall
+    times by stage of the work."""
 
     models: Mapping[str, Model]
     datasets: Mapping[str, xr.Dataset]
-    ended: Ended
+    transients: Transients
     face_load: Mapping[str, Any]
     seconds: Mapping[str, float]
 
     @property
     def first(self) -> Model:
-        """The case as it is."""
+        """The model of the case itself."""
         return next(iter(self.models.values()))
 
 
 def run_summary(analyses: Analyses) -> dict[str, Any]:
     """``summary.json`` of a run."""
-    model, datasets, runs = analyses.first, analyses.datasets, analyses.ended.runs
+    model, datasets, runs = analyses.first, analyses.datasets, analyses.transients.runs
     case, equilibria, transient = model.case, datasets["equilibrium"], runs[model.variant]
     harmonic = {"reason": why_not_linear(model.system)}
     if "harmonic" in datasets:
@@ -94,14 +95,13 @@ def run_summary(analyses: Analyses) -> dict[str, Any]:
         transient=transient_summary(transient),
         motion_um_max=motion_summary(equilibria, transient.data),
         harmonic=harmonic,
-        torque_steps=analyses.ended.torque_steps,
-        energy_residual=_energy_residual(model, analyses.ended),
+        torque_steps=analyses.transients.torque_steps,
+        energy_residual=_energy_residual(model, analyses.transients),
         solver=model.pace.summary,
         equilibrium_closure_max=equilibria.attrs["closure_max"],
         warnings=_warnings(analyses),
         timing_s=analyses.seconds,
-        # of one core, as several runs go side by side
-        realtime_factor=transient.realtime_factor,
+        realtime_factor=transient.realtime_factor,  # by CPU time, as several runs are concurrent
         **({"face_load": analyses.face_load} if analyses.face_load else {}),
         **_of_flexible_stages(analyses),
     )
@@ -111,7 +111,7 @@ def run_summary(analyses: Analyses) -> dict[str, Any]:
 
 
 def _positions_words(model: Model) -> str:
-    """Positions of the equilibria of a run, as a phrase."""
+    """The positions of the equilibria of a run in words."""
     turning = [m for m in stage_motions(model.case, model.flow) if m.theta]
     if any(m.name in model.case.fe_ring_stages for m in turning):
         return "one turn of the carrier against the ring"
@@ -119,7 +119,7 @@ def _positions_words(model: Model) -> str:
 
 
 def stages_summary(model: Model, equilibria: xr.Dataset) -> dict[str, dict[str, Any]]:
-    """``STAGE_FIGURES`` of every stage. equilibria: from whose positions loads of bearings are."""
+    """``STAGE_FIGURES`` of every stage; equilibria: dataset for the loads of bearings."""
     least, figures = UNLOADED * float(np.abs(model.rated).max()), {}
     for motion in stage_motions(model.case, model.flow):
         view, flow = model.case.view(motion.name), model.flow.stage(motion.name)
@@ -129,7 +129,7 @@ def stages_summary(model: Model, equilibria: xr.Dataset) -> dict[str, dict[str, 
 
 
 def _load_sharing(analyses: Analyses) -> dict[str, Any]:
-    """Quasi-static by variant and stage, and in the transient by variant."""
+    """Load sharing: quasi-static by variant and stage, and in transients by variant."""
     by_variant: dict[str, dict[str, Any]] = {name: {} for name in analyses.models}
     for name, data in analyses.datasets.items():
         if name.startswith("sharing_"):
@@ -137,46 +137,44 @@ def _load_sharing(analyses: Analyses) -> dict[str, Any]:
             by_variant[data.attrs["variant"]][str(data.attrs["stage"])] = figures
     in_time = {
         name: {**sharing_summary_of(timed.data), **window_of(timed.data).figures}
-        for name, timed in analyses.ended.runs.items()
+        for name, timed in analyses.transients.runs.items()
     }
     return {"quasi_static": by_variant, "transient": in_time}
 
 
 def transient_summary(run: TimedRun) -> dict[str, Any]:
-    """``TRANSIENT`` of a run, in its window."""
-    rest = ranges_of(settled(run.data), train_histories)
+    """``TRANSIENT`` of a run over its settled window."""
+    ranges = ranges_of(settled(run.data), train_histories)
     head = {"duration_s": run.simulated, **window_of(run.data).figures}
-    return {**head, "steps": int(run.data.attrs["steps"]), **values(TRANSIENT, rest)}
+    return {**head, "steps": int(run.data.attrs["steps"]), **values(TRANSIENT, ranges)}
 
 
 def motion_summary(equilibria: xr.Dataset, transient: xr.Dataset) -> dict[str, float]:
-    """Largest displacement of every body in the equilibria and the transient, µm; ring teeth are
-    looked at in the equilibria alone."""
+    """Largest displacement of every body in the equilibria and the transient, µm; for ring teeth in
+    the equilibria only."""
     ranges = ranges_of(transient[["body_displacement"]], motion_histories)
     motions, others = map(largest_motions, (motion_histories(equilibria), ranges.largest))
     return {name: 1e6 * max(size, others.get(name, size)) for name, size in motions.items()}
 
 
-def _energy_residual(model: Model, ended: Ended) -> float | None:
-    """Largest energy residual over the torque drops, counted from the drop while steps are fine.
-
-    Without torque drops it is that of the steady revolution; None where no account was kept.
-    """
+def _energy_residual(model: Model, transients: Transients) -> float | None:
+    """Largest residual of the energy balance in torque drops, from the drop to the end of fine
+    steps; without torque drops in steady running. None where the balance was not tracked."""
     start, duration, _ = timed_drops(model.case).times
     end = start + duration + model.pace.settling
     balanced = [
         between(timed.data, start, end)
-        for (_, label), timed in ended.drops.items()
+        for (_, label), timed in transients.drops.items()
         if label == model.variant
     ]
-    steady = ended.runs[model.variant].data
+    steady = transients.runs[model.variant].data
     balanced = balanced or ([steady] if "energy_kinetic" in steady else [])
     residuals = [largest_residual(ranges_of(data, energy_account)) for data in balanced]
     return max(residuals, default=None)
 
 
 def _warnings(analyses: Analyses) -> list[str]:
-    """Warnings for readers of the results that are in no headline."""
+    """Warnings that are not part of a headline."""
     model = analyses.first
     case = model.case
     return [
@@ -185,13 +183,13 @@ def _warnings(analyses: Analyses) -> list[str]:
         *cut_short(case, model.flow),
         *edge_warnings(analyses.face_load.get(model.variant, {})),
         *reduction_warnings(case, model.bodies, rigid_bodies(case)),
-        *_unsettled(analyses.ended.runs),
+        *_unsettled(analyses.transients.runs),
         *_rated_machines(case),
     ]
 
 
 def _rated_machines(case: Case) -> list[str]:
-    """A line for histories of machines, in whose place a run has rated torques and speeds."""
+    """A line for machines with histories, which a run replaces by rated torque and speed."""
     machines = zip(case.ports, machines_of(case), strict=True)
     ports = [port.member for port, m in machines if m is not None and m.kind != "constant"]
     if not ports:
@@ -203,7 +201,7 @@ def _rated_machines(case: Case) -> list[str]:
 
 
 def _unsettled(runs: Mapping[str, TimedRun]) -> list[str]:
-    """A line for transients that have not settled; their figures are of the whole run."""
+    """A line for transients that have not settled, whose figures are those of the whole run."""
     windows = {name: window_of(timed.data) for name, timed in runs.items()}
     unsettled = {name: w for name, w in windows.items() if w.settled is False}
     if not unsettled:
@@ -216,11 +214,11 @@ def _unsettled(runs: Mapping[str, TimedRun]) -> list[str]:
 
 
 def _of_flexible_stages(analyses: Analyses) -> dict[str, Any]:
-    """Sections that only cases with flexible stages have: reductions, steady running of rings."""
+    """Sections of cases with flexible stages: reductions, and steady running of FE rings."""
     model, models, datasets = analyses.first, analyses.models, analyses.datasets
     if not model.case.flexible_stages:
         return {}
-    runs = {n: x.data for n, x in analyses.ended.runs.items() if not models[n].ideal}
+    runs = {n: x.data for n, x in analyses.transients.runs.items() if not models[n].ideal}
     compared = {name: settled(data) for name, data in runs.items()}
     ideal, equilibria = datasets["equilibrium_without_errors"], datasets["equilibrium"]
     return {
@@ -236,6 +234,5 @@ def _of_flexible_stages(analyses: Analyses) -> dict[str, Any]:
 
 
 def _reduction(report: Mapping[str, Any]) -> dict[str, Any]:
-    """Figures of a reduction: what was kept, error estimates (None without), and the tie."""
-    plain = (int, float, str, type(None))
-    return {k: v for k, v in report.items() if isinstance(v, plain)}
+    """Entries of a reduction's report that are numbers, text or None."""
+    return {k: v for k, v in report.items() if isinstance(v, int | float | str | None)}

@@ -1,8 +1,8 @@
-"""Transients of the whole job, in threads while other analyses go on, and figures of a run.
+"""Transients of a run, computed in threads during its other analyses.
 
-Runs of different variants share nothing but constant data; the compiled time step and products of
-matrices let go of the interpreter lock. The other analyses count as one of those that work at a
-time: three threads on two cores take longer than two.
+Transients of different variants share constant data only; the compiled time step and matrix
+products release the interpreter lock. The thread of the other analyses counts as one of the
+workers: three threads on two cores would take longer than two.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from flexgear.model.case import Case
 from flexgear.results.quantities import values
 from flexgear.results.sinks import between
 from flexgear.results.time_figures import STAGE_DROP, StageDrop, drop_summary
-from flexgear.solve.bodies import Progress, stoppable_pool
+from flexgear.solve.bodies import Progress, stoppable_pool, titled
 from flexgear.solve.linear import why_not_linear
 from flexgear.solve.long_run import TimedRun, shelved
 from flexgear.solve.model import Model
@@ -29,14 +29,14 @@ from flexgear.solve.transient import RATED_DRIVE, compile_transient, simulate, t
 
 
 def depth_name(torque: float) -> str:
-    """Name of a torque drop by the torque it drops to: "0.4e6" for 4e5 N·m, "1200" for 1200."""
+    """Name of a torque drop by its final torque, N·m: "0.4e6" for 4e5, "1200" for 1200."""
     return f"{torque / 1e6:g}e6" if abs(torque) >= 1e5 else f"{torque:g}"
 
 
 def drop_figures(case: Case, timed: TimedRun) -> dict[str, Any]:
-    """Figures of a transient with a torque drop, from the moment at which the torque falls."""
+    """Figures of a transient with a torque drop, from the start of the drop."""
     start, duration, after = timed_drops(case).times
-    data = between(timed.data, start)  # what comes before lets the train settle
+    data = between(timed.data, start)  # before it the train settles
     return {
         **drop_summary(data),
         "window_s": [start, start + duration + after],
@@ -44,9 +44,9 @@ def drop_figures(case: Case, timed: TimedRun) -> dict[str, Any]:
     }
 
 
-class Ended(NamedTuple):
-    """Runs by variant; torque drops by torque and variant, and their figures by the name of the
-    depth and variant."""
+class Transients(NamedTuple):
+    """Transients of a run: steady running by variant; torque drops by torque, N·m, and variant; and
+    their figures by name of the final torque and variant."""
 
     runs: dict[str, TimedRun]
     drops: dict[tuple[float, str], TimedRun]
@@ -59,48 +59,49 @@ Job = Callable[[], TimedRun]
 @contextmanager
 def transients(
     models: Mapping[str, Model], progress: Progress, workers: int, folder: Path | None
-) -> Iterator[Callable[[], Ended]]:
-    """Begin a transient of each variant in which anything moves, and the torque drops of those with
-    errors, ``workers`` at a time, the caller being one of them; yields what waits for all.
+) -> Iterator[Callable[[], Transients]]:
+    """Start the transients of all variants that are not static, and the torque drops of those with
+    errors, in ``workers`` threads including that of the caller. Yields a function that waits for
+    all of them and returns the results.
 
-    folder: see ``shelved``. They end when the block fails, or they do.
+    folder: see ``shelved``. An exception in the context also stops the transients.
     """
     first = next(iter(models.values()))
-    with stoppable_pool(max(1, workers - 1), progress) as (pool, watched):
+    with stoppable_pool(max(1, workers - 1), progress) as (pool, report):
         compiled = pool.submit(compile_transient, first, energy=_has_drops(first))
 
-        def begun(name: str, job: Callable[..., TimedRun]) -> TimedRun:
+        def start(name: str, job: Callable[..., TimedRun]) -> TimedRun:
             compiled.result()
             return shelved(folder, name, job)
 
-        jobs = {key: partial(begun, *job) for key, job in _jobs(models, watched).items()}
-        waiting = {
+        jobs = {key: partial(start, *job) for key, job in _jobs(models, report).items()}
+        futures = {
             key: (pool.submit(job), job if workers > 1 else None) for key, job in jobs.items()
         }
-        yield partial(_ended, first.case, waiting)
+        yield partial(_finished, first.case, futures)
 
 
-def _ended(case: Case, waiting: Mapping[Any, tuple[Future[TimedRun], Job | None]]) -> Ended:
-    """All runs. Threads take them from the front; the caller does, from the back, those that none
-    has begun, if it has their jobs."""
+def _finished(case: Case, futures: Mapping[Any, tuple[Future[TimedRun], Job | None]]) -> Transients:
+    """All transients. The calling thread does jobs that no thread has started, from the last to the
+    first, where it has them; the other threads begin with the first."""
     done = {}
-    for key, (future, job) in reversed([*waiting.items()]):
+    for key, (future, job) in reversed([*futures.items()]):
         if job is not None and future.cancel():
             done[key] = _with_figures(case, key, job())
-    ended = Ended({}, {}, {})
-    for key, (future, _) in waiting.items():
+    finished = Transients({}, {}, {})
+    for key, (future, _) in futures.items():
         run, figures = done.get(key) or _with_figures(case, key, future.result())
         if isinstance(key, str):
-            ended.runs[key] = run
+            finished.runs[key] = run
         else:
             torque, label = key
-            ended.drops[key] = run
-            ended.torque_steps.setdefault(depth_name(torque), {})[label] = figures
-    return ended
+            finished.drops[key] = run
+            finished.torque_steps.setdefault(depth_name(torque), {})[label] = figures
+    return finished
 
 
 def _with_figures(case: Case, key: Any, run: TimedRun) -> tuple[TimedRun, dict[str, Any]]:
-    """A run and, of a torque drop, its figures."""
+    """A run and, for a torque drop, its figures."""
     return run, {} if isinstance(key, str) else drop_figures(case, run)
 
 
@@ -111,31 +112,31 @@ def _has_drops(model: Model) -> bool:
 def _jobs(
     models: Mapping[str, Model], progress: Progress
 ) -> dict[Any, tuple[str, Callable[..., TimedRun]]]:
-    """Files and runs, the longest first, so that no thread is idle for long at the end: steady
-    running of every variant with the drive at its rated torque, whatever its history, then torque
-    drops, those of the case as it is first."""
+    """File names and functions of the transients, the longest first, so that all threads end at
+    about the same time: steady running of every variant at rated torque, then torque drops."""
     jobs: dict[Any, tuple[str, Callable[..., TimedRun]]] = {}
-    as_it_is = next(iter(models))
+    first = next(iter(models))
     for label, model in models.items():
-        if label == as_it_is or not is_static(model):
-            flexible = label == as_it_is and bool(model.case.flexible_stages)
+        if label == first or not is_static(model):
+            flexible = label == first and bool(model.case.flexible_stages)
             job = partial(
-                simulate, model, drive=RATED_DRIVE, progress=progress, label=f"transient, {label}",
-                energy=flexible and not _has_drops(model),
+                simulate, model, drive=RATED_DRIVE, energy=flexible and not _has_drops(model),
+                progress=titled(f"transient, {label}", progress),
             )  # fmt: skip
             jobs[label] = (dataset_name("transient", model), job)
     for label, model in models.items():
         for torque in () if model.ideal else model.case.drive.steps.torques:
+            title = f"torque drop to {depth_name(torque)}, {label}"
             job = partial(
-                torque_drop, model, torque, energy=label == as_it_is, progress=progress,
-                label=f"torque drop to {depth_name(torque)}, {label}",
-            )  # fmt: skip
+                torque_drop, model, torque, energy=label == first, progress=titled(title, progress)
+            )
             jobs[torque, label] = (drop_name(torque, model), job)
     return jobs
 
 
 def is_static(model: Model) -> bool:
-    """Whether the train rolls in one equilibrium: linear, none turning, no errors, no histories."""
+    """Whether the forces of the train are constant in steady running: a linear train without
+    errors, turning loads and load histories."""
     system = model.system
     return (
         why_not_linear(system) is None

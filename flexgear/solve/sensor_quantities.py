@@ -1,13 +1,15 @@
 """Quantities of sensors from recovered motions: displacement, its rates, strain, speed, torque.
 
-A point of a body, in fixed axes, with the body's frame turned by α and the body itself by ψ:
+The position of a point of a body in fixed axes is, with the body's frame rotated by α and the body
+by ψ,
 
-    p = R(α) c + R(ψ) X + u + r × R(ψ) X,   u = R(α) u_f,   r = R(α) r_f
+    p = R(α) c + R(ψ) X + u + r × R(ψ) X,   u = R(α) u_f,   r = R(α) r_f.
 
-c: centre in the frame; X: place in the body; u_f, r_f: recovered displacement and rotation in the
-frame's axes, rolling taken off. A sensor that turns with the body measures the displacement u + r ×
-R(ψ) X, or dp/dt, d²p/dt² of the whole motion, along R(ψ) e. One that stands in space sees the
-displacement of what passes there, and its rates at that place.
+c: centre of the body in its frame; X: position of the point in the body; u_f, r_f: elastic
+displacement and rotation in the frame's axes. A sensor on the body measures the displacement
+u + r × R(ψ) X, or dp/dt, d²p/dt² of the whole motion, along R(ψ) e. A sensor fixed in space
+measures the displacement of the points of the body that are at its place, and the time derivatives
+of this signal.
 """
 
 from __future__ import annotations
@@ -22,8 +24,8 @@ from flexgear.analysis.recovery import Recovery
 from flexgear.arrays import Array
 
 
-def turned(vectors: Array, angles: Array) -> Array:
-    """Vectors (n, 3) or (3,) turned by angles (n,) about z."""
+def rotated(vectors: Array, angles: Array) -> Array:
+    """Vectors (n, 3) or (3,) rotated by angles (n,) about z, rad: (n, 3)."""
     c, s = np.cos(angles), np.sin(angles)
     x, y, z = np.moveaxis(np.asarray(vectors, dtype=float), -1, 0)
     return np.stack([c * x - s * y, s * x + c * y, np.broadcast_to(z, c.shape)], axis=1)
@@ -34,7 +36,7 @@ def _rotation(turns: Array, recovery: Recovery) -> Array:
 
 
 def rotation(turns: Array) -> Quantity:
-    """Multiples (F,) of the independent rotations of the rolling train, rad."""
+    """Sum of the independent rotations of the undeflected train with factors (F,), rad."""
     return Quantity(partial(_rotation, turns))
 
 
@@ -46,32 +48,32 @@ def _torque(name: str, recovery: Recovery) -> Array:
 
 
 def torque(name: str) -> Quantity:
-    """Of a port or a spring about z, N·m."""
+    """Torque of a port, or in a spring about z, N·m."""
     return Quantity(partial(_torque, name))
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Recovered motion of rows (k, d), with a name that is theirs alone; turns (F,): what the last
-    of them is in rolling, nothing if left out."""
+    """Recovered motion of rows (k, d). name: unique, for the cache; turns (F,): rigid rotation of
+    the only row per radian of the independent rotations."""
 
     name: str
     rows: Array
     turns: Array | float = 0.0
 
     def elastic(self, recovery: Recovery) -> Array:
-        """(t, k), rolling taken off."""
+        """Elastic motion (t, k), without rigid rotation of the train."""
         return recovery.named(self.name, lambda: self.rows)
 
-    def whole(self, recovery: Recovery) -> Array:
-        """Of one row (t, 1), rolling included."""
+    def total(self, recovery: Recovery) -> Array:
+        """Motion (t, 1) of one row, including rigid rotation of the train."""
         return self.elastic(recovery) + np.sum(recovery.rotations * self.turns, 1, keepdims=True)
 
 
 @dataclass(frozen=True)
 class Axes:
-    """Multiples (F,) of the independent rotations by which a frame and a body turn, α and ψ; start:
-    both at the begin of the run, rad."""
+    """Rotations α of a frame and ψ of a body: factors (F,) on the independent rotations; start:
+    value of both at the start of the run, rad."""
 
     frame: Array
     spin: Array
@@ -83,17 +85,18 @@ class Axes:
         return bool(np.any(self.spin))
 
     def of_frame(self, recovery: Recovery) -> Array:
-        """α (n,) rad."""
+        """Rotation α (n,) of the frame, rad."""
         return np.asarray(recovery.rotations @ self.frame + self.start)
 
     def of_body(self, recovery: Recovery) -> Array:
-        """ψ (n,) rad."""
+        """Rotation ψ (n,) of the body, rad."""
         return np.asarray(recovery.rotations @ self.spin + self.start)
 
 
 @dataclass(frozen=True)
 class BodyPoint:
-    """A point of a body. motion: six rows u_f, r_f; center, place, direction (3,): c, X, e."""
+    """A point of a body with the direction of a sensor. motion: six rows u_f, r_f; center, place,
+    direction (3,): c, X, e."""
 
     motion: Motion
     axes: Axes
@@ -104,32 +107,34 @@ class BodyPoint:
     def displacement(self, recovery: Recovery, lever: Array) -> Array:
         """u + r × lever (n, 3); lever (3,) or (n, 3) m in fixed axes."""
         alpha, motion = self.axes.of_frame(recovery), self.motion.elastic(recovery)
-        u, r = turned(motion[:, :3], alpha), turned(motion[:, 3:], alpha)
+        u, r = rotated(motion[:, :3], alpha), rotated(motion[:, 3:], alpha)
         return np.asarray(u + np.cross(r, lever))
 
-    def turning(self, order: int) -> Quantity:
-        """What a sensor on the body measures."""
+    def on_body(self, order: int) -> Quantity:
+        """Signal of a sensor on the body; order: of the time derivative."""
         return Quantity(partial(self._path, order > 0), order, self._along)
 
-    def _path(self, whole: bool, recovery: Recovery) -> Array:
-        """Displacement, or the whole p, and ψ in the last column."""
+    def _path(self, total: bool, recovery: Recovery) -> Array:
+        """Displacement, or with ``total`` the position p, (n, 3), and ψ in the last column."""
         psi = self.axes.of_body(recovery)
-        path = self.displacement(recovery, turned(self.place, psi))
-        if whole:
-            path += turned(self.center, self.axes.of_frame(recovery)) + turned(self.place, psi)
+        path = self.displacement(recovery, rotated(self.place, psi))
+        if total:
+            path += rotated(self.center, self.axes.of_frame(recovery)) + rotated(self.place, psi)
         return np.column_stack([path, psi])
 
     def _along(self, derivative: Array, path: Array) -> Array:
-        along = turned(self.direction, path[:, 3])
-        return np.asarray(np.einsum("ni,ni->n", derivative[:, :3], along))
+        """Component of a derivative along R(ψ) e, with ψ in the last column of ``path``."""
+        direction = rotated(self.direction, path[:, 3])
+        return np.asarray(np.einsum("ni,ni->n", derivative[:, :3], direction))
 
     def in_space(self, order: int) -> Quantity:
-        """What a sensor sees of a rigid body at the place and direction as the run begins."""
+        """Signal of a sensor fixed in space at a rigid body, at its place and in its direction at
+        the start of the run; order: of the time derivative."""
         return Quantity(self._at_start, order)
 
     def _at_start(self, recovery: Recovery) -> Array:
         start = np.full(1, self.axes.start)
-        place, direction = turned(self.place, start)[0], turned(self.direction, start)[0]
+        place, direction = rotated(self.place, start)[0], rotated(self.direction, start)[0]
         return np.asarray((self.displacement(recovery, place) @ direction)[:, None])
 
 
@@ -145,7 +150,7 @@ def _passing(motion: Motion, axes: Axes, angle: float, recovery: Recovery) -> Ar
 
 
 def passing(motion: Motion, axes: Axes, angle: float, order: int) -> Quantity:
-    """Displacement that a sensor fixed in space sees of a body turning past it, at an angle, rad:
-    interpolated between points spread evenly round the body, whose displacements are the rows of
-    ``motion``, the first at angle zero."""
+    """Signal of a sensor fixed in space at ``angle``, rad, for a flexible body that turns past it:
+    interpolated between points evenly spaced round the body, whose displacements are the rows of
+    ``motion``, the first at angle zero; order: of the time derivative."""
     return Quantity(partial(_passing, motion, axes, angle), order)

@@ -1,4 +1,4 @@
-"""Sensors of a case on its coupled system: rows that recover their places, and their signals."""
+"""Sensors of a case on its coupled system: rows for the motion at their positions, and signals."""
 
 from __future__ import annotations
 
@@ -31,29 +31,29 @@ from flexgear.solve.sensor_quantities import (
     BodyPoint,
     Motion,
     passing,
+    rotated,
     rotation,
     torque,
-    turned,
 )
 from flexgear.structures.bodies import Body
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.surface_strain import Ray, Surface
 
-BESIDE = 0.25  # of the longest edge of a triangle of the surface: how far a place may be off it
-AROUND = 180  # points of a body that turns past a place
-NODES = {"shaft": "sun"}  # that stand for a body; of others "drive", or the first
+MAX_DISTANCE = 0.25  # of a position from the surface, over the longest edge of the nearest triangle
+AROUND = 180  # points of a body that turns past a sensor
+NODES = {"shaft": "sun"}  # node that represents a body; for others "drive", or the first node
 
 
 def torque_names(system: System) -> list[str]:
-    """Ports and springs whose torque a sensor may measure."""
+    """Names of the ports and springs whose torque a sensor may measure."""
     links = [link.name for link in system.links if len(link.rows) == 6]
-    turning = [support.name for support in system.rotating_frame_supports]
-    return list(dict.fromkeys([*(port.name for port in system.ports), *links, *turning]))
+    supports = [support.name for support in system.rotating_frame_supports]
+    return list(dict.fromkeys([*(port.name for port in system.ports), *links, *supports]))
 
 
 @dataclass(frozen=True)
 class SensorPlace:
-    """The ``number``-th sensor of a case on its body."""
+    """A sensor of a case on its body; number: index of the sensor, for messages."""
 
     case: Case
     system: System
@@ -66,7 +66,7 @@ class SensorPlace:
         sensor, system = self.sensor, self.system
         if sensor.measures == "speed":
             row = system.node_rows(self.body.name, self.node)[5:]
-            return Quantity(self._motion(row, row[0] @ system.rolling).whole, order=1)
+            return Quantity(self._motion(row, row[0] @ system.rolling).total, order=1)
         if sensor.measures == "strain":
             return Quantity(self._motion(self._strain()).elastic)
         self._require_place()
@@ -74,7 +74,7 @@ class SensorPlace:
         direction, axes = self._direction(place), self._axes
         point = BodyPoint(self._motion(rows), axes, self._center, place, direction)
         if sensor.frame == "body" or not axes.turn:
-            return point.turning(sensor.order)
+            return point.on_body(sensor.order)
         if self.body.rigid or self._fe_mesh is None:
             return point.in_space(sensor.order)
         angle = math.atan2(place[1], place[0])
@@ -86,17 +86,18 @@ class SensorPlace:
 
     @cached_property
     def body(self) -> Body:
-        """The body that carries the sensor: the shaft of a sun, the left half of a divided ring."""
-        on = BodyName.parse(self.sensor.on)
-        names = [on, BodyName.of(on.stage, on.part, side="left")]
-        if on.part == "sun":
-            names.append(BodyName.of(on.stage, "shaft"))
+        """The body of the sensor: for a sun its shaft if it has one, for a divided ring its left
+        half."""
+        member = BodyName.parse(self.sensor.on)
+        names = [member, BodyName.of(member.stage, member.part, side="left")]
+        if member.part == "sun":
+            names.append(BodyName.of(member.stage, "shaft"))
         name = next(n for n in names if any(b.name == n for b in self.system.bodies))
         return self.system.body(name)
 
     @cached_property
     def node(self) -> str:
-        """Name of the node that the sensor is on, or that represents the body."""
+        """Name of the sensor's node, or of the node that represents the body."""
         nodes = self.body.node_names
         if self.sensor.node is not None:
             return self.sensor.node
@@ -105,7 +106,7 @@ class SensorPlace:
 
     @property
     def _fe_mesh(self) -> ReducedBody | None:
-        """The body with its FE mesh, where it is flexible and has one."""
+        """The reduced body if it has an FE mesh, else None."""
         reduced = self.bodies.get(self.body.name.alike)
         return reduced if reduced is not None and len(reduced.points) else None
 
@@ -113,7 +114,7 @@ class SensorPlace:
         return InputError(self.case.source, f"sensors[{self.number}].{key}", problem, remedy)
 
     def _require_place(self) -> None:
-        """InputError for a sensor that its body cannot carry."""
+        """Raise InputError for a sensor that is not possible on its body."""
         sensor, body = self.sensor, self.body
         planet, single = body.name.part == "planet", len(body.node_names) == 1
         if planet and not single:
@@ -125,8 +126,8 @@ class SensorPlace:
         if sensor.node is not None and sensor.node not in body.node_names:
             remedy = nearest(sensor.node, list(body.node_names))
             raise self._refuse("node", f"{sensor.node} is no node of {sensor.on}", remedy)
-        without = not body.rigid and self._fe_mesh is None and body.name.part != "shaft"
-        if without and sensor.node is None:
+        no_surface = not body.rigid and self._fe_mesh is None and body.name.part != "shaft"
+        if no_surface and sensor.node is None:
             problem = f"is needed, as {sensor.on} has no FE mesh"
             raise self._refuse("node", problem, f"name one of {', '.join(body.node_names[:6])} …")
         if single and sensor.angle is not None:
@@ -137,20 +138,20 @@ class SensorPlace:
     def _axes(self) -> Axes:
         """Rotation of frame and body."""
         name, system = self.body.name, self.system
-        at = -1
+        angle = -1
         if name in system.ring_frames:
-            at = system.ring_frames[name]
+            angle = system.ring_frames[name]
         elif name.stage:
             frame = system.frames[name.stage]
-            at = frame.ring if name.part == "hub" else frame.carrier
-        turn = system.angles[at] if at >= 0 else np.zeros(system.size)
-        spin = system.node_rows(name, self.node)[5]
-        return Axes(turn @ system.rolling, spin @ system.rolling, self._start)
+            angle = frame.ring if name.part == "hub" else frame.carrier
+        frame_row = system.angles[angle] if angle >= 0 else np.zeros(system.size)
+        body_row = system.node_rows(name, self.node)[5]
+        return Axes(frame_row @ system.rolling, body_row @ system.rolling, self._start)
 
     @property
     def _start(self) -> float:
-        """Angle of the body's axes at the start, rad: of a planet, or of a gear beside its pinion;
-        else 0."""
+        """Angle of the body's axes at the start, rad: position of a planet, or of a gear relative
+        to its pinion; else 0."""
         name = self.body.name
         if name.part == "planet" or name.part == "gear":
             return self.case.stage(name.stage).planet_angles[max(name.planet, 0)]
@@ -158,14 +159,14 @@ class SensorPlace:
 
     @property
     def _center(self) -> Array:
-        """Centre (3,) of the body in its frame, m; only that of a planet is off the origin."""
+        """Centre (3,) of the body in its frame, m; the origin except for planets."""
         if self.body.name.part != "planet":
             return np.zeros(3)
         radii = stage_radii(self.case.view(self.body.name.stage))
         return np.array([radii.center_distance, 0.0, 0.0])
 
     def _direction(self, place: Array) -> Array:
-        """Unit vector (3,) of the sensor in the body's axes, at a position in them."""
+        """Direction (3,) of the sensor at a position (3,), as unit vector in the body's axes."""
         sensor = self.sensor
         if sensor.vector is not None:
             return np.asarray(sensor.vector, dtype=float) / np.linalg.norm(sensor.vector)
@@ -178,9 +179,8 @@ class SensorPlace:
 
     @cached_property
     def point(self) -> tuple[Array, Array]:
-        """Position (3,) in the body's axes, m, and rows (6, d): displacement of the point, and
-        rotation about the frame's origin of the rigid body that it belongs to, zero on an FE
-        mesh."""
+        """Position (3,) in the body's axes, m, and rows (6, d): on rigid bodies displacement of the
+        frame's origin and rotation; on an FE mesh displacement of the point, and zero rows."""
         sensor, body, fe_mesh = self.sensor, self.body, self._fe_mesh
         if fe_mesh is not None and sensor.node is None and not body.rigid:
             place, vertices, weights = self._on_surface(fe_mesh)
@@ -188,16 +188,16 @@ class SensorPlace:
             columns = self.system.slice_of(body.name)
             rows[:3, columns] = Surface(fe_mesh).motion(vertices, weights)
             return place, rows
-        rows, at = self.system.node_rows(body.name, self.node), body.position(self.node)
+        rows, node = self.system.node_rows(body.name, self.node), body.position(self.node)
         if not body.rigid and sensor.place is None:
             rows[3:] = 0.0
-            return at, rows
-        place = self._on_rigid(fe_mesh, at)
-        rows[:3] -= np.cross(rows[3:], at, axisa=0, axisc=0)  # of the frame's origin
+            return node, rows
+        place = self._on_rigid(fe_mesh, node)
+        rows[:3] -= np.cross(rows[3:], node, axisa=0, axisc=0)  # displacement of the frame's origin
         return place, rows
 
     def _on_rigid(self, fe_mesh: ReducedBody | None, node: Array) -> Array:
-        """Position (3,) on a rigid body, m."""
+        """Position (3,) of the sensor on a rigid body, m; node (3,): position of its node."""
         sensor, body = self.sensor, self.body
         if sensor.place is not None:
             return np.asarray(sensor.place, dtype=float)
@@ -213,16 +213,16 @@ class SensorPlace:
         raise self._refuse("place_mm", f"is needed, as {sensor.on} is rigid", "give x, y, z")
 
     def _on_surface(self, fe_mesh: ReducedBody) -> tuple[Array, Ints, Array]:
-        """Position (3,), m, on the surface of an FE mesh, vertices (3,) around it and their
-        weights."""
+        """Position (3,) of the sensor on the surface of an FE mesh, m, with the numbers (3,) and
+        weights (3,) of the vertices around it. InputError for a position off the body."""
         sensor, surface = self.sensor, Surface(fe_mesh)
         points = np.asarray(fe_mesh.points, dtype=float)
         if sensor.place is None and sensor.angle is None:
             raise self._refuse("angle_deg", "is missing", "give angle and z, place_mm, or node")
         if sensor.place is not None:
-            vertices, weights, away = surface.nearest(np.asarray(sensor.place, dtype=float))
-            if away > BESIDE * surface.coarseness(vertices):
-                raise self._beside("place_mm", away)
+            vertices, weights, distance = surface.nearest(np.asarray(sensor.place, dtype=float))
+            if distance > MAX_DISTANCE * surface.coarseness(vertices):
+                raise self._off_body("place_mm", distance)
             return weights @ points[vertices], vertices, weights
         assert sensor.angle is not None
         meeting = surface.meeting(Ray(sensor.angle, sensor.z))
@@ -230,32 +230,34 @@ class SensorPlace:
             radius = float(np.hypot(points[:, 0], points[:, 1]).max())
             c, s = math.cos(sensor.angle), math.sin(sensor.angle)
             outside = np.array([radius * c, radius * s, sensor.z])
-            raise self._beside("z_mm", surface.nearest(outside)[2])
+            raise self._off_body("z_mm", surface.nearest(outside)[2])
         vertices, weights, _ = meeting
         return weights @ points[vertices], vertices, weights
 
-    def _beside(self, key: str, away: float) -> InputError:
-        problem = f"is {1e3 * away:.4g} mm from the nearest surface of {self.sensor.on}"
+    def _off_body(self, key: str, distance: float) -> InputError:
+        problem = f"is {1e3 * distance:.4g} mm from the nearest surface of {self.sensor.on}"
         return self._refuse(key, problem, "give a place on the body, in its axes")
 
     def _rows_around(
         self, fe_mesh: ReducedBody, angle: float, height: float, direction: Array
     ) -> Array:
-        """Displacements of points around the body at a height, m: rows (AROUND, d), each along the
-        direction (3,) at an angle, rad, as its point has it when it passes there."""
+        """Rows (AROUND, d) of the displacements of points around the body at a height z, m, each in
+        the direction of the sensor at its passage; direction (3,): at ``angle``, rad. InputError
+        for a surface with gaps."""
         angles = 2 * np.pi * np.arange(AROUND) / AROUND
-        surface, of_body = Surface(fe_mesh), self.system.slice_of(self.body.name)
-        rows = np.zeros((AROUND, self.system.size))
-        for row, at, along in zip(rows, angles, turned(direction, angles - angle), strict=True):
-            meeting = surface.meeting(Ray(float(at), height))
+        surface, columns = Surface(fe_mesh), self.system.slice_of(self.body.name)
+        rows, directions = np.zeros((AROUND, self.system.size)), rotated(direction, angles - angle)
+        for row, point_angle, along in zip(rows, angles, directions, strict=True):
+            meeting = surface.meeting(Ray(float(point_angle), height))
             if meeting is None:
                 problem = f"is fixed, and {self.sensor.on} has gaps around its axis at this height"
                 raise self._refuse("frame", problem, 'take frame = "body", or another z')
-            row[of_body] = along @ surface.motion(*meeting[:2])
+            row[columns] = along @ surface.motion(*meeting[:2])
         return rows
 
     def _strain(self) -> Array:
-        """Row (1, d) of a strain gauge; zero on a rigid body."""
+        """Row (1, d) of a strain gauge; zero on a rigid body. InputError for a position off the FE
+        mesh."""
         sensor, body = self.sensor, self.body
         rows = np.zeros((1, self.system.size))
         if body.rigid:
@@ -265,17 +267,17 @@ class SensorPlace:
             raise self._refuse("on", f"{sensor.on} has no FE mesh", "name a body that has one")
         strain = Surface(fe_mesh).strain([self._ray()]).along([sensor.grid_angle])
         if np.isnan(strain).any():
-            self._on_surface(fe_mesh)  # says how far away it is
+            self._on_surface(fe_mesh)  # raises an error that states the distance
             raise self._refuse("tooth", "is outside the FE mesh", "compare z with the face")
         rows[:, self.system.slice_of(body.name)] = strain
         return rows
 
     def _ray(self) -> Ray:
-        """Ray that locates a strain gauge: on the outer surface, or in a root at the tooth's
-        critical section, which the helix turns with z."""
+        """Ray that meets a strain gauge: on the outer surface, or in a root at the critical section
+        of a tooth, whose angle depends on z by the helix."""
         sensor = self.sensor
         if sensor.tooth is None:
-            assert sensor.angle is not None  # the model wants one of both
+            assert sensor.angle is not None  # the input has either tooth or angle
             return Ray(sensor.angle, sensor.z)
         view = self.case.view(MemberName.parse(sensor.on).stage)
         geometry, stage = stage_geometry(view), view.stage
@@ -292,12 +294,12 @@ UNITS = {
     "acceleration": "m/s2", "velocity": "m/s", "displacement": "m", "strain": "1",
     "speed": "rad/s", "torque": "N m",
 }  # fmt: skip
-STATIC = ("displacement", "strain", "torque")  # what an equilibrium has
+STATIC = ("displacement", "strain", "torque")  # quantities with values in equilibria
 
 
 @dataclass(frozen=True)
 class Sensors:
-    """The sensors of a case and their measured quantities."""
+    """The sensors of a case, their sampling and their measured quantities."""
 
     sensors: tuple[Sensor, ...]
     clock: Clock
@@ -314,7 +316,7 @@ class Sensors:
 
     @property
     def static_labels(self) -> dict[str, Any]:
-        """Coordinates along the axis of sensors that have a value in equilibrium."""
+        """Coordinates along the axis of sensors with values in equilibria."""
         static = [s for s in self.sensors if s.measures in STATIC]
         return {
             "static_sensor": [s.name for s in static],
@@ -327,12 +329,12 @@ class Sensors:
         return self._signals(recovery, STATIC, 0.0)
 
     def periodic(self, recovery: Recovery, omega: float) -> Array:
-        """Signals (n, s) over n samples of a period of a steady state, the train as it stands at
-        angle zero; omega: 2π over the period, rad/s."""
+        """Signals (n, s) at the n samples of a period of a steady state, with the train at angle
+        zero; omega: 2π over the period, rad/s."""
         return self._signals(recovery, UNITS, omega)
 
     def _signals(self, recovery: Recovery, measures: Collection[str], omega: float) -> Array:
-        """(t, s) of the sensors of some measures."""
+        """Signals (t, s) of the sensors of some measures over samples of a period 2π/omega."""
         columns = [np.zeros((len(recovery.rotations), 0))]
         for sensor, quantity in zip(self.sensors, self.quantities, strict=True):
             if sensor.measures in measures:
@@ -340,13 +342,14 @@ class Sensors:
         return np.hstack(columns)
 
     def recorder(self, step: float, rotations: int) -> Recorder:
-        """The recorder of a run whose shortest step is ``step`` s; it gives signals and so many
-        independent rotations."""
+        """The recorder of a run with a shortest sample interval ``step``, s, for the signals of all
+        sensors and then a number of independent rotations."""
         turns = [rotation(unit) for unit in np.eye(rotations)]
         return Recorder(replace(self.clock, step=step), [*self.quantities, *turns])
 
     def record(self, recorder: Recorder, recovery: Recovery) -> tuple[Array, Array, Array]:
-        """Times (m,), signals (m, s) and independent rotations (m, F) of the next samples."""
+        """Times (m,), s, signals (m, s) and independent rotations (m, F), rad, after adding the
+        samples of ``recovery``."""
         assert isinstance(recovery.result, Transient)
         time, values = recorder.append(recovery.result.time, recovery)
         count = len(self.quantities)
@@ -355,7 +358,7 @@ class Sensors:
 
 def sensors_of(case: Case, system: System, bodies: Bodies, pace: Pace) -> Sensors | None:
     """Sensors of a case; None without any. InputError for a position off the body, a body without
-    FE mesh, and a band beyond that of the modes."""
+    FE mesh, or a band above that of the modes."""
     if not case.sensors:
         return None
     quantities = tuple(_quantities(case, system, bodies))
@@ -363,7 +366,8 @@ def sensors_of(case: Case, system: System, bodies: Bodies, pace: Pace) -> Sensor
 
 
 def clock_of(case: Case, pace: Pace) -> Clock:
-    """Band and sampling rate of the recorder. InputError for a band beyond that of the modes."""
+    """Band and sampling rate of the recorder. InputError for a band above that of the modes, or a
+    sampling rate too low for it."""
     top = min(pace.band, pace.modes_to or pace.band)
     band = top if case.recorder.band is None else case.recorder.band
     if band > top * (1 + 1e-9):

@@ -1,4 +1,4 @@
-"""Parametric instability of a train over speed: growth rates, and bands of speed with what acts."""
+"""Parametric instability of a train over speed: growth rates, bands of speed, and their modes."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from flexgear.solve.dataset import result_attrs, result_labels
 from flexgear.solve.linear import structural_damping
 from flexgear.solve.model import Model
 
-SPEEDS = 121  # evenly spread over the range
-LOWEST = 0.1  # of the highest speed, where a range begins unless given
-ORDERS = 8  # of the gear-mesh frequency, whose bands are expected
-EDGE = 1e-5  # of a speed, to which the end of a band is found
+SPEEDS = 121  # number of equally spaced speeds
+LOWEST = 0.1  # lowest over highest speed of the default range
+ORDERS = 8  # highest order of the gear-mesh frequency with expected bands
+EDGE = 1e-5  # relative accuracy of the ends of a band
 
 
 @dataclass(frozen=True)
 class Band:
-    """A range of speed factors in which vibration of a stage grows. peak: where fastest; growth
-    there, 1/s; modes: numbers (i, j) from 1; order: l of l ω_z ≈ ω_i + ω_j."""
+    """A range of speed factors in which vibration by a stage grows. peak: factor of fastest growth;
+    growth: rate there, 1/s; modes: numbers (i, j) from 1; order: l in l ω_z ≈ ω_i + ω_j."""
 
     stage: str
     lower: float
@@ -48,14 +48,14 @@ def stability(
     limit_hz: float | None = None,
     progress: Progress = silent,
 ) -> xr.Dataset:
-    """Growth of free vibration under varying gear-mesh stiffness, stage by stage.
+    """Dataset of the growth of free vibration under varying gear-mesh stiffness, by stage.
 
-    Stage by stage the stiffness of its gear meshes varies over their cycle, of the tooth pairs that
-    touch under rated torque without errors, and all other gear meshes have their mean; no pair
-    comes loose. speeds: of rated speed, lowest and highest, up to a fifth above the highest at
-    which the case runs if left out; count: of speeds, with more where bands are expected; limit_hz:
-    highest natural frequency of the modes that are kept, at most ``MAX_MODES`` of them. InputError
-    for a range or limit that cannot be.
+    For each stage the stiffness of its gear meshes varies over their cycle, with the tooth pairs
+    that touch under rated torque without errors, and all other gear meshes have their mean
+    stiffness; contact is not lost. speeds: lowest and highest over rated speed, if left out up to a
+    fifth above the highest operating speed; count: number of speeds, beside those in expected
+    bands; limit_hz: highest natural frequency of the modes used, at most ``MAX_MODES``. InputError
+    for an invalid range or limit.
     """
     model.case.require_load()
     first, last = speed_range(model, speeds)
@@ -64,7 +64,7 @@ def stability(
     trains = [train_in_modes(model, s.name, shapes, omega) for s in stages]
     factors = np.unique(
         np.concatenate(
-            [np.linspace(first, last, count), *(_near(t, first, last, count) for t in trains)]
+            [np.linspace(first, last, count), *(_in_bands(t, first, last, count) for t in trains)]
         )
     )
     growth = np.zeros((len(factors), len(trains)))
@@ -103,7 +103,7 @@ def stability(
 
 
 def speed_range(model: Model, speeds: tuple[float, float] | None) -> tuple[float, float]:
-    """Lowest and highest speed factor."""
+    """Lowest and highest speed factor: ``speeds``, or the default range of a model."""
     highest = HIGHEST * operating_factors(model)[-1]
     if speeds is None:
         return LOWEST * highest, highest
@@ -111,15 +111,16 @@ def speed_range(model: Model, speeds: tuple[float, float] | None) -> tuple[float
 
 
 def kept_modes(model: Model, limit_hz: float | None) -> tuple[Ints, Array, Array]:
-    """Numbers (n,) from 1, shapes (d, n) and ω (n,) of the elastic modes that are kept."""
+    """Numbers (n,) from 1, shapes (d, n) and ω (n,), rad/s, of the elastic modes up to a limit, or
+    by default up to the band of interest. InputError for an invalid limit."""
     flexible = not all(body.rigid for body in model.system.bodies)
-    reached = model.pace.reduction_limit if flexible else math.inf
-    if limit_hz is not None and not 0.0 < limit_hz <= reached:
+    highest = model.pace.reduction_limit if flexible else math.inf
+    if limit_hz is not None and not 0.0 < limit_hz <= highest:
         problem = "is not positive"
-        if limit_hz > reached:
-            problem = f"is beyond what the modes of the bodies reach, {reached:.4g} Hz"
+        if limit_hz > highest:
+            problem = f"is beyond what the modes of the bodies reach, {highest:.4g} Hz"
         remedy = (
-            "e.g. 500" if reached == math.inf else "lower it, or raise solver.reduction_limit_hz"
+            "e.g. 500" if highest == math.inf else "lower it, or raise solver.reduction_limit_hz"
         )
         raise InputError("--limit-hz", f"{limit_hz:g}", problem, remedy)
     if limit_hz is None and flexible:
@@ -138,18 +139,19 @@ def kept_modes(model: Model, limit_hz: float | None) -> tuple[Ints, Array, Array
 
 
 def train_in_modes(model: Model, stage: str, shapes: Array, omega: Array) -> PeriodicTrain:
-    """The train in modes, with the gear meshes of one stage over their cycle."""
+    """The train in modes with shapes (d, n) and frequencies omega (n,), rad/s, and with the
+    stiffness of the gear meshes of one stage over their cycle."""
     system, contact = model.system, model.mean_springs
     number = [s.name for s in model.case.stages].index(stage)
     cycle = model.stage_cycle(number, shapes)
-    of_others = [
+    other_gear_meshes = [
         springs
         for label, springs in zip(system.gear_meshes, contact.gear_meshes, strict=True)
         if label.stage != number
     ]
     constant = shapes.T @ system.stiffness @ shapes
     damping = shapes.T @ structural_damping(model.modal) @ shapes
-    for springs in (*of_others, *contact.others.values()):
+    for springs in (*other_gear_meshes, *contact.others.values()):
         rows = springs.rows @ shapes
         constant += rows.T @ springs.matrix @ rows
     for m, label in enumerate(system.gear_meshes):
@@ -157,25 +159,28 @@ def train_in_modes(model: Model, stage: str, shapes: Array, omega: Array) -> Per
             flank = contact.cycles[m]
             row = (flank.force.mean(axis=0) @ flank.blocks) @ shapes / flank.stiffness.mean()
             damping += flank.damping.mean() * np.outer(row, row)
-    turning = (system.gyroscopic, system.centripetal)
-    nothing = np.zeros_like(constant)
-    gyroscopic, centripetal = (nothing if a is None else shapes.T @ a @ shapes for a in turning)
+    zero = np.zeros_like(constant)
+    gyroscopic, centripetal = (
+        zero if a is None else shapes.T @ a @ shapes
+        for a in (system.gyroscopic, system.centripetal)
+    )
     rate = 2 * np.pi * model.flow.stage(stage).gear_mesh_frequency
     return PeriodicTrain(
         omega, constant + cycle.stiffness, damping + cycle.damping, gyroscopic, centripetal, rate
     )
 
 
-def _near(train: PeriodicTrain, first: float, last: float, count: int) -> Array:
-    """At most ``most`` speed factors within the widest expected bands."""
+def _in_bands(train: PeriodicTrain, first: float, last: float, count: int) -> Array:
+    """At most ``count`` speed factors within the widest expected bands, three in each."""
     centres, widths = train.expected(ORDERS)
-    at = np.flatnonzero((centres > first) & (centres < last))
-    widest = at[np.argsort(-widths[at])][: count // 3]
+    inside = np.flatnonzero((centres > first) & (centres < last))
+    widest = inside[np.argsort(-widths[inside])][: count // 3]
     return np.concatenate([centres[widest] + share * widths[widest] for share in (-0.5, 0.0, 0.5)])
 
 
 def _bands(train: PeriodicTrain, factors: Array, growth: Array, numbers: Ints) -> Iterator[Band]:
-    """Bands between speeds without growth, those at the ends of the range as far as it goes."""
+    """Bands of speeds with growth (``growth`` at ``factors``), cut at the ends of the range;
+    numbers: of the modes."""
     unstable = np.concatenate([[False], growth > 0.0, [False]])
     starts = np.flatnonzero(~unstable[:-1] & unstable[1:])
     stops = np.flatnonzero(unstable[:-1] & ~unstable[1:])
@@ -190,7 +195,7 @@ def _bands(train: PeriodicTrain, factors: Array, growth: Array, numbers: Ints) -
 
 
 def _edge(train: PeriodicTrain, stable: float, unstable: float) -> float:
-    """Speed factor at which growth begins between two."""
+    """Speed factor at which growth begins, between a stable and an unstable one, by bisection."""
     while abs(unstable - stable) > EDGE * unstable:
         middle = 0.5 * (stable + unstable)
         if train.fastest(middle)[0] > 0.0:

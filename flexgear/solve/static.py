@@ -1,10 +1,10 @@
 """Equilibria of a case: at given positions, over cycles of a stage's gear mesh, and load sharing.
 
-In gear-mesh cycles gears and pins are perfect, flanks as they are ground: errors of single teeth
-have no order of the gear mesh. Where a ring bends between its bolts no cycle is like the next, and
-some of them are looked at, spread over a turn. Load sharing of a train that is linear in its errors
-is that of every position of the error cycle, of any other train that of as many whole gear-mesh
-cycles as asked for, spread over it.
+Gear-mesh cycles are solved with perfect gears and pins, but with flank modifications: errors of
+single teeth do not have the period of the gear mesh. For a flexible ring, whose cycles differ by
+the position of bolts, several cycles are solved, spread over a turn. Load sharing of a train that
+is linear in its errors is computed at all positions of the error cycle, that of other trains over a
+number of whole gear-mesh cycles, spread over the error cycle.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from flexgear.solve.dataset import equilibrium_data, result_attrs, result_labels
 from flexgear.solve.linear import LinearTrain, linear_train, why_not_linear
 from flexgear.solve.model import Model, rated_rotations
 
-UNLOADED = 1e-9  # of the load or of the largest gear-mesh force, rounding
+UNLOADED = 1e-9  # force over the largest gear-mesh force below which it is rounding
 
 
 def static(
@@ -53,12 +53,13 @@ def static(
     progress: Progress = silent,
     **attrs: Any,
 ) -> xr.Dataset:
-    """Equilibria at rotations (p,) rad of the reference member, the other rotations in rated
-    proportion. carrier_angle: of the reference member, the first port of given speed that turns,
-    mostly a carrier; ``solve.angles.lead_angles`` converts angles of a stage. It is the coordinate
-    ``lead_angle`` of the positions; the variable ``carrier_angle`` is that of every stage's own
-    carrier. torque: N·m on the first input, the others in rated proportion; rated if left out.
-    InputError for one that is no number."""
+    """Dataset of the equilibria at p positions.
+
+    carrier_angle (p,): rotations of the reference member (the first port of given speed that is not
+    zero, mostly a carrier), rad, all other rotations being in rated proportion; they are the
+    coordinate ``lead_angle`` of the dataset. ``solve.angles.lead_angles`` gives them from angles of
+    a stage. torque: on the first input, N·m, the others in rated proportion; rated if left out.
+    attrs: further attributes. InputError for a torque that is not finite."""
     if torque is not None and not math.isfinite(torque):
         raise InputError("--torque-nm", f"{torque:g}", "is no torque", "give a number, e.g. 1e3")
     system, lead = model.system, np.atleast_1d(np.asarray(carrier_angle, dtype=float))
@@ -76,16 +77,16 @@ def static(
 
 
 def position_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
-    """Figures of one position of a dataset of equilibria, in the units their names end in."""
+    """Figures of one position of a dataset of equilibria; units are the ends of their names."""
     force = without_rounding(data["gear_mesh_force"].to_numpy(), float(np.abs(model.rated).max()))
     factor = data["planet_load_factor"].to_numpy()
-    at = groups_in(data)
+    groups = groups_in(data)
     figures: dict[str, Any] = {
         "port_torque_nm": data["port_torque"].to_series().to_dict(),
-        "gear_mesh_force_n": {g: force[gear_meshes].tolist() for g, gear_meshes in at.items()},
+        "gear_mesh_force_n": {g: force[gear_meshes].tolist() for g, gear_meshes in groups.items()},
         "planet_load_factor": {
             g: factor[gear_meshes].tolist()
-            for g, gear_meshes in at.items()
+            for g, gear_meshes in groups.items()
             if np.all(np.isfinite(factor[gear_meshes]))
         },
         "distance_from_axis_um": displacement_summary(data),
@@ -101,7 +102,7 @@ def position_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
 
 
 def _root_stress(model: Model, data: xr.Dataset) -> dict[str, Any]:
-    """``root_stress_mpa`` by stage and gear, empty where no stage has it."""
+    """Entry ``root_stress_mpa`` by stage and gear; empty without root stress."""
     stresses: dict[str, dict[str, Any]] = {}
     for view in (model.case.view(stage.name) for stage in model.case.stages):
         for role, stress in root_extremes(data, view.name).items():
@@ -110,10 +111,13 @@ def _root_stress(model: Model, data: xr.Dataset) -> dict[str, Any]:
 
 
 def bearing_loads(model: Model, data: xr.Dataset) -> dict[str, tuple[dict[str, float], bool]]:
-    """Magnitude, direction and thrust of the force that every bearing carries at one position, and
-    the basic rating life under that load where the case has a rating and the bearing turns under
-    load; whether it is a planet's. Directions are from x of the axes of ``bearing_force``, in the
-    sense of rotation; of the force on a pin from radial outward."""
+    """Radial and axial force that every bearing carries at one position, N, the direction of the
+    radial one, degrees, and the basic rating life under this load, h, where the case has a rating;
+    and whether it is a planet's bearing.
+
+    Directions count in the sense of rotation from x of the axes of ``bearing_force``, on pins from
+    radially outward.
+    """
     out, least = {}, UNLOADED * float(np.abs(model.rated).max())
     for stage in model.flow.stages:
         for place, _, name, force in bearing_forces(model.case.view(stage.name), data):
@@ -133,13 +137,13 @@ def bearing_loads(model: Model, data: xr.Dataset) -> dict[str, tuple[dict[str, f
     return out
 
 
-CYCLES = 7  # of a stage whose ring bends: prime, so that planets and bolts seldom repeat with them
+CYCLES = 7  # for a flexible ring; prime, to have few common factors with planets and bolts
 
 
 def gear_mesh_cycles(model: Model, stage: str, progress: Progress = silent) -> xr.Dataset:
-    """Equilibria of the model without errors over cycles of a stage's gear mesh under rated torque,
-    with orders of the transmission error up to ``solver.gear_mesh_orders`` and the phase of the
-    gear mesh, ``gear_mesh_phase``, in cycles; flanks are those of the stage, which has to turn."""
+    """Dataset of the equilibria without errors over cycles of a stage's gear mesh under rated
+    torque, with orders of the transmission error up to ``solver.gear_mesh_orders`` and the phase
+    ``gear_mesh_phase`` in cycles, for the flanks of the stage, which must turn."""
     phase, lead = _positions(model, stage)
     ideal = model.without_errors() if model.has_errors else model
     data = static(ideal, lead, progress=progress, stage=stage)
@@ -148,7 +152,7 @@ def gear_mesh_cycles(model: Model, stage: str, progress: Progress = silent) -> x
 
 
 def sliced_stages(model: Model) -> list[str]:
-    """Stages that turn and whose tooth pairs have slices."""
+    """Names of the stages that turn and whose tooth pairs have slices."""
     motions = stage_motions(model.case, model.flow)
     turning = {motion.name for motion in motions if motion.theta}
     return [
@@ -162,17 +166,16 @@ def _positions(model: Model, stage: str) -> tuple[Array, Array]:
     """Phases (p,) of the gear mesh in cycles, and rotations (p,) of the reference member, rad."""
     motion = next(m for m in stage_motions(model.case, model.flow) if m.name == stage)
     per_turn, solver = motion.cycle.per_turn, model.case.solver
-    each = max(positions_for(solver.gear_mesh_orders), solver.positions_per_gear_mesh)
-    bends = stage in model.case.fe_ring_stages
-    count = min(CYCLES, per_turn) if bends else 1
+    per_cycle = max(positions_for(solver.gear_mesh_orders), solver.positions_per_gear_mesh)
+    count = min(CYCLES, per_turn) if stage in model.case.fe_ring_stages else 1
     start = np.floor(np.arange(count) * per_turn / count)
-    phase = (start[:, None] + np.arange(each) / each).ravel()
-    lead = abs(lead_speed(model.case, model.flow) / motion.theta)
-    return phase, 2.0 * math.pi / per_turn * lead * phase
+    phase = (start[:, None] + np.arange(per_cycle) / per_cycle).ravel()
+    ratio = abs(lead_speed(model.case, model.flow) / motion.theta)
+    return phase, 2.0 * math.pi / per_turn * ratio * phase
 
 
-SHOWN_CYCLES = 200  # of one turn that the dataset holds position by position
-CHUNK = 20_000  # positions at once
+SHOWN_CYCLES = 200  # largest number of gear-mesh cycles with all positions in a dataset
+CHUNK = 20_000  # positions solved together
 
 
 def stages_sharing(
@@ -182,9 +185,10 @@ def stages_sharing(
     cycles: int | None = None,
     progress: Progress = silent,
 ) -> xr.Dataset:
-    """Load sharing of one planetary stage under rated torque. cycles: most gear-mesh cycles to
-    compute. The dataset has the positions of one turn of the stage, the largest values of every
-    computed cycle, and the coefficients over all of them."""
+    """Dataset of the load sharing of one planetary stage under rated torque: positions of one turn
+    of the stage, largest values of every solved gear-mesh cycle, and coefficients over all cycles.
+    cycles: largest number of cycles; see ``samples_of_stage``. FlexgearError for a stage with less
+    than two planets or without rotation."""
     number = model.case.stage_index(stage)
     motions = stage_motions(model.case, model.flow)
     linear = linear_train(model.system) if why_not_linear(model.system) is None else None
@@ -193,16 +197,16 @@ def stages_sharing(
         raise FlexgearError(f"{stage} has no planets that share a load")
     samples = samples_of_stage(model.case, motions, number, cycles, linear is not None)
     force = _forces(model, linear, samples.angles, progress, f"{stage}: load sharing")
-    at = model.gear_meshes.of_stage(stage)
-    names = tuple(model.gear_meshes.names[k] for k in at)
+    columns = model.gear_meshes.of_stage(stage)
+    names = tuple(model.gear_meshes.names[k] for k in columns)
     per_cycle = float(samples.per_gear_mesh)
     turn = one_turn(
         motions[number], lead_speed(model.case, model.flow), int(per_cycle), SHOWN_CYCLES
     )
-    turn_force = (  # where the error cycle is one turn, it has been looked at
-        force[:, at]
+    turn_force = (  # already solved where the error cycle is one turn
+        force[:, columns]
         if np.array_equal(turn, samples.angles)
-        else _forces(model, linear, turn, progress, f"{stage}: one turn")[:, at]
+        else _forces(model, linear, turn, progress, f"{stage}: one turn")[:, columns]
     )
     return labelled_dataset(
         "position",
@@ -210,10 +214,10 @@ def stages_sharing(
         {
             "input_angle": rated_rotations(model.system, turn),
             "gear_mesh_force": turn_force,
-            "rated_gear_mesh_force": model.rated[at],
-            **sharing_histories(turn_force, model.rated[at], names),
-            **sharing_coefficients(force[:, at], names, {stage: per_cycle}),
-            "cycle_maximum": cycle_maxima(force[:, at], per_cycle),
+            "rated_gear_mesh_force": model.rated[columns],
+            **sharing_histories(turn_force, model.rated[columns], names),
+            **sharing_coefficients(force[:, columns], names, {stage: per_cycle}),
+            "cycle_maximum": cycle_maxima(force[:, columns], per_cycle),
             "cycle_number": samples.gear_mesh,
         },
         result_attrs(
@@ -230,7 +234,7 @@ def stages_sharing(
 
 
 def shared_stages(model: Model) -> list[str]:
-    """Stages with more than one planet that turn."""
+    """Names of the stages that turn and have more than one planet."""
     motions = stage_motions(model.case, model.flow)
     return [
         s.name
@@ -246,7 +250,7 @@ def _forces(
     progress: Progress,
     progress_text: str,
 ) -> Array:
-    """Gear-mesh forces (p, G), N, at rotations (p,) of the reference member, rad."""
+    """Gear-mesh forces (p, G), N, at rotations ``lead`` (p,) of the reference member, rad."""
     system = model.system
     parts: list[Array] = []
     for first in range(0, len(lead), CHUNK):
@@ -265,7 +269,7 @@ def _forces(
 
 
 def sharing_attrs(data: xr.Dataset) -> dict[str, Any]:
-    """How a dataset of load sharing was sampled, for summaries."""
+    """Figures on the sampling of a dataset of load sharing, for summaries."""
     cycles = float(data.attrs["cycles"])
     return {
         "error_cycle_gear_meshes": int(cycles) if np.isfinite(cycles) else None,

@@ -1,9 +1,8 @@
-"""Stress in the roots of the teeth that carry and in rims of rings; of a load bin pass by pass.
+"""Stress in tooth roots and in rims of rings, and stresses in a load bin by planet and cycle.
 
-A *pass* is a gear-mesh cycle of one planet. In it contact lines sweep over the whole flank once,
-and all teeth in contact together are loaded as one tooth is from first touch to last. A flank is
-cut into places over the path of contact (roll angle) and along the face, a fillet into places along
-the face.
+During a gear-mesh cycle of one planet contact lines pass over the whole flank once, and the teeth
+in contact together have all loads that one tooth has from its first to its last contact. Flanks are
+divided into places along the path of contact and along the face, fillets along the face.
 """
 
 from __future__ import annotations
@@ -46,13 +45,12 @@ FILLETS = ("-theta", "+theta")
 
 
 class RootTables:
-    """Root stress per force of slices by stage, kind and side of gear meshes, and in FE rings per
-    coordinate of their body; made when asked."""
+    """Matrices of root stress: per force of slices by stage, kind and side of gear meshes, and per
+    coordinate of FE rings. They are computed on first use."""
 
     def __init__(self, case: Case, flow: PowerFlow, bodies: Bodies) -> None:
         self.views = [case.view(stage.name) for stage in case.stages]
         self.with_roots = [view.gear_mesh.root_stress == "fe" for view in self.views]
-        # stages with a node at every tooth of their ring
         self.fe_rings = [k for k, v in enumerate(self.views) if v.name in case.fe_ring_stages]
         self._flow, self._bodies = flow, bodies
         self.paths = cache(self._paths)
@@ -60,11 +58,11 @@ class RootTables:
         self.ring_rows = cache(self._ring_rows)
 
     def of(self, label: GearMeshLabel) -> list[PairRoots]:
-        """Root tables of the planet, then of its mate."""
+        """Root tables of the planet and then of the gear of a flank."""
         return self._roots(label.stage, (label.kind, label.side))
 
     def path(self, label: GearMeshLabel) -> GearMeshPath:
-        """Path of the pairs."""
+        """Path of contact of a flank."""
         return self.paths(label.stage)[label.kind, label.side]
 
     def _paths(self, stage: int) -> dict[PathKey, GearMeshPath]:
@@ -76,44 +74,43 @@ class RootTables:
         return pair_roots(self.views[stage], path, path.slices)
 
     def _ring_rows(self, stage: int) -> NDArray[np.float32]:
-        """(z, 2, rows, q, d) Pa: see ``ring_root_rows``."""
+        """Root stress (z, 2, rows, q, d) of an FE ring per coordinate, Pa: see
+        ``ring_root_rows``."""
         view = self.views[stage]
         body = self._bodies[BodyName.of(view.name, "ring")]
         return ring_root_rows(root_of_case(view, "ring"), body, view.ring_gear.teeth)
 
 
 class Roots(NamedTuple):
-    """tension, compression: (t, slots, rows, q) Pa in the roots of the teeth of one gear in one
-    gear mesh, in the fillet under the loaded flank and in the other; not a number where a slot has
-    no load."""
+    """Root stress (t, slots, rows, q) of the teeth of one gear in one gear mesh, Pa: tension in the
+    fillet under the loaded flank, compression in the other; NaN without load."""
 
     tension: Array
     compression: Array
 
 
 def tooth_roots(roots: PairRoots, s: Array, force: Array, base_pitch: float) -> Roots:
-    """Root stress of pairs at s (t, slots) m with forces of their slices (t, slots, K) N, NaN where
-    there is no pair; s of neighbouring pairs differ by the base pitch."""
+    """Root stress of pairs, including that by loads on adjacent teeth. s (t, slots): path
+    coordinates, m; force (t, slots, K): of their slices, N, NaN without a pair; base_pitch: m."""
     loaded = _loaded(force)
-    of_pairs = np.zeros((*loaded.shape, *roots.stress.shape[2:]))
-    of_pairs[loaded] = roots.of(s[loaded], force[loaded])
-    stress = of_pairs[:, :, 1].copy()
+    by_pair = np.zeros((*loaded.shape, *roots.stress.shape[2:]))
+    by_pair[loaded] = roots.of(s[loaded], force[loaded])
+    stress = by_pair[:, :, 1].copy()
     for a, b in np.ndindex(loaded.shape[1], loaded.shape[1]):
         pitches = np.round((s[:, b] - s[:, a]) / base_pitch)
-        for side in (1, -1):  # the pair in slot b is this many teeth further on in +θ
+        for side in (1, -1):  # the pair in slot b is on the next tooth in +θ (1) or −θ (−1)
             adjacent = loaded[:, a] & loaded[:, b] & (pitches == side * roots.step)
-            stress[adjacent, a] += of_pairs[adjacent, b, 1 + side]
+            stress[adjacent, a] += by_pair[adjacent, b, 1 + side]
     stress[~loaded] = np.nan
     return Roots(stress[:, :, 0], stress[:, :, 1])
 
 
 def ring_roots(tables: RootTables, recovery: Recovery, lines: LineLoads, stage: int) -> Array:
-    """Stress (t, z, 2, rows, q) Pa in both fillets of all teeth of an FE ring: of the motion of its
-    body, and of all pairs on each tooth and on those beside it."""
+    """Stress (t, z, 2, rows, q) in both fillets of all teeth of the FE ring of a stage (number from
+    0), Pa: by the deformation of the ring, and by the loads on each tooth and adjacent teeth."""
     result = recovery.result
     system = result.modal.system
-    of_stage = [m for m, x in enumerate(system.gear_meshes) if x.stage == stage]
-    flanks = [m for m in of_stage if system.gear_meshes[m].kind.internal]
+    flanks = [m for m, x in enumerate(system.gear_meshes) if x.stage == stage and x.kind.internal]
     body, teeth = f"{tables.views[stage].name}.ring", int(system.pairs.gear_teeth[flanks[0]])
     shape = tables.of(system.gear_meshes[flanks[0]])[1].stress.shape[3:]
     out = np.zeros((len(result.theta), teeth, *shape), dtype=np.float32)
@@ -127,18 +124,18 @@ def ring_roots(tables: RootTables, recovery: Recovery, lines: LineLoads, stage: 
         if loaded.any():
             roots = tables.of(system.gear_meshes[m])[1]
             stress = roots.of(result.pair_position[:, m][loaded], force[loaded])
-            at, tooth = np.nonzero(loaded)[0], result.pair_tooth[:, m][loaded].astype(np.int64)
-            for offset in (1, 0, -1):  # the tooth after the pair's own, that, the one before
+            sample, tooth = np.nonzero(loaded)[0], result.pair_tooth[:, m][loaded].astype(np.int64)
+            for offset in (1, 0, -1):  # the next tooth, the loaded one, the previous one
                 fillets = stress[:, 1 - offset, :: roots.sense].astype(np.float32)
-                np.add.at(out, (at, (tooth + offset) % teeth), fillets)
+                np.add.at(out, (sample, (tooth + offset) % teeth), fillets)
     return out
 
 
 def root_arrays(
     tables: RootTables, recovery: Recovery, lines: LineLoads, places: Array
 ) -> dict[str, Any]:
-    """Variables of root stress; along the face at places, −1/2 … 1/2 of its width, if any are
-    given. Empty where no stage asks for it."""
+    """Variables of root stress; places: along the face, −1/2 … 1/2 of its width, for stress along
+    the face if there are any. Empty where no stage requires root stress."""
     result = recovery.result
     system, with_roots = result.modal.system, tables.with_roots
     if not any(with_roots):
@@ -157,14 +154,14 @@ def root_arrays(
         for k, roots in enumerate(tables.of(label)):
             if roots.name == "ring" and label.stage in rings:
                 teeth = result.pair_tooth[:, m]
-                variables = _of_teeth(rings[label.stage], teeth, _loaded(force), roots.sense)
+                stress = _pair_stress(rings[label.stage], teeth, _loaded(force), roots.sense)
             else:
-                variables = tooth_roots(roots, result.pair_position[:, m], force, path.base_pitch)
-            tension = np.fmax.reduce(variables.tension, axis=(1, 2))
-            compression = np.fmin.reduce(variables.compression, axis=(1, 2))
+                stress = tooth_roots(roots, result.pair_position[:, m], force, path.base_pitch)
+            tension = np.fmax.reduce(stress.tension, axis=(1, 2))
+            compression = np.fmin.reduce(stress.compression, axis=(1, 2))
             largest[:, m, k] = tension.max(axis=1)
             for i, curve in enumerate((tension, compression)):
-                along[i, :, m, k] = _at(roots.z, curve, 2.0 * path.half_face * places)
+                along[i, :, m, k] = _interpolate(roots.z, curve, 2.0 * path.half_face * places)
     arrays = {"root_stress": largest, "root_side": side}
     if len(places):
         arrays |= {"face_root_stress": along[0], "face_root_compression": along[1]}
@@ -173,14 +170,14 @@ def root_arrays(
 
 
 def _loaded(force: Array) -> NDArray[np.bool_]:
-    """Whether the tooth pair of each slot (t, slots) carries load."""
+    """Whether each slot (t, slots) has a loaded tooth pair; force (t, slots, K): of slices, N."""
     return np.asarray(np.isfinite(force).all(axis=2) & (np.nansum(force, axis=2) > 0.0))
 
 
-def _of_teeth(
+def _pair_stress(
     ring: Array, tooth: NDArray[np.int16], loaded: NDArray[np.bool_], sense: int
 ) -> Roots:
-    """Part of a ring's stress (t, z, 2, rows, q) that belongs to pairs on teeth (t, slots)."""
+    """Root stress of the teeth (t, slots) of pairs, from a ring's stress (t, z, 2, rows, q)."""
     stress = ring[np.arange(len(ring))[:, None], np.maximum(tooth, 0)].astype(float)[:, :, ::sense]
     stress[~loaded] = np.nan
     return Roots(stress[:, :, 0], stress[:, :, 1])
@@ -189,9 +186,9 @@ def _of_teeth(
 def _by_tooth(
     tables: RootTables, rings: dict[int, Array], count: int, ranges: bool
 ) -> dict[str, Any]:
-    """Largest stress (count, teeth of all FE rings, 2) in every fillet; if asked for its range at a
-    point over the samples (teeth, 2), and the least at the point with the largest; not a number in
-    stages without."""
+    """Variables by tooth of all FE rings: largest stress (count, teeth, 2) in every fillet, and
+    with ``ranges`` the largest range of stress at a point over the samples, (teeth, 2), and the
+    least stress at the point with the largest. NaN in stages without root stress."""
     if not rings:
         return {}
     largest, stresses, least = [], [], []
@@ -200,10 +197,10 @@ def _by_tooth(
         ring = rings.get(k, none[..., None, None])
         largest.append(ring.max(axis=(3, 4)).astype(float))
         if ranges:
-            high, low = (of(axis=0).reshape(*ring.shape[1:3], -1) for of in (ring.max, ring.min))
+            high, low = (f(axis=0).reshape(*ring.shape[1:3], -1) for f in (ring.max, ring.min))
             stresses.append((high - low).max(axis=2).astype(float))
-            at = np.nan_to_num(high).argmax(axis=2)[..., None]
-            least.append(np.take_along_axis(low, at, axis=2)[..., 0].astype(float))
+            point = np.nan_to_num(high).argmax(axis=2)[..., None]
+            least.append(np.take_along_axis(low, point, axis=2)[..., 0].astype(float))
     arrays = {"tooth_root_stress": np.concatenate(largest, axis=1)}
     if not ranges:
         return arrays
@@ -211,16 +208,16 @@ def _by_tooth(
     return arrays | {name: np.concatenate(values) for name, values in by_tooth.items()}
 
 
-def _at(z: Array, curves: Array, places: Array) -> Array:
-    """Values (t, n) at places (n,) of curves (t, q) over z (q,)."""
-    at = np.clip(np.searchsorted(z, places) - 1, 0, len(z) - 2)
-    fraction = np.clip((places - z[at]) / np.diff(z)[at], 0.0, 1.0)
-    return np.asarray((1.0 - fraction) * curves[:, at] + fraction * curves[:, at + 1])
+def _interpolate(z: Array, curves: Array, places: Array) -> Array:
+    """Values (t, n) at places (n,) by linear interpolation of curves (t, q) over z (q,)."""
+    k = np.clip(np.searchsorted(z, places) - 1, 0, len(z) - 2)
+    fraction = np.clip((places - z[k]) / np.diff(z)[k], 0.0, 1.0)
+    return np.asarray((1.0 - fraction) * curves[:, k] + fraction * curves[:, k + 1])
 
 
 def rim_stress_rows(case: Case, system: System, bodies: Bodies) -> Array:
-    """(z, d) stress along the circumference on the outer surface over every tooth of every FE ring
-    at mid-face, Pa, in the order of the tooth nodes; not a number where a ring has no FE mesh."""
+    """Rows (z, d) of the circumferential stress on the outer surface of FE rings over every tooth
+    at mid-face, Pa, in the order of the tooth nodes; NaN for rings without FE mesh."""
     stress = [np.zeros((0, system.size))]
     for stage, view in case.fe_ring_stages.items():
         name = BodyName.of(stage, "ring")
@@ -228,18 +225,18 @@ def rim_stress_rows(case: Case, system: System, bodies: Bodies) -> Array:
         teeth = sum(node.kind == "tooth" for node in body.nodes)
         stress.append(np.zeros((teeth, system.size)))
         if ring is not None and not body.rigid:
-            rim = _rim(view.material, ring, view.ring_gear.teeth)
-            stress[-1][:, system.slice_of(name)] = rim
+            rows = _ring_rim_rows(view.material, ring, view.ring_gear.teeth)
+            stress[-1][:, system.slice_of(name)] = rows
     return np.vstack(stress)
 
 
-def _rim(material: Material, ring: ReducedBody, teeth: int) -> Array:
-    """(z, d) stress along the circumference over the teeth, Pa."""
-    at = [k for k, node in enumerate(ring.nodes) if node.kind == "tooth"]
+def _ring_rim_rows(material: Material, ring: ReducedBody, teeth: int) -> Array:
+    """Rows (z, d_b) of ``rim_stress_rows`` for one ring, on its coordinates."""
+    nodes = [k for k, node in enumerate(ring.nodes) if node.kind == "tooth"]
     if not len(ring.cells):
-        return np.full((len(at), len(ring.mass)), np.nan)
-    angles = 2 * np.pi * np.array([ring.nodes[k].number - 1 for k in at]) / teeth
-    middle = ring.positions[at, 2]
+        return np.full((len(nodes), len(ring.mass)), np.nan)
+    angles = 2 * np.pi * np.array([ring.nodes[k].number - 1 for k in nodes]) / teeth
+    middle = ring.positions[nodes, 2]
     rays = [Ray(float(angle), float(z)) for angle, z in zip(angles, middle, strict=True)]
     strain = Surface(ring).strain(rays)
     return strain.hoop_stress(material.young_modulus, material.poisson_ratio)
@@ -253,13 +250,14 @@ OF_ROOTS = (
 
 @dataclass(frozen=True)
 class GroupStresses:
-    """Of N planets in C gear-mesh cycles.
+    """Stresses of a group of gear meshes with N planets in C gear-mesh cycles.
 
-    azimuth: (N, C) of the planet against the ring, rad; path: (P,) m from the planet's base tangent
-    point, middles of places; pressure: (N, C, P, F) Pa, largest Hertz pressure. tension,
-    compression: (N, C, 2, F') Pa in planet and mate, largest stress in the fillet under the loaded
-    flank and least in the other; of no length without FE roots. lowest: (z,) Pa, least stress in
-    that fillet of every tooth of an FE ring at any position, of no length of others.
+    azimuth (N, C): angle of the planet relative to the ring, rad; path (P,): middles of the places
+    on the path, from the planet's base tangent point, m; pressure (N, C, P, F): largest Hertz
+    pressure, Pa; tension, compression (N, C, 2, F'): in planet and gear, largest stress in the
+    fillet under the loaded flank and least stress in the other, Pa, empty without FE roots; lowest
+    (z,): for FE rings least stress in the fillet under the loaded flank of every tooth, at the
+    point of its largest stress, Pa, else empty.
     """
 
     azimuth: Array
@@ -273,8 +271,8 @@ class GroupStresses:
 def group_stresses(
     data: xr.Dataset, view: StageView, group: GroupName, per_cycle: int
 ) -> GroupStresses:
-    """Stresses of a group from equilibria over whole gear-mesh cycles; data: of the carrying flanks
-    of the group, one for each planet."""
+    """Stresses of a group from equilibria over whole gear-mesh cycles of ``per_cycle`` positions;
+    data: dataset of the carrying flanks of the group, one for each planet."""
     carrier, ring = (
         data[name].sel(turning_stage=view.name).to_numpy().reshape(-1, per_cycle).mean(axis=1)
         for name in ("carrier_angle", "ring_angle")
@@ -283,10 +281,10 @@ def group_stresses(
     tension = compression = np.zeros((*pressure.shape[:2], 2, 0))
     lowest = np.zeros(0)
     if view.gear_mesh.root_stress == "fe":
-        tension = _of_cycles(data["face_root_stress"], per_cycle, np.fmax)
-        compression = _of_cycles(data["face_root_compression"], per_cycle, np.fmin)
+        tension = _cycle_extremes(data["face_root_stress"], per_cycle, np.fmax)
+        compression = _cycle_extremes(data["face_root_compression"], per_cycle, np.fmin)
         if group.kind == "ring" and "tooth_root_least" in data:
-            lowest = _lowest(data, group)
+            lowest = _ring_lowest(data, group)
     planets = np.array(view.stage.planet_angles)[:, None]
     azimuth = np.mod(carrier - ring + planets, 2.0 * math.pi)
     return GroupStresses(azimuth, path, pressure, tension, compression, lowest)
@@ -295,44 +293,46 @@ def group_stresses(
 def _pressures(
     data: xr.Dataset, view: StageView, group: GroupName, per_cycle: int
 ) -> tuple[Array, Array]:
-    """Middles of places on the path (P,) m, and pressure (N, C, P, F) Pa. Contact lines stand a
-    ``per_cycle``-th of a base pitch apart, and no place is narrower. What touches before or after
-    the path counts for its ends."""
+    """Middles (P,) of places on the path, m, and largest pressure (N, C, P, F), Pa. Places are at
+    least as wide as the distance of contact lines in successive positions, base pitch over
+    ``per_cycle``. Pressure before or after the path is assigned to its ends."""
     pressure, path, z = (
         data[name].transpose("position", "flank", ...).to_numpy() for name in OF_FLANKS
     )
     gear_mesh = stage_geometry(view).gear_meshes[group.kind]
     start, end, slices = gear_mesh.s_lo, gear_mesh.s_hi, pressure.shape[-1]
     count = max(int((end - start) / gear_mesh.base_pitch * per_cycle), 1)
-    at, flank, *_ = loaded = np.nonzero(pressure > 0.0)
-    across = (path[loaded] - start) / (end - start) * count
-    along = (0.5 + z[loaded] / view.stage.face_width) * slices
-    place = (np.clip(x.astype(int), 0, n - 1) for x, n in ((across, count), (along, slices)))
+    position, flank, *_ = loaded = np.nonzero(pressure > 0.0)
+    along_path = (path[loaded] - start) / (end - start) * count
+    along_face = (0.5 + z[loaded] / view.stage.face_width) * slices
+    places = ((along_path, count), (along_face, slices))
+    place = (np.clip(x.astype(int), 0, n - 1) for x, n in places)
     largest = np.zeros((pressure.shape[1], len(pressure) // per_cycle, count, slices))
-    np.maximum.at(largest, (flank, at // per_cycle, *place), pressure[loaded])
+    np.maximum.at(largest, (flank, position // per_cycle, *place), pressure[loaded])
     return start + (np.arange(count) + 0.5) * (end - start) / count, largest
 
 
-def _of_cycles(values: xr.DataArray, per_cycle: int, most: np.ufunc) -> Array:
-    """Largest or least (N, C, …) over the positions of each cycle, 0 without load."""
+def _cycle_extremes(values: xr.DataArray, per_cycle: int, extreme: np.ufunc) -> Array:
+    """Largest or least values (N, C, …) over the positions of each cycle, 0 without load."""
     array = values.transpose("position", "flank", ...).to_numpy()
     array = array.reshape(-1, per_cycle, *array.shape[1:])
-    return np.nan_to_num(np.moveaxis(most.reduce(array, axis=1), 1, 0))
+    return np.nan_to_num(np.moveaxis(extreme.reduce(array, axis=1), 1, 0))
 
 
-def _lowest(data: xr.Dataset, group: GroupName) -> Array:
-    """(z,) Pa at the point of each tooth's fillet where it is stretched most."""
+def _ring_lowest(data: xr.Dataset, group: GroupName) -> Array:
+    """Least stress (z,) in the fillet under the loaded flank of every tooth of an FE ring, at the
+    point of its largest stress, Pa."""
     fillet = 0 if float(data["root_side"].isel(flank=0, pair_member=1)) < 0.0 else 1
-    of_ring = (data["tooth_stage"] == group.stage) & (data["tooth_side"] == group.side)
+    teeth = (data["tooth_stage"] == group.stage) & (data["tooth_side"] == group.side)
     least = data["tooth_root_least"].isel(fillet=fillet).to_numpy()
-    return np.asarray(least[of_ring.to_numpy()])
+    return np.asarray(least[teeth.to_numpy()])
 
 
 @dataclass(frozen=True)
 class HeldRoots:
-    """Root stress of one gear in one gear mesh over a cycle: largest stress in the roots, Pa, with
-    the body below the teeth fixed; that of the same pair with its load uniform along the contact
-    line; and this load, N."""
+    """Root stress of one gear in one gear mesh over a cycle, with a fixed body below the teeth.
+    held: largest stress, Pa; even: stress of the same pair with its load uniform along the contact
+    line, Pa; pair_load: this load, N."""
 
     held: float
     even: float
@@ -340,18 +340,19 @@ class HeldRoots:
 
 
 def held_roots(tables: RootTables, result: Equilibrium, flank: int, member: int) -> HeldRoots:
-    """flank: of the system; member: 0 its planet, 1 the mate; result: over a gear-mesh cycle."""
+    """Root stress with a fixed body from equilibria over a gear-mesh cycle; flank: index in the
+    system; member: 0 the planet, 1 the gear."""
     system = result.modal.system
     label = system.gear_meshes[flank]
     loads = line_loads(result)
-    assert loads is not None  # the case asks for roots, which want slices
+    assert loads is not None  # root stress requires slices
     force = loads.force[:, flank, :, : int(system.pairs.slices[flank])]
-    even = np.broadcast_to(force.mean(axis=2, keepdims=True), force.shape)
+    even_force = np.broadcast_to(force.mean(axis=2, keepdims=True), force.shape)
     roots, pitch = tables.of(label)[member], tables.path(label).base_pitch
-    held, of_even = (
-        tooth_roots(roots, result.pair_position[:, flank], of, pitch).tension.max(axis=(2, 3))
-        for of in (force, even)
+    held, even = (
+        tooth_roots(roots, result.pair_position[:, flank], f, pitch).tension.max(axis=(2, 3))
+        for f in (force, even_force)
     )
-    at = np.unravel_index(int(np.nanargmax(held)), held.shape)
+    worst = np.unravel_index(int(np.nanargmax(held)), held.shape)
     load = result.pair_load[:, flank]
-    return HeldRoots(float(held[at]), float(of_even[at]), float(load[at]))
+    return HeldRoots(float(held[worst]), float(even[worst]), float(load[worst]))

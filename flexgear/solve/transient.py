@@ -37,10 +37,12 @@ _STEADY = {
 
 
 @dataclass(frozen=True)
-class Ends:
-    """Histories at the ports (P,): each with its machine, its rated torque N m or speed rad/s, and
-    by how much it is scaled. None: a torque in rated proportion to the first port's. loads: of the
-    case, of which histories are prescribed, too."""
+class PortHistories:
+    """Values prescribed to the machines at the P ports over time.
+
+    machines (P,): None for a torque in rated proportion to that of the first port; rated (P,):
+    rated torque, N·m, or speed, rad/s; scale (P,): factors; loads: of the case, whose histories are
+    prescribed as well."""
 
     machines: tuple[Machine | None, ...]
     rated: Array
@@ -49,7 +51,7 @@ class Ends:
 
     @property
     def jumps(self) -> tuple[float, ...]:
-        """Times at which a torque or a set speed jumps, or a given speed has a kink, s."""
+        """Times at which a torque or set speed jumps, or the slope of a given speed changes, s."""
         times: set[float] = set()
         for machine in self.machines:
             if machine is not None and machine.law != "brake":
@@ -58,18 +60,18 @@ class Ends:
 
     @property
     def varies(self) -> bool:
-        """Whether one of them changes continuously."""
+        """Whether a machine or a load changes continuously."""
         varies = any(machine is not None and machine.is_series for machine in self.machines)
         return varies or any(load.is_history for load in self.loads)
 
     @property
     def steep(self) -> bool:
-        """Whether one of them may change fast anywhere."""
+        """Whether a machine or a load may change fast at any time."""
         steep = any(machine is not None and machine.is_steep for machine in self.machines)
         return steep or any(load.is_history for load in self.loads)
 
     def drive(self) -> Drive:
-        """For the time stepping."""
+        """The histories as functions of time for the time stepping."""
         return Drive(self._prescribed, self._rates, lambda time: load_histories(self.loads, time))
 
     def _prescribed(self, time: Array) -> Array:
@@ -78,25 +80,25 @@ class Ends:
     def _rates(self, time: Array) -> Array:
         return self._columns(time, lambda machine, rated: machine.rate_at(time))
 
-    def _columns(self, time: Array, of: Callable[[Machine, float], Array]) -> Array:
-        """(k, P) at times (k,)."""
+    def _columns(self, time: Array, values: Callable[[Machine, float], Array]) -> Array:
+        """Values (k, P) at times (k,), s; values: function of a machine and its rated value."""
         out = np.zeros((len(time), len(self.machines)))
         for p, machine in enumerate(self.machines):
             if machine is not None and machine.law != "brake":
-                out[:, p] = self.scale[p] * of(machine, float(self.rated[p]))
+                out[:, p] = self.scale[p] * values(machine, float(self.rated[p]))
         for p, machine in enumerate(self.machines):
             if machine is None:
                 out[:, p] = out[:, 0] * self.rated[p] / self.rated[0]
         return out
 
 
-def ends_of(
+def port_histories(
     case: Case, flow: PowerFlow, drive: TorqueHistory | None = None, share: float = 1.0
-) -> Ends:
-    """Histories of a case's ports, torques scaled by ``share``.
+) -> PortHistories:
+    """Histories of the ports of a case, with torques scaled by ``share``.
 
-    drive: what the first input follows if it follows a torque; all other machines are then at their
-    rated torque or speed for good.
+    drive: torque of the first input, if its machine has given torque; all other machines then have
+    constant rated torque or speed.
     """
     machines = list(machines_of(case))
     if drive is not None:
@@ -112,11 +114,11 @@ def ends_of(
         machines = [machine or Machine() for machine in machines]
     speeds = [machine is not None and machine.follows_speed for machine in machines]
     rated[speeds] = np.array([flow.speed[member] for member in members])[speeds]
-    return Ends(tuple(machines), rated, np.where(speeds, 1.0, share), case.loads)
+    return PortHistories(tuple(machines), rated, np.where(speeds, 1.0, share), case.loads)
 
 
 def require_brakes(model: Model) -> None:
-    """InputError where a port that gives power at rated load is said to brake."""
+    """Raise InputError for a brake at a port that supplies power at rated load."""
     case = model.case
     for p, machine in enumerate(machines_of(case)):
         member = case.ports[p].member
@@ -133,7 +135,7 @@ def require_brakes(model: Model) -> None:
 
 
 def braked(modal: ModalSystem, share: float) -> ModalSystem:
-    """The train with the torque of its brakes scaled."""
+    """The train with the torques of its brakes scaled by |share|."""
     machines = tuple(
         replace(machine, rated_torque=abs(share) * machine.rated_torque)
         if isinstance(machine, Brake)
@@ -143,30 +145,31 @@ def braked(modal: ModalSystem, share: float) -> ModalSystem:
     return replace(modal, system=modal.system.with_(machines=machines))
 
 
-SAMPLES_AT_REST = 100
-MOST_STEPS = 400_000  # of a run whose duration nobody gave
-RATED_DRIVE = TorqueHistory()  # rated torque for good, rated torques and speeds at all other ports
+SAMPLES_AT_REST = 100  # least number of samples for a train at rest
+MAX_STEPS = 400_000  # of a run without given duration
+RATED_DRIVE = TorqueHistory()  # constant rated torque
 
 
 def usual_duration(case: Case, flow: PowerFlow) -> float:
-    """Start-up and one turn of the slowest stage, s; cut short where that takes too many steps.
+    """Duration of a transient, s: that of the case, or by default start-up and one turn of the
+    slowest stage, limited by the number of steps.
 
-    A train at rest is looked at for as long again as it settles, and for some samples.
+    For a train at rest the turn is replaced by its settling time, or by 100 samples if longer.
     """
     if case.solver.duration is not None:
         return case.solver.duration
     pace, turn = case_pace(case), _slowest_turn(case, flow)
-    longest = max(MOST_STEPS * pace.time_step, 1.5 * pace.settling)
+    longest = max(MAX_STEPS * pace.time_step, 1.5 * pace.settling)
     return min(pace.start_up + turn, longest)
 
 
 def cut_short(case: Case, flow: PowerFlow) -> list[str]:
-    """A line where nobody gave the duration and the usual one is less than a turn."""
+    """A line for a case without given duration in which the default one is less than a turn."""
     span, turn = usual_duration(case, flow), _slowest_turn(case, flow)
     if case.solver.duration is not None or span >= turn:
         return []
     return [
-        f"solver.duration_s is left out and cut to {span:.4g} s, {MOST_STEPS} steps, of the "
+        f"solver.duration_s is left out and cut to {span:.4g} s, {MAX_STEPS} steps, of the "
         f"{turn:.4g} s that a turn of the slowest stage takes; give it, or a longer time step"
     ]
 
@@ -177,9 +180,9 @@ def _slowest_turn(case: Case, flow: PowerFlow) -> float:
     return max((m.turn_period for m in motions if m.theta), default=at_rest)
 
 
-def _settling(model: Model, stepping: Stepping, ends: Ends) -> Settling | Window:
-    """Window over which figures of a run are taken, where the case states when it has settled; else
-    the search for it in the samples."""
+def _settling(model: Model, stepping: Stepping, histories: PortHistories) -> Settling | Window:
+    """Window for the figures of a run, if the case states the settling time or nothing can settle;
+    else the search for it in the samples. InputError for a settling time beyond the run."""
     start, begin, span = model.case.solver.settle, stepping.start, stepping.duration
     end = begin + span
     if start is not None:
@@ -191,7 +194,7 @@ def _settling(model: Model, stepping: Stepping, ends: Ends) -> Settling | Window
                 "lower it, or run for longer",
             )
         return Window(begin + start, end, None, "as solver.settle_s says")
-    if ends.jumps or ends.varies:
+    if histories.jumps or histories.varies:
         return Window(begin, end, None, "the drive or a load changes")
     turning = [s.gear_mesh_frequency for s in model.flow.stages if s.gear_mesh_frequency]
     if not turning:
@@ -208,18 +211,18 @@ def stepping_of(
     output_interval: float | None = None,
     start: float = 0.0,
 ) -> Stepping:
-    """Steps and samples of a run from ``start`` s on, for ``usual_duration`` unless given; drive:
-    see ``simulate``.
+    """Steps and samples of a run; duration: s, ``usual_duration`` if left out; drive: see
+    ``simulate``; output_interval: between samples, s; start: time at its start, s.
 
-    Near a jump of a torque steps are fine until it has settled, in a given series everywhere,
-    unless the case says how long a step is.
+    Unless the case states the time step, steps are finer after a jump until the train has settled,
+    and with load or torque series during the whole run.
     """
-    pace, ends = case_pace(case), ends_of(case, flow, drive)
+    pace, histories = case_pace(case), port_histories(case, flow, drive)
     span = usual_duration(case, flow) if duration is None else duration
     end = start + span
-    late = [t for t in ends.jumps if max(start - pace.settling, 0.0) <= t < end]
-    windows = [FineWindow(t, min(t + pace.settling, end), pace.step_time_step) for t in late]
-    if ends.steep and pace.series_time_step < pace.time_step:
+    jumps = [t for t in histories.jumps if max(start - pace.settling, 0.0) <= t < end]
+    windows = [FineWindow(t, min(t + pace.settling, end), pace.step_time_step) for t in jumps]
+    if histories.steep and pace.series_time_step < pace.time_step:
         windows = [FineWindow(start, end, pace.series_time_step)]
     adaptive = None
     if case.solver.step_tolerance > 0.0:
@@ -229,7 +232,7 @@ def stepping_of(
         duration=span,
         time_step=pace.time_step,
         output_interval=min(output_interval or pace.output_interval, span),
-        jumps=tuple(t for t in late if t >= start),
+        jumps=tuple(t for t in jumps if t >= start),
         windows=tuple(windows),
         adaptive=adaptive,
         start=start,
@@ -247,40 +250,40 @@ def simulate(
     energy: bool = False,
     fields: Sequence[str] = (),
     progress: Progress = silent,
-    label: str = "transient",
     sink: DatasetSink | None = None,
     start: xr.Dataset | None = None,
 ) -> TimedRun:
-    """Transient under the machines at the ports, torques times ``torque_share``, from equilibrium,
-    or from the end of the transient ``start``, whose time goes on.
+    """A transient under the machines at the ports, from equilibrium, or from the last state and
+    time of the transient ``start``.
 
     duration: s, ``usual_duration`` if left out. drive: torque of the first input in the place of
-    what the case says, all other machines then at rated torque or speed. The torque of brakes is
-    scaled by ``torque_share`` too, so that the train keeps its rated speed. Load sharing
-    coefficients are those of the settled window (``results.settling``). fields: bodies that bend,
-    whose coordinates are kept at every sample, for ``deformed``. sink: takes the samples as they
-    come, so that the run's length does not count; ``data`` is then empty. Raises InputError where a
-    brake drives, nothing is left after the start-up or the run would not come to an end,
-    FlexgearError where the time stepping runs away.
+    the case's, all other machines then at rated torque or speed. torque_share: factor on all
+    torques, including those of brakes, so that the train keeps its rated speed. output_interval:
+    between samples, s. energy: with the energy balance. fields: flexible bodies whose coordinates
+    are saved, for ``deformed``. sink: receives the samples during the run, so that memory does not
+    grow with the duration; ``data`` is then empty. Load sharing coefficients are those of the
+    settled window (``results.settling``). InputError for a brake that would drive, a settling time
+    beyond the run, or a run that would be too long; FlexgearError for a diverging motion.
     """
     case = model.case
     require_brakes(model)
     for body in fields:
         require_bending(model, body)
-    modal, ends = braked(model.modal, torque_share), ends_of(case, model.flow, drive, torque_share)
-    carried = None if start is None else carried_state(model, modal, ends.drive(), start)
+    modal = braked(model.modal, torque_share)
+    histories = port_histories(case, model.flow, drive, torque_share)
+    carried = None if start is None else carried_state(model, modal, histories.drive(), start)
     stepping = stepping_of(
         case, model.flow, duration, drive=drive, output_interval=output_interval,
         start=0.0 if carried is None else carried.time,
     )  # fmt: skip
     edges = window_edges(stepping.duration, case.solver.settle, stepping.start)
     run = LongRun(
-        model, modal, ends.drive(), stepping, _settling(model, stepping, ends),
+        model, modal, histories.drive(), stepping, _settling(model, stepping, histories),
         RunSharing(model, stepping.interval, edges, math.copysign(1.0, torque_share)),
         torque_share, energy, fields, None if carried is None else carried.state,
     )  # fmt: skip
     memory = Gathered()
-    timed = run.into(sink or memory, lambda share: progress(label, share))
+    timed = run.into(sink or memory, lambda share: progress("transient", share))
     return replace(timed, data=memory.data) if sink is None else timed
 
 
@@ -290,13 +293,10 @@ def torque_drop(
     *,
     energy: bool = False,
     progress: Progress = silent,
-    label: str = "torque drop",
     sink: DatasetSink | None = None,
 ) -> TimedRun:
-    """Transient in which the drive's torque drops to ``torque`` (N m) as ``drive.steps`` says.
-
-    Its samples are twice as close as in steady running.
-    """
+    """A transient in which the torque of the drive drops to ``torque``, N·m, by ``drive.steps`` of
+    the case, with half the sample interval of steady running."""
     start, duration, after = timed_drops(model.case).times
     return simulate(
         model,
@@ -305,20 +305,20 @@ def torque_drop(
         output_interval=0.5 * model.pace.output_interval,
         energy=energy,
         progress=progress,
-        label=label,
         sink=sink,
     )
 
 
 def compile_transient(model: Model, *, energy: bool = False) -> None:
-    """A run of a few steps, so that compilation does not count as simulation."""
-    step, ends = model.pace.time_step, ends_of(model.case, model.flow, RATED_DRIVE)
-    for account in (False, True) if energy else (False,):
+    """Run a few steps, so that compilation is not part of the measured times; energy: also with the
+    energy balance."""
+    step, histories = model.pace.time_step, port_histories(model.case, model.flow, RATED_DRIVE)
+    for track_energy in (False, True) if energy else (False,):
         stepping = Stepping(3 * step, step, step)
-        run_in_memory(model.modal, ends.drive(), stepping, track_energy=account)
+        run_in_memory(model.modal, histories.drive(), stepping, track_energy=track_energy)
 
 
 def train_histories(data: xr.Dataset) -> xr.Dataset:
-    """Histories of which the command line prints the range."""
+    """Histories whose ranges are printed by the command line."""
     names = ["input_speed", "port_torque", "inertia_torque", "gear_mesh_force"]
     return data[names].assign(axis_distance=axis_distance(data))

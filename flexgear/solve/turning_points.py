@@ -9,53 +9,53 @@ import numpy as np
 
 from flexgear.arrays import Array
 
-NARROW = 2e-3  # of λ: two turning points, or changes, nearer to each other are a kink of contact
-ROUNDING = 1e-9  # of λ, by which states of a curve with constant λ differ
-BESIDE = 5  # states on either side of a turning point among which one is stable
+NARROW = 2e-3  # relative distance in λ below which two turning points or changes cancel (a kink)
+ROUNDING = 1e-9  # relative difference of λ between states at constant λ
+NEAR = 5  # states on either side of a turning point, of which one must be stable
 
 
 def turning_points(
     parameter: Array,
     branches: Array,
     arrays: Mapping[str, Any],
-    leaving: Mapping[int, int] | None = None,
+    doubled: Mapping[int, int] | None = None,
 ) -> dict[str, Any]:
     """Variables of the turning points and changes of stability of curves.
 
-    parameter (s,): λ along the curves; branches (s,): their numbers; arrays: variables of the
-    states, with "stable" and "response_gear_mesh_force"; leaving: number of the curve of twice the
-    period that leaves behind a state.
+    parameter (s,): λ along the curves; branches (s,): number of the curve of each state; arrays:
+    variables of the states, with "stable" and "response_gear_mesh_force"; doubled: by the index of
+    a state, number of the curve of twice the period that branches off after it.
     """
     force = arrays["response_gear_mesh_force"][:, :, 0].max(axis=1)
     stable = arrays["stable"] == 1
     folds = []
     for fold in _folds(parameter, branches, force):
-        near = slice(max(fold[0] - BESIDE, 0), fold[0] + BESIDE + 1)
+        near = slice(max(fold[0] - NEAR, 0), fold[0] + NEAR + 1)
         if (stable[near] & (branches[near] == branches[fold[0]])).any():
             folds.append(fold)
     growth = _growth(arrays)
-    targets = [_targets(parameter, branches, growth, force, k, at) for k, at, _, _ in folds]
-    most = max(map(len, targets), default=0)
+    targets = [_targets(parameter, branches, growth, force, k, value) for k, value, *_ in folds]
+    width = max(map(len, targets), default=0)
     changes = stability_changes(parameter, branches, arrays)
     return {
-        "turning_point_parameter": np.array([at for _, at, _, _ in folds]),
+        "turning_point_parameter": np.array([value for _, value, _, _ in folds]),
         "turning_point_force": np.array([top for _, _, top, _ in folds]),
         "turning_point_sense": np.array([sense for *_, sense in folds], dtype=int),
         "turning_point_target_force": np.array(
-            [[*forces, *[np.nan] * (most - len(forces))] for forces in targets]
-        ).reshape(len(folds), most),
+            [[*forces, *[np.nan] * (width - len(forces))] for forces in targets]
+        ).reshape(len(folds), width),
         "stability_change_parameter": np.array([x.value for x in changes]),
         "stability_change_kind": np.array([x.kind for x in changes], dtype=int),
         "stability_change_curve": np.array([branches[x.before] for x in changes], dtype=int),
         "stability_change_leaving": np.array(
-            [(leaving or {}).get(x.before, 0) for x in changes], dtype=int
+            [(doubled or {}).get(x.before, 0) for x in changes], dtype=int
         ),
     }
 
 
 def _folds(parameter: Array, branches: Array, force: Array) -> list[tuple[int, float, float, int]]:
-    """Index of the state next to a turning point, λ and force there, and 1 where λ has its largest
-    value (a sweep up jumps), −1 the smallest."""
+    """Turning points: index of the nearest state, λ, force, and 1 at a maximum of λ (where a rising
+    sweep jumps) or −1 at a minimum."""
     out: list[tuple[int, float, float, int]] = []
     steps = np.diff(parameter)
     steps[np.abs(steps) < ROUNDING * parameter[1:]] = 0.0
@@ -74,8 +74,8 @@ def _folds(parameter: Array, branches: Array, force: Array) -> list[tuple[int, f
 
 
 def _vertex(parameter: Array, force: Array) -> tuple[float, float]:
-    """λ and force at the vertex of the parabola λ(force) through three states; the middle one where
-    there is no parabola."""
+    """λ and force at the vertex of the parabola λ(force) through three states; those of the middle
+    state where there is no such parabola."""
     middle, spread = force[1], np.ptp(force)
     if spread == 0.0 or (force[1] - force[0]) * (force[2] - force[1]) <= 0.0:
         return float(parameter[1]), float(middle)
@@ -87,7 +87,8 @@ def _vertex(parameter: Array, force: Array) -> tuple[float, float]:
 def _targets(
     parameter: Array, branches: Array, growth: Array, force: Array, fold: int, value: float
 ) -> list[float]:
-    """Forces of all other stable states at λ, rising; the way of a sweep decides among them."""
+    """Forces of all other stable states at λ = ``value``, rising, to one of which a sweep jumps;
+    fold: index of the turning point's state."""
     low, high, same = parameter[:-1], parameter[1:], branches[:-1] == branches[1:]
     adjacent = (branches[:-1] == branches[fold]) & (np.abs(np.arange(len(low)) + 0.5 - fold) < 2)
     crosses = same & ((low <= value) != (high <= value)) & ~adjacent
@@ -98,15 +99,15 @@ def _targets(
     return sorted(map(float, (1 - w) * force[k] + w * force[k + 1]))
 
 
-TURNING, DOUBLED, SECOND_FREQUENCY = range(3)  # kinds of a loss of stability
+TURNING, DOUBLED, SECOND_FREQUENCY = range(3)  # kinds of loss of stability
 KINDS = ("turning point", "doubled period", "second frequency")
-REAL = 1e-6  # imaginary part of a multiplier that is real
-LEAST = 1e-12  # modulus of a multiplier
+REAL = 1e-6  # imaginary part below which a multiplier is real
+LEAST_MODULUS = 1e-12  # of a multiplier, for its logarithm
 
 
 class Change(NamedTuple):
-    """Of stability between state ``before`` and the next: λ where the modulus of the largest
-    multiplier is one, and its kind."""
+    """A change of stability between the state ``before`` and the next one: λ at which the largest
+    multiplier has modulus 1, and its kind."""
 
     before: int
     value: float
@@ -121,10 +122,10 @@ def stability_changes(parameter: Array, branches: Array, arrays: Mapping[str, An
     for k in range(len(parameter) - 1):
         if branches[k] != branches[k + 1] or stable[k] == stable[k + 1]:
             continue
-        loose = k if not stable[k] else k + 1
+        unstable = k if not stable[k] else k + 1
         kind = SECOND_FREQUENCY
-        if abs(imag[loose]) <= REAL:
-            kind = TURNING if real[loose] > 0.0 else DOUBLED
+        if abs(imag[unstable]) <= REAL:
+            kind = TURNING if real[unstable] > 0.0 else DOUBLED
         w = float(np.clip(growth[k] / (growth[k] - growth[k + 1]), 0.0, 1.0))
         value = float((1.0 - w) * parameter[k] + w * parameter[k + 1])
         last = out[-1] if out else None
@@ -136,8 +137,7 @@ def stability_changes(parameter: Array, branches: Array, arrays: Mapping[str, An
 
 
 def _growth(arrays: Mapping[str, Any]) -> Array:
-    """Logarithm of the modulus of the largest multiplier of every state; not above zero where it is
-    stable."""
+    """Logarithm of the modulus of the largest multiplier of each state; ≤ 0 for stable ones."""
     modulus = np.hypot(arrays["multiplier_real"], arrays["multiplier_imag"])
-    growth = np.log(np.maximum(modulus, LEAST))
+    growth = np.log(np.maximum(modulus, LEAST_MODULUS))
     return np.asarray(np.where(arrays["stable"] == 1, np.minimum(growth, 0.0), growth))

@@ -13,7 +13,7 @@ from flexgear.model.case import Case
 from flexgear.model.units import RPM
 from flexgear.results.rating import PARTS, RatedPart
 from flexgear.results.summary import sharing_summary_of
-from flexgear.solve.bodies import Progress, silent
+from flexgear.solve.bodies import Progress, named, silent
 from flexgear.solve.linear import harmonic_data, train_harmonic, why_not_linear
 from flexgear.solve.model import Model
 from flexgear.solve.run_transients import is_static
@@ -50,7 +50,7 @@ def compare_sharing(
             data = harmonic_data(model, train_harmonic(model))
             out[f"{label}: harmonic"] = sharing_summary_of(data)
         if transient:
-            run = simulate(model, progress=progress, label=f"{label}: transient")
+            run = simulate(model, progress=named(label, progress))
             out[f"{label}: transient"] = sharing_summary_of(run.data)
     return out
 

@@ -130,9 +130,9 @@ def test_an_even_share_without_errors_is_no_praise():
     without = found(load_sharing=nearly, errors_given=False)["Load sharing"]
     assert without.level == "note" and "No errors given" in without.sentence
     even = found(load_sharing=sharing(1.0, 1.0))["Load sharing"]
-    assert even.level == "note" and "no error of the case tells them apart" in even.sentence
+    assert even.level == "note" and "the case has no errors that differ" in even.sentence
     vibrates = found(load_sharing=sharing(1.00001, 1.0006))["Load sharing"]
-    assert vibrates.level == "note" and "alike but for vibration" in vibrates.sentence
+    assert vibrates.level == "note" and "Apart from vibration" in vibrates.sentence
     assert found(load_sharing=sharing(1.3, 1.3), errors_given=False)["Load sharing"].level == "bad"
 
 

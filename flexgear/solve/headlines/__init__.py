@@ -1,4 +1,4 @@
-"""Headlines of a run: what the first screen of its report answers, the worst first."""
+"""Headlines of a run: the figures and verdicts on the first screen of its report, worst first."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ WARNING = "Warning"
 
 
 def headlines(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Every answer of every headline, the worst first, as ``summary.json`` has them."""
+    """All answers of all headlines, worst first, as dictionaries of ``summary.json``."""
     findings = Findings(case, flow, summary)
     every = [(h, answer) for h in HEADLINES for answer in h.answers(findings)]
-    every.sort(key=lambda pair: _rank(*pair))  # else in the order of HEADLINES
+    every.sort(key=lambda pair: _rank(*pair))  # equal ranks stay in the order of HEADLINES
     return [{"name": h.name, "unit": h.unit, **asdict(answer)} for h, answer in every]
 
 
@@ -59,16 +59,15 @@ def _rank(headline: Headline, answer: Answer) -> tuple[int, float]:
 
 
 def verdicts(case: Case, summary: Mapping[str, Any]) -> list[Verdict]:
-    """One verdict for each headline, that of the worst stage, with those of the other stages in its
-    sentence; warnings without a headline come last."""
+    """One verdict for each headline: that of the worst stage, with the figures of other stages in
+    its sentence; warnings that are part of no headline come last."""
     declared = {h.name: h for h in HEADLINES}
     by_name: dict[str, list[Mapping[str, Any]]] = {}
     for row in summary["headlines"]:
-        # each check outside its limits is an answer of its own
+        # each check of the solution outside its limits has its own verdict
         alone = row["name"] == SOLUTION.name and row["level"] != "good"
-        by_name.setdefault(f"{row['name']} {row['figure']}" if alone else row["name"], []).append(
-            row
-        )
+        name = f"{row['name']} {row['figure']}" if alone else row["name"]
+        by_name.setdefault(name, []).append(row)
     lines = [
         _verdict(declared[answers[0]["name"]], answers, len(case.stages) > 1)
         for answers in by_name.values()
@@ -80,11 +79,11 @@ def verdicts(case: Case, summary: Mapping[str, Any]) -> list[Verdict]:
 def _verdict(headline: Headline, rows: list[Mapping[str, Any]], several_stages: bool) -> Verdict:
     same_level = len({row["level"] for row in rows}) == 1
     worst, *others = sorted(rows, key=_severity(headline, rows)) if same_level else rows
-    at = words(worst["stage"]) if several_stages and worst["stage"] else ""
+    stage = words(worst["stage"]) if several_stages and worst["stage"] else ""
     others_text = "".join(f" {words(r['stage']).capitalize()}: {r['figure']}." for r in others)
     return Verdict(
         worst["level"],
-        f"{headline.title}{f', {at}' if at else ''}",
+        f"{headline.title}{f', {stage}' if stage else ''}",
         worst["figure"],
         f"{worst['sentence']}{others_text}",
         headline.section,
@@ -94,15 +93,15 @@ def _verdict(headline: Headline, rows: list[Mapping[str, Any]], several_stages: 
 def _severity(
     headline: Headline, rows: list[Mapping[str, Any]]
 ) -> Callable[[Mapping[str, Any]], float]:
-    """Key that sorts answers of stages, the worst first: by how far they use their allowable where
-    all have one, else by value."""
-    held = all(row["allowable"] for row in rows)
+    """Sort key for the answers of stages, worst first: by utilisation where all have an allowable,
+    else by value."""
+    have_allowable = all(row["allowable"] for row in rows)
 
     def key(row: Mapping[str, Any]) -> float:
         value = row["value"]
         if value is None:
             return math.inf
-        if held:
+        if have_allowable:
             return -headline.use(value, row["allowable"])
         return float(value) if headline.is_least else -float(value)
 

@@ -1,7 +1,7 @@
-"""A headline: a figure that answers for the gearbox, declared once.
+"""Declaration of headlines: figures of a run with verdicts.
 
-The first screen of the report, the end of ``flexgear run`` and ``headlines`` in ``summary.json``
-come from these declarations.
+The first screen of the report, the last lines of ``flexgear run`` and ``headlines`` in
+``summary.json`` are made from these declarations.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ class Findings:
 
 @dataclass(frozen=True)
 class Answer:
-    """The figure of one stage, or of the whole train.
+    """The figure of a headline for one stage, or for the whole train.
 
-    stage: name, "" for the train; value: in the unit of the headline, None where there is none;
-    figure: the value as a person reads it; allowable: what the value is held to, in the same unit,
-    None where there is nothing; window: part of the run that the value is of.
+    level: verdict; stage: name, "" for the train; value: in the unit of the headline, or None;
+    figure: the value in words; sentence: explanation; allowable: limit of the value in the same
+    unit, or None; window: part of the run to which the value refers.
     """
 
     level: Level
@@ -51,9 +51,10 @@ class Answer:
 
 @dataclass(frozen=True)
 class Headline:
-    """name: in ``summary.json``; section: of the report, where its details are; answers: of every
-    stage; allowable: where the limit comes from, "" where the figure has none; is_least: whether
-    the value is bad below its limit, as a life is, not above it."""
+    """A headline. name: in ``summary.json``; title: in reports; unit: of the value; meaning:
+    description of the value; section: of the report with its details; answers: function that gives
+    the answers of all stages; allowable: source of the limit, "" without limit; is_least: whether
+    the limit is a lower one, as for a life."""
 
     name: str
     title: str

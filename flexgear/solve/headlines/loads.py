@@ -1,4 +1,4 @@
-"""Headlines of loads and motions: forces, sharing, deflections, effects left out, resonance."""
+"""Headlines of loads and motions: forces, sharing, deflections, neglected effects, resonance."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from flexgear.solve.resonance import resonance_verdict
 from flexgear.solve.result_warnings import (
     CONSEQUENCE,
     EFFECTS,
-    Length,
     effects_of,
     motion_shares,
     motions_of_summary,
@@ -27,8 +26,8 @@ PARTED = "flanks part, or the other ones carry."
 PULLED = (
     'teeth pull, as contact is linear; contact_law = "one-sided" of gear_mesh lets flanks part.'
 )
-ALIKE = 5e-5  # by which K is above 1 where nothing tells the planets apart: it prints as 1.0000
-ROUNDING = 1e-6  # of the limit for small displacements, below which a displacement is none
+ALIKE = 5e-5  # K − 1 below which planets carry equal loads: K is printed as 1.0000
+ROUNDING = 1e-6  # displacement over the limit for small ones, below which it is zero
 
 
 @dataclass(frozen=True)
@@ -43,6 +42,7 @@ class Peak:
 
 
 def _peak(findings: Findings, stage: str, figures: Mapping[str, Any], window: str) -> Peak | None:
+    """Peak of a stage from the figures of one part of a run; window: this part in words."""
     nominal = findings.summary["stages"][stage]
     peaks = []
     for label, force in figures["gear_mesh_force"].items():
@@ -56,13 +56,13 @@ def _peak(findings: Findings, stage: str, figures: Mapping[str, Any], window: st
 
 
 def _torque_drops(findings: Findings) -> Iterator[tuple[str, Mapping[str, Any]]]:
-    """Figures of the torque drops of the case as it is, each with the words for it."""
+    """The torque drops of the case itself, each as description and figures."""
     for depth, variants in findings.summary["torque_steps"].items():
         yield f"in the torque drop to {with_unit(float(depth), 'N m')}", first_variant(variants)
 
 
 def peaks_of_stage(findings: Findings, stage: str) -> list[Peak]:
-    """Largest force of every part of the run: steady running first, then torque drops."""
+    """Largest gear-mesh forces of a stage: in steady running, then in each torque drop."""
     transient = findings.summary["transient"]
     parts = [(window_words(transient), transient), *_torque_drops(findings)]
     return [p for window, part in parts if (p := _peak(findings, stage, part, window))]
@@ -101,24 +101,25 @@ def _largest_force(findings: Findings) -> Iterator[Answer]:
 
 
 def _sudden_contact(findings: Findings, stage: str) -> str:
-    """Sentence for spur pairs without tip relief, which take up their stiffness within a step."""
+    """Sentence on spur gears without tip relief, whose pairs get their full stiffness at once; ""
+    without such gears."""
     view = findings.case.view(stage)
     if view.gear_mesh.model != "per_pair" or view.stage.helix_angle != 0.0:
         return ""
     roles = ("planet", "sun") if view.stage.kind == "parallel" else ("planet", "sun", "ring")
     parts = [view.part(role) for role in roles if getattr(view.stage, view.part(role), None)]
-    bare = [p for p in parts if not _is_relieved(getattr(view.stage, p).modifications)]
-    if not bare:
+    unrelieved = [p for p in parts if not _is_relieved(getattr(view.stage, p).modifications)]
+    if not unrelieved:
         return ""
     return (
-        f" Spur teeth without tip relief ({', '.join(bare)}) take up load at once in this model, "
-        "which raises the peak: give them tip relief, or compare with the gear-mesh model of "
-        "slices along the face."
+        f" Spur teeth without tip relief ({', '.join(unrelieved)}) take up load at once in this "
+        "model, which raises the peak: give them tip relief, or compare with the gear-mesh model "
+        "of slices along the face."
     )
 
 
 def _is_relieved(modifications: GearModifications | PlanetModifications) -> bool:
-    """Whether tips of a gear are relieved on any flank, by key or by table."""
+    """Whether a gear has tip relief on any flank, by key or by table."""
     flanks = [
         modifications,
         *(f for f in vars(modifications).values() if isinstance(f, FlankModifications)),
@@ -127,25 +128,26 @@ def _is_relieved(modifications: GearModifications | PlanetModifications) -> bool
 
 
 def _load_sharing(findings: Findings) -> Iterator[Answer]:
-    """K of equilibria is held to the standard, whose value is one of equilibria; dynamics come on
-    top of it. Without equilibria K in time is held to it."""
+    """Answers on load sharing. K of equilibria is compared with the mesh load factor of the
+    standard, which does not include dynamics; without equilibria K in time."""
     for sharing in findings.sharings.values():
-        yield _of_stage(findings, sharing)
+        yield _stage_sharing(findings, sharing)
     together = groups_of(first_variant(findings.summary["load_sharing"]["transient"]))
     if together and not findings.sharings:
         why = "The planets carry no load together, so that K is not defined."
         yield Answer("note", "", None, "–", why)
 
 
-def _of_stage(findings: Findings, sharing: Sharing) -> Answer:
+def _stage_sharing(findings: Findings, sharing: Sharing) -> Answer:
+    """The answer on load sharing of one stage."""
     factors = [k for k in (sharing.in_equilibria, sharing.in_time) if k is not None]
     level: Level = "note"
     compared = f"{STANDARD} has no value for that number of planets"
     if sharing.assumed is not None:
         level = "bad" if factors[0] > sharing.assumed else "good"
         level = "watch" if level == "good" and factors[-1] > sharing.assumed else level
-        least, most = min(factors) <= sharing.assumed, max(factors) > sharing.assumed
-        side = ("in part above" if least else "above") if most else "within"
+        some_within, some_above = min(factors) <= sharing.assumed, max(factors) > sharing.assumed
+        side = ("in part above" if some_within else "above") if some_above else "within"
         compared = (
             f"{side} the {sharing.assumed:.2f} that {STANDARD}, of wind turbines, assumes for so "
             "many planets"
@@ -156,8 +158,8 @@ def _of_stage(findings: Findings, sharing: Sharing) -> Answer:
     if alike or not findings.summary["errors_given"]:
         level = "note" if level == "good" else level
         sentences.append(
-            "Planets carry alike but for vibration: no error of the case tells them apart (pin "
-            "positions, run-out), or a floating member evens out what does."
+            "Apart from vibration planets carry equal loads: the case has no errors that differ "
+            "between them (pin positions, run-out), or a floating member compensates for these."
             if alike
             else "No errors given: planets share unevenly by deflections alone."
         )
@@ -180,14 +182,14 @@ def _of_stage(findings: Findings, sharing: Sharing) -> Answer:
 
 
 def _halves(sharing: Sharing) -> str:
-    """K of both halves of a double-helical stage."""
+    """Sentence with K of both halves of a double-helical stage; "" for other stages."""
     if not sharing.halves:
         return ""
     return f"{', '.join(f'{side} half {factor(k)}' for side, k in sharing.halves)}.".capitalize()
 
 
 def _rigid(findings: Findings, stage: str) -> str:
-    """Sentence on the effect of flexible bodies on load sharing, by K in time."""
+    """Sentence with K in time of a stage with rigid bodies; "" if it is not computed."""
     rigid = findings.summary["load_sharing"]["transient"].get("rigid")
     if rigid is None or len(findings.summary["load_sharing"]["transient"]) < 2:
         return ""
@@ -246,22 +248,23 @@ def _transmission_error(findings: Findings) -> Iterator[Answer]:
 
 
 def _neglected(findings: Findings) -> Iterator[Answer]:
-    """Effects that are left out beside the figures that they are not small against."""
-    rows = findings.summary.get("neglected", ())
+    """Answers on neglected effects that exceed a tenth of a figure, by stage."""
     by_stage: dict[str, list[Mapping[str, Any]]] = {}
-    for row in rows:
+    for row in findings.summary.get("neglected", ()):
         by_stage.setdefault(str(row.get("stage", "")), []).append(row)
-    for stage, of_stage in by_stage.items():
+    for stage, rows in by_stage.items():
         effects: dict[str, float] = {}
-        for row in of_stage:
+        for row in rows:
             effects |= row["effects_um"]
-        lengths = [r for r in of_stage if "value_um" in r]
-        beside = [Length(r["figure"], "", 1e-6 * r["value_um"], "") for r in lengths]
-        named = ", ".join(f"{x.subject.lower()} {with_unit(x.value, 'm')}" for x in beside)
+        named = ", ".join(
+            f"{row['figure'].lower()} {with_unit(1e-6 * row['value_um'], 'm')}"
+            for row in rows
+            if "value_um" in row
+        )
         sizes = ", ".join(f"{EFFECTS[n]} up to {number(x, 3)} µm" for n, x in effects.items())
         sentences = [f"{sizes[0].upper()}{sizes[1:]}."]
         sentences += [f"They exceed a tenth of: {named}."] if named else []
-        sentences += [r["sentence"] for r in of_stage if "load_sharing" in r]
+        sentences += [row["sentence"] for row in rows if "load_sharing" in row]
         figure = f"up to {number(max(effects.values()), 3)} µm"
         yield Answer("watch", stage, max(effects.values()), figure, " ".join(sentences))
     case, flow = findings.case, findings.flow

@@ -1,4 +1,4 @@
-"""Headlines of ratings: stresses in teeth beside what the case allows, lives of bearings."""
+"""Headlines of ratings: stresses in teeth compared with allowable ones, lives of bearings."""
 
 from __future__ import annotations
 
@@ -22,8 +22,9 @@ from flexgear.solve.headlines.loads import peaks_of_stage
 
 @dataclass(frozen=True)
 class _Kind:
-    """A kind of stress. key: of its allowable in a gear; exponent: of the force that it grows with;
-    computed, nominal: its names, from the load along the face and by formula."""
+    """A kind of stress. key: key of the allowable stress in a gear; exponent: of the force in the
+    stress; computed, nominal: descriptions of the stress from the load along the face, and of that
+    by formula."""
 
     key: str
     exponent: float
@@ -31,8 +32,7 @@ class _Kind:
     nominal: str
 
     def allowable(self, view: StageView, *gears: str) -> float | None:
-        """Allowable stress, Pa, the lower one for gears in contact; None where the case has
-        none."""
+        """Lowest allowable stress of some gears, Pa; None if the case has none."""
         limits = [getattr(getattr(view.stage, gear), self.key) for gear in gears]
         return min((limit for limit in limits if limit is not None), default=None)
 
@@ -46,7 +46,7 @@ _ROOT = _Kind(
 )
 _FLANK = _Kind(
     "allowable_flank_pressure",
-    0.5,  # of Hertz
+    0.5,  # by Hertz
     "along the face, largest of the equilibria",
     "nominal at the pitch point, without load factors",
 )
@@ -88,7 +88,8 @@ def _flank_pressure(findings: Findings) -> Iterator[Answer]:
 
 
 def _gear_mesh(view: StageView, group: GroupName) -> str:
-    """ "sun gear mesh", "sun left gear mesh"; of a parallel stage "gear mesh", "left gear mesh"."""
+    """Name of a group: "sun gear mesh", "sun left gear mesh"; in a parallel stage "gear mesh",
+    "left gear mesh"."""
     part = group.side if view.stage.kind == "parallel" else group.part
     return f"{part} gear mesh".strip()
 
@@ -96,13 +97,13 @@ def _gear_mesh(view: StageView, group: GroupName) -> str:
 def _largest(
     findings: Findings, stage: str, kind: _Kind, computed: bool, stresses: Stresses
 ) -> Iterator[Answer]:
-    """The stress of a stage that uses most of its allowable, and the others beside it; the largest
-    where none has an allowable, and nothing of a stage without load. computed: from the load along
-    the face, not by formula alone."""
+    """The answer on stress in a stage: the stress with the largest utilisation, or the largest
+    stress without allowables, and all others in its sentence; none without load. computed: whether
+    stresses are those by the load along the face."""
     loaded = {g: (size, limit) for g, (size, limit) in stresses.items() if size > 0.0}
     if not loaded:
         return
-    texts = {g: _of(size, limit) for g, (size, limit) in loaded.items()}
+    texts = {g: _stress_text(size, limit) for g, (size, limit) in loaded.items()}
     use = {g: (-size / (limit or math.inf), -size) for g, (size, limit) in loaded.items()}
     gear, *others = sorted(loaded, key=lambda g: use[g])
     basis = kind.computed if computed else kind.nominal
@@ -112,21 +113,21 @@ def _largest(
         sentence += " Not assessed: no allowable stress given."
         yield Answer("open", stage, size / 1e6, texts[gear], sentence)
         return
-    level, reason = _held(findings, stage, kind, computed, size, limit)
-    unheld = [words(g) for g, (_, allowed) in loaded.items() if allowed is None]
-    if unheld and level == "good":
-        level = "note"  # of the other gears nothing is known
-    missing = f" No allowable stress given: {', '.join(unheld)}." if unheld else ""
+    level, reason = _assessed(findings, stage, kind, computed, size, limit)
+    unlimited = [words(g) for g, (_, allowed) in loaded.items() if allowed is None]
+    if unlimited and level == "good":
+        level = "note"  # the other gears are not assessed
+    missing = f" No allowable stress given: {', '.join(unlimited)}." if unlimited else ""
     sentence += f" {words(gear).capitalize()}: {reason}{missing}"
     yield Answer(level, stage, size / 1e6, texts[gear], sentence, limit / 1e6)
 
 
-def _held(
+def _assessed(
     findings: Findings, stage: str, kind: _Kind, computed: bool, stress: float, limit: float
 ) -> tuple[Level, str]:
-    """Verdict on a stress, Pa, and its reason: the stress as it is, and scaled to the largest
-    gear-mesh force of the run, beside the allowable. A stress by formula is never within limits,
-    since it knows nothing of the load along the face."""
+    """Verdict on a stress, Pa, and its reason: utilisation of the allowable by this stress, and by
+    the stress scaled to the largest gear-mesh force of the run. A stress by formula, without the
+    load along the face, never gets the level "good"."""
     ratio = max((p.ratio for p in peaks_of_stage(findings, stage)), default=1.0)
     sharing = findings.sharings.get(stage) if computed else None
     in_equilibria = (sharing and sharing.in_equilibria) or 1.0
@@ -144,8 +145,8 @@ def _held(
     return "note", f"{reason} No verdict: the load along the face is not computed."
 
 
-def _of(stress: float, limit: float | None) -> str:
-    """ "246.6 of 400 MPa"."""
+def _stress_text(stress: float, limit: float | None) -> str:
+    """A stress and its limit, Pa, in words: "246.6 of 400 MPa"."""
     limit_text = "" if limit is None else f" of {number(limit / 1e6)}"
     return f"{number(stress / 1e6)}{limit_text} MPa"
 
@@ -165,7 +166,7 @@ FLANK_PRESSURE = Headline(
 
 
 UNIT = Quantity("life")
-LOADS = {  # names of bearings before what a key of the figures goes on with
+LOADS = {  # kinds of bearings by keys of figures; "" where figures name them
     "planet_bearing_force_n": "planet bearing",
     "carrier_bearing_force_n": "carrier bearing",
     "bearing_force_n": "",
@@ -182,14 +183,14 @@ def _life(findings: Findings) -> Iterator[Answer]:
             shares = {n: lives[n] / hours for n, hours in required.items() if hours is not None}
             name = min(shares or lives, key=lambda n: (shares or lives)[n])
             nominal = figures.get("nominal_planet_bearing_life_h")
-            beside = (
+            nominal_text = (
                 "" if nominal is None else f" Nominal, planet bearing: {with_unit(nominal, 'h')}."
             )
             without = ", ".join(words(n) for n, hours in required.items() if hours is None)
-            unasked = "No required life given" + (f": {without}." if shares else ".")
+            not_required = "No required life given" + (f": {without}." if shares else ".")
             sentence = (
                 f"{words(name).capitalize()}, under the constant load of the same damage over "
-                f"{over}. {unasked if without else ''}{beside} {missing}"
+                f"{over}. {not_required if without else ''}{nominal_text} {missing}"
             )
             life, limit = lives[name], required[name]
             level: Level = "note"
@@ -198,7 +199,7 @@ def _life(findings: Findings) -> Iterator[Answer]:
                 figure += f" of {with_unit(limit, 'h')} required"
                 if life < limit:
                     level = "bad"
-                elif not (without or missing):  # else of some bearings nothing is known
+                elif not (without or missing):  # all bearings are assessed
                     level = "good"
             yield Answer(level, stage, life, figure, " ".join(sentence.split()), limit, over)
         elif missing:
@@ -206,19 +207,19 @@ def _life(findings: Findings) -> Iterator[Answer]:
 
 
 def _required(view: StageView, names: Iterable[str]) -> dict[str, float | None]:
-    """Required life of bearings by their names in a summary, h; None where the case has none."""
+    """Required lives of bearings by their names in a summary, h; None where not given."""
     bearings = {label: place.bearing for place in view.bearings for label in place.labels}
     seconds = {name: bearings[name].required_life for name in names}
     return {n: None if s is None else UNIT.from_si(s, "h") for n, s in seconds.items()}
 
 
 def _unrated(figures: Mapping[str, Any], lives: Mapping[str, float]) -> str:
-    """Bearings that carry a load and have no life, with their loads."""
+    """Sentence on loaded bearings without life, with their loads; "" without any."""
     rated = {*lives, *(NodeName.parse(name).kind for name in lives)}
     loads: dict[tuple[str, str], float] = {}
     for key, name in LOADS.items():
-        of_kind = figures.get(key, {})
-        sides = of_kind if isinstance(of_kind, Mapping) else {"": of_kind}
+        value = figures.get(key, {})
+        sides = value if isinstance(value, Mapping) else {"": value}
         loads |= {(name, side): load for side, load in sides.items() if load}
     named = [
         f"{name}{f', {words(side)} side' if name and side else words(side)} "

@@ -1,7 +1,8 @@
-"""Headline of the solution: flexgear's own checks, in one line while they are within limits.
+"""Headline on the solution: checks of the results, in one line while they are within limits.
 
-Mean forces and speeds are held to those of the power flow, equilibria and the energy balance to
-zero, reductions to the error that they promise, the harmonic solution to the transient.
+Mean forces and speeds are compared with those of the power flow, residuals of equilibria and of the
+energy balance with zero, errors of reductions with the promised one, the harmonic solution with the
+transient.
 """
 
 from __future__ import annotations
@@ -16,32 +17,32 @@ from flexgear.solve.headlines.declaration import Answer, Findings, Headline, Lev
 from flexgear.solve.result_warnings import PROMISED
 
 Summary = Mapping[str, Any]
-AGREES, DIFFERS = 0.01, 0.05  # of what a speed or mean force should be
-CLOSED = 1e-6  # share of the load that an equilibrium may leave over
-BALANCED, UNBALANCED = 0.01, 0.05  # share of the energy not accounted for
-NEGLIGIBLE = 1e-4  # of the energy: smaller residuals are no figures
+AGREES, DIFFERS = 0.01, 0.05  # limits for relative differences: of "good", of "watch"
+CLOSED = 1e-6  # limit for the residual of an equilibrium over its load
+BALANCED, UNBALANCED = 0.01, 0.05  # limits for energy residuals: of "good", of "watch"
+NEGLIGIBLE = 1e-4  # relative residual below which this value is printed
 
 
 @dataclass(frozen=True)
 class Check:
-    """One check of the solution. what: its name; figure: its value; within, outside: sentences for
-    within and outside limits."""
+    """One check of the solution. name: its title; figure: its value in words; within, outside:
+    texts for a value within and outside limits."""
 
     level: Level
-    what: str
+    name: str
     figure: str
     within: str
     outside: str
 
 
 def _solution(findings: Findings) -> Iterator[Answer]:
-    """One line of the checks within limits, a line for each of the others."""
+    """One answer for all checks within limits, and one for each check outside."""
     within = []
     for check in _checks(findings.summary):
         if check.level == "good":
             within.append(check.within)
         else:
-            yield Answer(check.level, "", None, f"{check.what}: {check.figure}", check.outside)
+            yield Answer(check.level, "", None, f"{check.name}: {check.figure}", check.outside)
     if within:
         sentence = "; ".join(dict.fromkeys(within))
         text = f"{sentence[0].upper()}{sentence[1:]}."
@@ -79,38 +80,38 @@ def _checks(summary: Summary) -> Iterator[Check]:
     yield from _modes(summary)
 
 
-def _level(away: float, agrees: float, differs: float) -> Level:
-    return "good" if away <= agrees else "watch" if away <= differs else "bad"
+def _level(difference: float, agrees: float, differs: float) -> Level:
+    return "good" if difference <= agrees else "watch" if difference <= differs else "bad"
 
 
 def _forces(summary: Summary) -> Iterator[Check]:
-    """Mean forces of gear meshes beside those of the power flow."""
-    away: dict[str, float] = {}
+    """Check of the mean gear-mesh forces against the power flow."""
+    differences: dict[str, float] = {}
     for label, force in summary["transient"]["gear_mesh_force"].items():
         group = GroupName.parse(label)
         expected = summary["stages"][group.stage].get(f"{group.kind}_gear_mesh_force_n")
         if expected:
-            away[group] = abs(abs(force["mean_n"]) / expected - 1.0)
-    if not away:
+            differences[group] = abs(abs(force["mean_n"]) / expected - 1.0)
+    if not differences:
         return
-    worst = max(away, key=lambda n: away[n])
+    worst = max(differences, key=lambda n: differences[n])
     sentence = (
-        f"By so much the mean force of {words(worst)} differs from the power flow's, "
+        f"Difference of the mean force of {words(worst)} from that of the power flow, "
         f"{window_words(summary['transient'])}."
     )
     yield Check(
-        _level(away[worst], AGREES, DIFFERS),
+        _level(differences[worst], AGREES, DIFFERS),
         "Mean gear-mesh force",
-        _percent(away[worst]),
+        _percent(differences[worst]),
         "mean forces agree with the power flow",
         sentence,
     )
 
 
 def _speeds(summary: Summary) -> Iterator[Check]:
-    """Check of the speed of the pins against the ring."""
-    for stage, of_ring in summary.get("steady", {}).items():
-        speed = of_ring["carrier_speed_rpm_mean"]
+    """Check of the speed of the pins relative to the ring."""
+    for stage, ring in summary.get("steady", {}).items():
+        speed = ring["carrier_speed_rpm_mean"]
         expected = summary["stages"][stage]["pin_speed_rpm"]
         if not expected:
             continue
@@ -124,7 +125,7 @@ def _speeds(summary: Summary) -> Iterator[Check]:
 
 
 def _modes(summary: Summary) -> Iterator[Check]:
-    """Check of the effect of dropped modes, and of the difference to the harmonic solution."""
+    """Checks of the modal truncation, and of the difference to the harmonic solution."""
     system = summary["system"]
     band, estimate = system.get("modes_band_hz"), system["modes_estimate"]
     if band is not None:
@@ -151,7 +152,7 @@ def _modes(summary: Summary) -> Iterator[Check]:
 
 
 def balance_sentence(closure: float) -> str:
-    """Whether equilibria are in balance; closure: share of the load that is left over."""
+    """Sentence on whether equilibria are in balance; closure: largest residual over the load."""
     if closure <= CLOSED:
         return "All forces are in balance."
     return f"Forces are not in balance: {with_unit(closure, 'share')} of the load is left over."
