@@ -48,32 +48,22 @@ if TYPE_CHECKING:
 
 __version__ = "0.2.0"
 
-_HOME = {
-    "Case": "flexgear.face.case",
-    "load_case": "flexgear.face.case",
-    "Model": "flexgear.face.model",
-    "Run": "flexgear.face.runs",
-    "Rating": "flexgear.face.runs",
-    "read_run": "flexgear.face.runs",
-    "report": "flexgear.face.runs",
-    "Comparison": "flexgear.face.accessor",
-    "compare": "flexgear.face.accessor",
-    "open_dataset": "flexgear.face.accessor",
-    "FlexgearError": "flexgear.model.errors",
-    "InputError": "flexgear.model.errors",
-    "geometry": "flexgear.face.blocks",
-    "contact_paths": "flexgear.face.blocks",
-    "pair_stiffness": "flexgear.face.blocks",
-    "reduce_fe_mesh": "flexgear.face.blocks",
-    "power_flow": "flexgear.gears.power_flow",
-    "field_grid": "flexgear.views.render",
-    "save_series": "flexgear.views.field_series",
-    "swing": "flexgear.views.field_series",
-    "stage_part": "flexgear.results.stage_part",
-    "radial_harmonics": "flexgear.results.time_figures",
-    "sweep": "flexgear.studies.sweep",
-    "tolerance": "flexgear.studies.tolerance",
+_NAMES = {  # by module
+    "face.case": ("Case", "load_case"),
+    "face.model": ("Model",),
+    "face.runs": ("Run", "Rating", "read_run", "report"),
+    "face.accessor": ("Comparison", "compare", "open_dataset"),
+    "model.errors": ("FlexgearError", "InputError"),
+    "face.blocks": ("geometry", "contact_paths", "pair_stiffness", "reduce_fe_mesh"),
+    "gears.power_flow": ("power_flow",),
+    "views.render": ("field_grid",),
+    "views.field_series": ("save_series", "swing"),
+    "results.stage_part": ("stage_part",),
+    "results.time_figures": ("radial_harmonics",),
+    "studies.sweep": ("sweep",),
+    "studies.tolerance": ("tolerance",),
 }
+_MODULES = {name: f"flexgear.{module}" for module, names in _NAMES.items() for name in names}
 
 _METHODS = {
     "assemble",
@@ -88,17 +78,17 @@ _METHODS = {
     "deformed",
     "mode_field",
 }
-__all__ = ["__version__", *_HOME]
+__all__ = ["__version__", *_MODULES]
 
 
 def __getattr__(name: str) -> Any:
     """A public name, imported from its module; functions check the types of their arguments."""
-    if name not in _HOME:
+    if name not in _MODULES:
         hint = "; cases and models have it as a method" if name in _METHODS else ""
         raise AttributeError(f"module 'flexgear' has no attribute {name!r}{hint}")
     from importlib import import_module
 
-    attribute = getattr(import_module(_HOME[name]), name)
+    attribute = getattr(import_module(_MODULES[name]), name)
     if not isinstance(attribute, type):
         from flexgear.model.arguments import checked
 

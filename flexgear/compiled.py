@@ -127,8 +127,7 @@ def _remove_old(folders: Path, current: Path) -> None:
 
 @contextmanager
 def _numba_cache_in(folder: Path | None) -> Iterator[None]:
-    """Set numba's cache folder for functions decorated inside the context. One thread at a time, as
-    the setting is global."""
+    """Set numba's cache folder, a global setting, for functions decorated in the context."""
     with _SETTING:
         before = numba.config.CACHE_DIR
         numba.config.CACHE_DIR = before if folder is None else str(folder)
@@ -150,8 +149,7 @@ def _warn_once() -> None:
 
 
 def as_read(data: Any) -> Any:
-    """Arrays in (nested) named tuples as the loops read them: uncompiled loops need records whose
-    fields are attributes."""
+    """Arrays in named tuples for the loops: uncompiled ones need records with attributes."""
     if not UNCOMPILED:
         return data
     if isinstance(data, tuple):

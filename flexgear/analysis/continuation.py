@@ -77,8 +77,7 @@ class Range:
 class Cut:
     """Reason why a curve ends within the range, and λ at that end.
 
-    reason: forces exceed the limit, no state at the shortest step, too many states, or stopped by
-    the user."""
+    reason: forces above the limit, no state at the shortest step, too many states, or the user."""
 
     value: float
     reason: Literal["forces", "steps", "states", "stopped"]
@@ -145,8 +144,7 @@ def branch(
 def state_between(
     train: CondensedTrain, span: Range, before: Orbit, after: Orbit, value: float
 ) -> Orbit | None:
-    """The state at λ = ``value`` between two states of a curve; None where Newton's method does
-    not converge."""
+    """The state at λ = ``value`` between two states of a curve; None without convergence."""
     low, high = span.value(before.point), span.value(after.point)
     w, point = (value - low) / ((high - low) or 1.0), span.point(value)
     balance = Balance(train.elements, train.at(point))
@@ -273,9 +271,8 @@ class _CurveFollower:
         return _CurvePoint(self.start, self.balance, weight, tangent)
 
     def follow(self, current: _CurvePoint, states: list[Orbit]) -> Cut | None:
-        """Append the states after ``current`` up to an end of the wide range, or up to where a
-        curve of a longer period meets that of half its period. Returns the cut of a curve that ends
-        before."""
+        """Append the states after ``current`` up to an end of the wide range, or to where a curve
+        of a longer period meets that of half its period. Returns the cut, if any, before."""
         step, bend = FIRST, np.zeros_like(current.tangent)
         for _ in range(MAX_STATES):
             step, before = min(step, self._longest(current)), self.span.value(current.orbit.point)
@@ -307,8 +304,7 @@ class _CurveFollower:
         return Cut(self.span.value(current.orbit.point), "states")
 
     def _rejoins(self, before: Orbit, after: Orbit) -> bool:
-        """Whether the odd harmonics, which states of half the period lack, vanish between two
-        successive states."""
+        """Whether odd harmonics, which states of half the period lack, vanish between two."""
         if self.train.elements.gear_meshes == 1:
             return False
         a, b = (self.balance.parts(orbit.unknown)[0][1::2] for orbit in (before, after))
@@ -368,8 +364,7 @@ class _CurveFollower:
     def _corrected(
         self, current: _CurvePoint, bend: Array, step: float
     ) -> tuple[Orbit, Balance, int] | None:
-        """The state one step ahead, its equations and the number of Newton steps; None without
-        convergence."""
+        """The state one step ahead, its equations and number of Newton steps, if convergent."""
         size = len(current.orbit.unknown)
         predicted = np.r_[current.orbit.unknown, self.span.value(current.orbit.point)]
         predicted += step * current.tangent + 0.5 * step**2 * bend

@@ -28,11 +28,7 @@ import numpy as np
 
 from flexgear.analysis.equilibrium import Equilibrium, held, port_torques, revolution
 from flexgear.analysis.kernels.error_positions import Waves, forces_under_errors
-from flexgear.analysis.kernels.static_position import (
-    CLOSURE,
-    Held,
-    position_work,
-)
+from flexgear.analysis.kernels.static_position import CLOSURE, Held, position_work
 from flexgear.arrays import Array
 from flexgear.coupling.kernels.elements import law_functions
 from flexgear.coupling.modal import ModalSystem
@@ -95,25 +91,22 @@ class ErrorSets:
     def pairs(self, base: PairData, j: int) -> PairData:
         """The pair data with the errors of set j."""
         ground = base if self.gaps is None else self.gaps.pairs(base, j)
-        pairs = ground._replace(
-            error_amplitude=self.amplitude[j],
-            error_phase=self.phase[j],
-            error_offset=self.offset[j],
-            error_slope=self.slope[j],
-            error_gear=self.gear[j],
-            error_planet=self.planet[j],
-            runout_amplitude=self.runout_amplitude[j],
-            runout_phase=self.runout_phase[j],
-        )
+        pairs = ground._replace(**{of: getattr(self, name)[j] for name, of in _PAIR_DATA.items()})
         return pairs._replace(largest_error=largest_errors(pairs))
+
+
+_ERRORS, _RUNOUT = (
+    ("amplitude", "phase", "offset", "slope", "gear", "planet"),
+    ("amplitude", "phase"),
+)
+# fields of ``PairData`` by those of ``ErrorSets``
+_PAIR_DATA = {n: f"error_{n}" for n in _ERRORS} | {f"runout_{n}": f"runout_{n}" for n in _RUNOUT}
 
 
 def no_errors(base: PairData) -> ErrorSets:
     """One set without errors."""
-    names = ("amplitude", "phase", "offset", "slope", "gear", "planet")
-    columns = {name: getattr(base, f"error_{name}") for name in names}
-    columns |= {name: getattr(base, name) for name in ("runout_amplitude", "runout_phase")}
-    return ErrorSets(**{n: np.zeros((1, *c.shape)) for n, c in columns.items()}, gaps=None)
+    shapes = {name: getattr(base, field).shape for name, field in _PAIR_DATA.items()}
+    return ErrorSets(**{name: np.zeros((1, *shape)) for name, shape in shapes.items()}, gaps=None)
 
 
 def _waves(sets: ErrorSets) -> Waves:

@@ -16,24 +16,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Protocol
 
 import numpy as np
 
 from flexgear.arrays import Array, Ints
-from flexgear.coupling.kernels.elements import Records
+from flexgear.coupling.kernels.elements import Rows
 from flexgear.coupling.pair_data import PairData
-
-
-class RowArrays(Protocol):
-    """Arrays of ``coupling.kernels.elements.Rows``, for one position or several."""
-
-    @property
-    def row(self) -> Records: ...
-    @property
-    def blocks(self) -> Ints: ...
-    @property
-    def coef(self) -> Array: ...
 
 
 @dataclass(frozen=True)
@@ -87,7 +75,7 @@ class FlankEnds:
         self._teeth_columns = [slice(a, b) for a, b in pairwise(starts)]
         self._body_column = {block: 6 * k for k, block in enumerate(bodies)}
 
-    def coefficients(self, rows: RowArrays, at: Ints, angles: Array, start: Array) -> Array:
+    def coefficients(self, rows: Rows, at: Ints, angles: Array, start: Array) -> Array:
         """The rows numbered ``at`` (n,) on the motions ``columns``: (n, c). Teeth are turned back
         by their advance from angles ``start`` (A,) to ``angles``, of all rows (A,) or each (n, A).
         """

@@ -34,7 +34,7 @@ from flexgear.analysis.flank_ends import FlankEnds
 from flexgear.analysis.line_loads import line_loads
 from flexgear.analysis.modes import ContactSprings, FlankCycle, Springs, other_springs
 from flexgear.arrays import Array, Ints
-from flexgear.coupling.kernels.elements import Records, between_rows, packed, pair_rows
+from flexgear.coupling.kernels.elements import Rows, between_rows, packed, pair_rows
 from flexgear.coupling.kernels.pairs import build_rows, fill_rows
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData, carrying_flanks
@@ -190,17 +190,13 @@ def cycle_angles(
 
 
 class _TrainRows(NamedTuple):
-    """Rows of a train at P positions, joined.
+    """Rows of a train at P positions, joined in ``rows`` without elements and active dofs.
 
-    row, blocks, coef (R, …): as in ``Rows``; starts (P + 1,): first row of each position; pair
-    (n,): all tooth pairs, with the number of their first row among all rows; pair_position (n,):
-    their position; between: B of each position, an empty list without coupling of pairs."""
+    starts (P + 1,): first row of each position; pair_position (n,): position of each tooth pair;
+    between: B of each position, an empty list without coupling of pairs."""
 
-    row: Records
-    blocks: Ints
-    coef: Array
+    rows: Rows
     starts: Ints
-    pair: Records
     pair_position: Ints
     between: list[Array]
 
@@ -222,12 +218,13 @@ def _train_rows(
                       np.full(pairs, p)))  # fmt: skip
         between.append(between_rows(work, n))
         starts.append(starts[-1] + n)
-    row, blocks, coef, pair, at = (
+    row, blocks, coef, pair, position = (
         np.concatenate(part, dtype=part[0].dtype)  # without dtype NumPy promotes records slowly
         for part in zip(*parts, strict=True)
     )
     between = between if row["following"].any() else []
-    return _TrainRows(row, blocks, coef, np.array(starts), pair, at, between)
+    rows = work._replace(row=row, blocks=blocks, coef=coef, pair=pair)
+    return _TrainRows(rows, np.array(starts), position, between)
 
 
 def _flank_rows(
@@ -235,11 +232,11 @@ def _flank_rows(
 ) -> dict[int, _FlankRows]:
     """Rows of the flanks ``of_stage`` (M,) over positions (P, A), of pairs that touch in the
     equilibria ``result``; of all pairs where it is None."""
-    rows = _train_rows(system, theta, of_stage, None if result is None else result.active_flanks)
-    stiffness = _stiffness(rows, result, _unloaded(system.pairs, result))
-    root, touching = _root(stiffness, rows.starts), stiffness.count_nonzero(axis=1) > 0
-    position = np.repeat(np.arange(len(theta)), np.diff(rows.starts))
-    flanks = {}
+    train = _train_rows(system, theta, of_stage, None if result is None else result.active_flanks)
+    stiffness = _stiffness(train, result, _unloaded(system.pairs, result))
+    root, touching = _root(stiffness, train.starts), stiffness.count_nonzero(axis=1) > 0
+    position = np.repeat(np.arange(len(theta)), np.diff(train.starts))
+    flanks, rows = {}, train.rows
     for m in np.unique(rows.row["owner"][touching]).tolist():
         at = np.flatnonzero(touching & (rows.row["owner"] == m))
         p, ends = position[at], FlankEnds(system.pairs, m)
@@ -259,19 +256,19 @@ def _unloaded(pairs: PairData, result: Equilibrium | None) -> NDArray[np.bool_]:
 
 
 def _stiffness(
-    rows: _TrainRows, result: Equilibrium | None, unloaded: NDArray[np.bool_]
+    train: _TrainRows, result: Equilibrium | None, unloaded: NDArray[np.bool_]
 ) -> sparse.csr_array:
     """K (R, R) N/m of all rows: nominal stiffness for flanks that are ``unloaded`` (M,) and for
     two-sided pairs, else the tangents of the pairs' laws in the equilibria."""
-    pair, p, count = rows.pair, rows.pair_position, len(rows.row)
+    row, pair, p, count = train.rows.row, train.rows.pair, train.pair_position, len(train.rows.row)
     first, flank, slot = (pair[name].astype(int) for name in ("row", "gear_mesh", "slot"))
-    by_law = ~unloaded[flank] & ((rows.row["sided"][first] != 0) | (pair["rows"] == 2))
+    by_law = ~unloaded[flank] & ((row["sided"][first] != 0) | (pair["rows"] == 2))
     nominal = ~by_law
     if result is not None:
         nominal |= (pair["rows"] == 1) & (result.pair_load[p, flank, slot] > 0.0)
     at = np.concatenate([first[nominal & (pair["rows"] > k)] + k for k in (0, 1)])
     stiffness = np.zeros(count)
-    stiffness[at] = rows.row["stiffness"][at]
+    stiffness[at] = row["stiffness"][at]
     tangent = sparse.diags_array(stiffness, format="csr")
     sliced = np.flatnonzero(by_law & (pair["rows"] == 2))
     lines = line_loads(result) if result is not None and len(sliced) else None
@@ -280,8 +277,8 @@ def _stiffness(
         at = first[sliced][:, None] + np.arange(2)
         places = (np.repeat(at, 2, axis=1).ravel(), np.tile(at, 2).ravel())
         tangent += sparse.csr_array((by_pair.ravel(), places), shape=(count, count))
-    if rows.between:
-        blocks = zip(_position_blocks(tangent, rows.starts), rows.between, strict=True)
+    if train.between:
+        blocks = zip(_position_blocks(tangent, train.starts), train.between, strict=True)
         coupled = [np.linalg.solve(np.eye(len(t)) + t @ b, t) for t, b in blocks]
         tangent = sparse.block_diag(coupled, format="csr")
     tangent.eliminate_zeros()

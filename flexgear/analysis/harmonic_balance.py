@@ -183,8 +183,7 @@ class Balance:
         return out
 
     def start(self) -> Array:
-        """Initial unknowns (m,): the solution with all pairs on the path of the carrying flanks as
-        linear springs."""
+        """Initial unknowns (m,): the solution with all pairs as linear, two-sided springs."""
         e = self.elements
         tangents = e.linear_tangents
         by_offset = e.channel_forces(e.nominal[0] * e.offset)
@@ -274,8 +273,7 @@ class Solver:
 
 
 def converge(balance: Balance, point: OperatingPoint, unknown: Array) -> Orbit | None:
-    """The steady state to which Newton's method converges from unknowns (m,); None without
-    convergence."""
+    """The steady state by Newton's method from unknowns (m,); None without convergence."""
     imbalance, orbit = balance.residual(unknown)
     solver, difference = Solver(), np.zeros(balance.size + 1)
     difference[-1] = 1.0

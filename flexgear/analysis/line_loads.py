@@ -46,6 +46,7 @@ from flexgear.coupling.laws.coupled_slices import forces_of
 from flexgear.coupling.pair_data import FOLLOWING, KINDS, OF_LINE, PairData, narrowing_columns
 from flexgear.coupling.system import System
 from flexgear.gears.slices import Line, line_ends
+from flexgear.structures.bodies import rotation as turn_about_z
 
 LEAST_WIDTH = 1e-6  # length of a contact line over half a face below which it has no line load
 
@@ -151,8 +152,7 @@ def line_centres(pairs: PairData, m: int, s: Array, tables: Ints | None = None) 
 
 
 def interpolated(pairs: PairData, m: int, s: Array, tables: Ints | None = None) -> Array:
-    """Entries (n, …) of the slice tables of gear mesh m at path coordinates s (n,), m; tables: see
-    ``line_centres``."""
+    """Entries (n, …) of the slice tables of gear mesh m at s (n,), m; see ``line_centres``."""
     return _interpolate(pairs, m, pairs.slice_table, s, tables)
 
 
@@ -245,8 +245,7 @@ def pairs_at(result: Equilibrium | Transient) -> PairsAt:
 
 def first_touch(pairs: PairData, lines: LineLoads, error: Array) -> Array:
     """Approach of the flanks (t, M) until the first slice touches, m: the smallest gap of all
-    slices; NaN without a pair. error (t, M, slots): as in ``PairsAt``, m.
-    """
+    slices; NaN without a pair. error (t, M, slots): as in ``PairsAt``, m."""
     along = pairs.error_slope[:, None, None] * lines.z
     gap = np.where(np.isfinite(lines.line_load), lines.gap - error[..., None] - along, np.inf)
     least = gap.min(axis=(2, 3))
@@ -317,8 +316,7 @@ def _tilt_of_bodies(
         tooth = pairs.gear_block[m] + np.maximum(result.pair_tooth[:, m], 0)
         rotation = np.take_along_axis(rotations, tooth[:, :, None], axis=1)
     angle = result.theta[:, pairs.turns[m]] if pairs.turns[m] >= 0 else np.zeros(len(rotations))
-    cos, sin = np.cos(pairs.phi[m] + angle), np.sin(pairs.phi[m] + angle)
-    gear_axis = np.stack([cos * axis[0] - sin * axis[1], sin * axis[0] + cos * axis[1]], axis=-1)
+    gear_axis = turn_about_z(pairs.phi[m] + angle)[:, :2, :2] @ axis
     gear = KINDS[pairs.kind[m]].gear
     tilt = {gear: np.einsum("tsi,ti->ts", rotation, gear_axis)}
     planet = -(rotations[:, pairs.planet_block[m]] @ axis)[:, None]

@@ -123,8 +123,7 @@ def _skew(spring: Array, turning: Array, size: int) -> tuple[Array, Complex]:
 
 
 def _general(k: Array, turning: Array, size: int) -> tuple[Array, Complex, Array]:
-    """ω, shapes and growth rates from q̇ = v, v̇ = −K q − s G v, for one eigenvalue of each pair;
-    turning: s G."""
+    """ω, shapes and growth rates of q̈ + s G q̇ + K q = 0, one of each pair; turning: s G."""
     d = len(k)
     state = np.block([[np.zeros((d, d)), np.eye(d)], [-k, -turning]])
     values, vectors = linalg.eig(state)
@@ -251,9 +250,8 @@ def harmonic_response(
 
 
 def _split(mass: Array, stiffness: Array, rigid: Array | None) -> tuple[Array, int]:
-    """M-orthonormal basis (d, d) of all coordinates, of which the first r columns span the rigid
-    motions, and r; the unit matrix and 0 without rigid motions. FlexgearError for stiffness against
-    a rigid motion."""
+    """M-orthonormal basis (d, d) of all coordinates, whose first r columns span the rigid motions,
+    and r; unit matrix and 0 without any. FlexgearError for stiffness against a rigid motion."""
     if rigid is None or rigid.shape[1] == 0:
         return np.eye(len(mass)), 0
     resisted = np.abs(stiffness @ rigid).max(axis=0)
@@ -276,8 +274,7 @@ def _check_balance(rigid: Array, load: Complex, rigid_force: Complex) -> None:
 
 
 def _solve(matrix: Complex, load: Complex, omega: float) -> Complex:
-    """Solution with rows and columns scaled by their largest entries; FlexgearError for a singular
-    matrix."""
+    """Solution with rows and columns scaled by their size; FlexgearError if singular."""
     if not len(load):
         return np.zeros(0, dtype=complex)
     size = np.sqrt(np.abs(matrix).max(axis=1))

@@ -70,8 +70,7 @@ class FlankCycle:
     blocks: Array
 
     def harmonic_stiffness(self) -> NDArray[np.complex128]:
-        """Harmonics k_l (P // 2 + 1,) of the stiffness, k(ψ) = Re Σ k_l e^{ilψ}, ψ = 0 … 2π over
-        the cycle."""
+        """Harmonics k_l (P // 2 + 1,) of k(ψ) = Re Σ k_l e^{ilψ}, ψ = 0 … 2π over the cycle."""
         return _harmonics(self.stiffness)
 
     def harmonic_force(self, order: int) -> NDArray[np.complex128]:
@@ -309,8 +308,7 @@ def strain_shares(
 
 
 def planar_rows(mass: Array, bodies: Sequence[Body]) -> tuple[Array, Array]:
-    """Mean motions in the plane of the n central members that can translate: rows (n, 2, d), and
-    their masses (n,), kg."""
+    """Rows (n, 2, d) of the mean motions x, y of the n movable central members; masses (n,), kg."""
     rows, masses = [], []
     for body, at in _placed_bodies(bodies):
         plane, body_mass = body.rigid_motions[:, :2], mass[at, at]
@@ -398,8 +396,7 @@ def _separated(parts: Mapping[str, Array], shapes: Array) -> Array:
 
 
 def _split(shapes: Array, rows: Array) -> list[Array]:
-    """Subspaces of a space of modes (d, g) in which all modes have the same energy |rows φ|², in
-    rising order."""
+    """Subspaces of modes (d, g) with equal energy |rows φ|², by rising energy."""
     motion = rows @ shapes
     values, vectors = np.linalg.eigh(motion.T @ motion)
     edges = np.flatnonzero(np.diff(values) > 1e-6) + 1

@@ -243,8 +243,7 @@ def _without_axial_dampers(pairs: PairData) -> PairData:
 
 
 def periodic(pairs: PairData) -> PairData:
-    """The pair data without errors and faults with the period of a turn, and with stationary
-    rollers."""
+    """The pair data with stationary rollers, without errors and faults that repeat once a turn."""
     return pairs._replace(
         gear_table=np.zeros_like(pairs.gear_table),
         planet_table=np.zeros_like(pairs.planet_table),

@@ -91,8 +91,7 @@ class Clock:
         return np.arange(first, first + count) / self.rate
 
     def count(self, times: Array) -> int:
-        """Number of output values of a run; times: of its first and of at least its last ``LATER``
-        samples, s."""
+        """Number of output values of a run; times: of its first and last ``LATER`` samples, s."""
         if len(times) <= LATER:
             return 0
         half = len(self.taps) // 2 + REACH
@@ -186,8 +185,7 @@ class Recorder:
         return values
 
     def _completed(self) -> tuple[Array, Array]:
-        """Signals whose filters are within the present fine grid; drops values that are no longer
-        needed."""
+        """Signals whose filters are within the fine grid; drops values that are used no more."""
         clock, m = self.clock, self.clock.factor
         half = len(clock.taps) // 2
         first = -(-(self._first + half + REACH) // m)

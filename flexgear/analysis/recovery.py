@@ -168,8 +168,7 @@ class Recovery:
         return dict(zip(names, np.split(motions, stops, axis=1), strict=True))
 
     def _law_force(self, name: str, rows: Array) -> Array:
-        """Force (t, 6) by the nonlinear laws of a bearing, in the sense of the rows (6, d) of its
-        spring."""
+        """Force (t, 6) by the laws of a bearing, in the sense of the rows (6, d) of its spring."""
         pairs, at = self.modal.system.pairs, len(self.modal.system.pairs.support_stiffness)
         force = np.zeros((len(self.result.theta), 6))
         for bearing in self.modal.system.bearings:

@@ -127,8 +127,7 @@ def _share(modal: ModalSystem, speeds: Array) -> float:
 
 
 def _at_speed(system: System, share: float, speeds: Array) -> System:
-    """The system at speeds (F,), rad/s, with the loads that grow with the square of speed scaled to
-    a share of rated speed."""
+    """The system at speeds (F,), rad/s, with loads that grow with speed² at a share of rated."""
     pairs = system.pairs
     scale = np.where(pairs.load_grows == 1, share**2, 1.0)
     scaled = pairs._replace(load_vector=pairs.load_vector * scale[:, None])

@@ -96,8 +96,7 @@ class Stepping:
     between: float = math.inf
 
     def plans(self, load: float = np.inf) -> list[Plan]:
-        """A plan for each interval between two jumps; load: reference of the tolerated error of
-        steps, N."""
+        """A plan for each interval between two jumps; load: reference of the step error, N."""
         stop = self.start + self.duration
         edges = [edge for w in self.windows for edge in (w.start, w.stop)]
         edges = edges if self.adaptive is None else []

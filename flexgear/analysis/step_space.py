@@ -44,13 +44,7 @@ from flexgear.analysis.kernels.step_arrays import (
 )
 from flexgear.analysis.kernels.vectors import SIMD, aligned, rounded_up
 from flexgear.arrays import Array, Ints
-from flexgear.coupling.kernels.elements import (
-    law_functions,
-    packed,
-    pair_rows,
-    row_motions,
-    widest,
-)
+from flexgear.coupling.kernels.elements import law_functions, packed, pair_rows, row_motions, widest
 from flexgear.coupling.kernels.pairs import build_rows
 from flexgear.coupling.machines import Brake, Controller, GivenSpeed
 from flexgear.coupling.modal import ModalSystem
@@ -111,8 +105,7 @@ def _rows(pairs: PairData, angle: float, motion: Array) -> Array:
 
 
 def step_data(modal: ModalSystem, sizes: float | Array) -> StepData:
-    """Constant arrays of a run: modal factors, receptances, elements; sizes: one step size or
-    several, s."""
+    """Constant arrays of a run: modal factors, receptances, elements; sizes: of steps, s."""
     h = np.atleast_1d(np.asarray(sizes, dtype=float))
     omega2 = modal.omega**2
     inverse = 1.0 / (1.0 + GAMMA * h[:, None] * modal.damping + BETA * h[:, None] ** 2 * omega2)
@@ -171,8 +164,7 @@ def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -
 
 
 def begin(space: Space, data: StepData) -> None:
-    """Prepare the work space for steps with ``data``: the ports become the only active dofs, to
-    which steps add others."""
+    """Prepare the work space for steps with ``data``: only the ports are active dofs."""
     active = space.work.active
     counts = active.counts[0]
     ports = 6 * counts["blocks"] + np.arange(counts["ports"])

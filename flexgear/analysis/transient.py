@@ -121,8 +121,7 @@ class Transient(Solution):
 
 
 def prescribed_values(modal: ModalSystem, drive: Drive, times: Array) -> Array:
-    """Prescribed values (k, P) of the machines at times (k,), s; a single torque scales the others
-    in rated proportion."""
+    """Prescribed values (k, P) of the machines at times (k,), s; see ``Drive``."""
     prescribed = np.asarray(drive.prescribed(times), dtype=np.float64)
     if prescribed.ndim == 1:
         prescribed = modal.system.proportional_torques(prescribed)
@@ -136,8 +135,7 @@ def largest_rated_load(modal: ModalSystem) -> float:
 
 @dataclass(frozen=True)
 class Steps:
-    """Number of steps taken, of steps refused and repeated at half the size, and of steps by size,
-    s."""
+    """Numbers of steps taken, of steps repeated at half the size, and of steps by size, s."""
 
     taken: int
     refused: int

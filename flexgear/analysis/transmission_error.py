@@ -21,6 +21,7 @@ from flexgear.analysis.recovery import Recovery
 from flexgear.arrays import Array
 from flexgear.coupling.pair_data import PairData, action_lines, covered
 from flexgear.coupling.system import System
+from flexgear.structures.bodies import rotation
 
 
 def dynamic_transmission_error(recovery: Recovery) -> Array:
@@ -52,13 +53,12 @@ def _pitch_point(pairs: PairData, m: int) -> tuple[Array, Array]:
 
 
 def _gear_motion(recovery: Recovery, m: int) -> Array:
-    """Nᵀ u_gear (t,) of gear mesh m, m, for a gear that turns in planet axes or whose teeth are
-    nodes."""
+    """Nᵀ u_gear (t,), m, of gear mesh m, if its gear turns in planet axes or has tooth nodes."""
     pairs, theta = recovery.modal.system.pairs, recovery.result.theta
     normal, place = _pitch_point(pairs, m)
     place[0] += pairs.center_distance[m]
     angle = theta[:, pairs.turns[m]] if pairs.turns[m] >= 0 else np.zeros(len(theta))
-    n, c = (_rotated(v, pairs.phi[m] + angle) for v in (normal, place))
+    n, c = (rotation(pairs.phi[m] + angle) @ v for v in (normal, place))
     block = int(pairs.gear_block[m])
     if pairs.per_tooth[m]:
         return _teeth_motion(recovery, m, block + recovery.result.pair_tooth[:, m], n, c)
@@ -72,7 +72,7 @@ def _planet_teeth_motion(recovery: Recovery, m: int) -> Array:
     """Nᵀ u (t,) by the elastic displacement of an FE planet's teeth in gear mesh m, m."""
     pairs, result = recovery.modal.system.pairs, recovery.result
     normal, place = _pitch_point(pairs, m)
-    n, c = (_rotated(v, -result.theta[:, pairs.planet_turns[m]]) for v in (normal, place))
+    n, c = (rotation(-result.theta[:, pairs.planet_turns[m]]) @ v for v in (normal, place))
     theta = result.theta[:, pairs.angle[m], None]
     _, tooth = teeth_of_pairs(pairs, m, result.pair_position[:, m], theta)
     return _teeth_motion(recovery, m, pairs.planet_tooth_block[m] + tooth, n, c)
@@ -96,9 +96,3 @@ def _teeth_motion(
     total = weight.sum(axis=1)
     missing = np.full(len(total), np.nan)
     return np.divide((weight * along).sum(axis=1), total, out=missing, where=total > 0)
-
-
-def _rotated(vector: Array, angles: Array) -> Array:
-    """A vector (3,) rotated about z by angles (t,), rad: (t, 3)."""
-    cos, sin, (x, y, z) = np.cos(angles), np.sin(angles), vector
-    return np.stack([cos * x - sin * y, sin * x + cos * y, np.full_like(cos, z)], axis=1)

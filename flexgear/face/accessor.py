@@ -242,8 +242,7 @@ class Comparison:
 def open_dataset(path: str | Path) -> xr.Dataset:
     """A dataset from a netCDF file, with the methods of ``data.fg``.
 
-    Small files are read into memory, large ones where their values are used. InputError for a file
-    that is not netCDF."""
+    Small files are read into memory, large ones where used. InputError for other files."""
     return reopened(path)
 
 

@@ -1,5 +1,4 @@
-"""Building blocks for other models: geometry, paths of contact, stiffness of tooth pairs, reduction
-of FE bodies."""
+"""Building blocks for other models: geometry, contact paths, pair stiffness, FE reduction."""
 
 from __future__ import annotations
 

@@ -272,8 +272,7 @@ class Model(model.Model):
         return deformed.mode_field(self, body, mode, angle, largest)
 
     def _reference_angles(self, angle_deg: Numbers, member: str) -> NDArray[np.float64]:
-        """Rotations (p,) rad of the reference member; InputError for a member that does not
-        turn."""
+        """Rotations (p,) of the reference member, rad; InputError if ``member`` does not turn."""
         angles = np.radians(np.atleast_1d(np.asarray(angle_deg, dtype=float)))
         if not member:
             return angles

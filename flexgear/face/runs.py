@@ -70,8 +70,7 @@ def rate_case(
 
 
 def read_run(folder: str | Path) -> Run:
-    """The run that ``Case.run`` or ``flexgear run`` saved in a folder; InputError for a folder
-    without a run."""
+    """The run that ``Case.run`` or ``flexgear run`` saved in a folder; InputError without one."""
     content = read_folder(Path(folder))
     return Run(content.case, content.flow, content.datasets, content.fields, dict(content.summary))
 

@@ -193,8 +193,7 @@ def samples_of_stage(
 
 def one_turn(motion: StageMotion, lead: float, per_gear_mesh: int, max_cycles: int) -> Array:
     """Angles of the reference member over one turn of a stage's angle, or ``max_cycles`` gear-mesh
-    cycles if that is less, rad; lead: rated speed of the reference member, rad/s; per_gear_mesh:
-    positions in a cycle."""
+    cycles if less, rad; lead: its rated speed, rad/s; per_gear_mesh: positions in a cycle."""
     cycles = min(motion.cycle.per_turn, max_cycles)
     step = 2 * math.pi / (motion.cycle.per_turn * per_gear_mesh) * abs(lead / motion.theta)
     return np.asarray(step * np.arange(cycles * per_gear_mesh))

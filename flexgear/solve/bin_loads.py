@@ -137,8 +137,7 @@ class SpectrumTrain:
 
     @cached_property
     def model(self) -> Model:
-        """The model, with a load history for each component of loads on members, which the bins
-        set."""
+        """The model with a load history for each load component on members, which bins set."""
         loads = tuple(_rising(*place, size) for place, size in self.largest_loads.items())
         key = "solver.positions_per_gear_mesh"
         return assemble(self.case.with_(loads=loads, **{key: self.positions}))

@@ -79,8 +79,7 @@ def reduced_bodies(
     case: Case, progress: Progress = silent, rigid: Collection[BodyName] | None = None
 ) -> dict[BodyName, ReducedBody]:
     """All flexible FE bodies of a case by name; also computes the influences of its teeth, which
-    are stored in the cache. rigid: rigid bodies, those of the case if left out.
-    """
+    are stored in the cache. rigid: rigid bodies, those of the case if left out."""
     bodies = dict[BodyName, ReducedBody]()
     rigid = rigid_bodies(case) if rigid is None else rigid
     for stage_case in case.stages:

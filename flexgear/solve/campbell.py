@@ -169,10 +169,8 @@ def campbell(
     """Frequencies over speed factors, orders of gear meshes and shafts, and their intersections.
 
     Frequencies are those in the frames of the bodies, with the mean stiffness of the gear meshes;
-    without gyroscopic terms they do not depend on speed. factors: speeds over rated speed, if left
-    out from rest to a fifth above the highest operating speed; orders: of gear meshes, see
-    ``excitations``; limit_hz: highest frequency at rest; margin: share of a natural frequency
-    within which an excitation at an operating speed counts as a meeting.
+    without gyroscopic terms they do not depend on speed. orders: see ``excitations``; other
+    arguments: see ``face.model.Model.campbell``.
     """
     operating = operating_factors(model)
     if factors is None:

@@ -79,8 +79,7 @@ def sensor_data(model: Model, recorder: Recorder, run: Transient) -> xr.Dataset:
 
 
 def _stage_rates(model: Model, speeds: Array) -> Array:
-    """Speeds (t, stages) of the stages' angles from those (t, F) of the independent rotations,
-    rad/s."""
+    """Speeds (t, stages) of the stages' angles from the independent ones (t, F), rad/s."""
     system = model.system
     return np.asarray(speeds @ (system.angles @ system.rolling).T)[:, _stage_angles(model)]
 
@@ -287,8 +286,7 @@ def _films(model: Model, recovery: Recovery, bearings: list[str]) -> dict[str, A
 
 
 def _row_loads(recovery: Recovery, bearings: list[str], supports: list[str]) -> dict[str, Array]:
-    """Loads of the roller rows of the planets' bearings, and of all supports if any other has
-    rollers."""
+    """Loads of roller rows of planet bearings, and of all supports if any other has rollers."""
     others = [name for name in supports if name not in bearings]
     loads = {"planet_bearing_row_load": recovery.row_loads(bearings)}
     if recovery.row_loads(others).shape[2]:
@@ -309,8 +307,7 @@ def _turning_bearings(model: Model) -> list[str]:
 
 
 def _nodes(model: Model, part: str, kind: str = "") -> list[tuple[BodyName, NodeName]]:
-    """Body and node of all nodes of a kind (all if left out) of the FE bodies of a part, stage by
-    stage."""
+    """Body and node of all nodes of a kind (any if left out) of the FE bodies of a part."""
     return [
         (body, node)
         for stage in model.case.flexible_stages.values()

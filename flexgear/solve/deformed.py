@@ -67,12 +67,10 @@ def deformed(
 ) -> xr.Dataset:
     """Elastic displacement (p, 3) m and stress (p, 6) Pa at the vertices of a body's FE mesh.
 
-    The state is the equilibrium at ``carrier_angle``, rotation of the reference member, rad, under
-    ``torque``, N m on the first input, rated if left out; or the sample nearest to ``time``, s, of
-    the transient ``run``, which must have saved the body (``fields=[body]``). body: one of
-    ``bending_bodies``. u = Φ_r q with the recovery matrix Φ_r of the reduction; stress by
-    ``structures/strain.py``, smoothed where the FE mesh does not resolve it (tooth roots).
-    InputError for another body or time.
+    u = Φ_r q with the recovery matrix Φ_r of the reduction; stress by ``structures/strain.py``,
+    smoothed where the FE mesh does not resolve it (tooth roots). carrier_angle: rotation of the
+    reference member, rad; other arguments: see ``face.model.Model.deformed``. InputError for a body
+    that is not one of ``bending_bodies``, or a time outside the run.
     """
     require_bending(model, body)
     if run is not None:
@@ -93,9 +91,8 @@ def mode_field(
 ) -> xr.Dataset:
     """Displacement (p, 3) m and stress (p, 6) Pa of a body in a natural mode of the train.
 
-    mode: number from 1, rigid rotations first, as in ``modes``; carrier_angle: rotation of the
-    reference member, rad, at which the stiffness of gear meshes is taken instead of the mean;
-    largest: largest displacement of a vertex, m, to which the mode is scaled. Attribute
+    carrier_angle: rotation of the reference member, rad, at which the stiffness of gear meshes is
+    taken instead of the mean; other arguments: see ``face.model.Model.mode_field``. Attribute
     ``frequency``: Hz. InputError for an unknown mode, or one in which the body does not move.
     """
     require_bending(model, body)

@@ -84,8 +84,7 @@ def _chosen(only: Collection[str], variables: Mapping[str, Callable[[], Any]]) -
 
 
 def face_labels(model: Model) -> dict[str, list[Any]]:
-    """Labels of the axes: places along the face, causes of misalignment, members of a pair,
-    fillets."""
+    """Labels of the axes: places along the face, causes, members of a pair, fillets."""
     return {
         "face": face_places(model.system.pairs).tolist(),
         "cause": list(CAUSES),
@@ -100,8 +99,7 @@ def face_places(pairs: PairData) -> Array:
 
 
 def along_face(pairs: PairData, loads: LineLoads) -> Array:
-    """Sum (t, M, F) of the line loads of all pairs of a gear mesh at the places along the face,
-    N/m."""
+    """Sum (t, M, F) of the line loads of all pairs of a gear mesh at places along the face, N/m."""
     places, count = face_places(pairs), loads.z.shape[-1]
     load = _loads_with_ends(pairs, loads)
     low, high = loads.ends[..., :1], loads.ends[..., 1:]

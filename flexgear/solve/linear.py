@@ -76,9 +76,8 @@ class LinearTrain:
     turning: tuple[tuple[int, Array, Array], ...]
 
     def influence(self) -> Array:
-        """Gear-mesh forces (M, 1 + 2 n_l + M) of equilibria: under the constant load, N, under the
-        two components of each of the n_l forces fixed in space, N, and per error of each gear mesh,
-        N/m."""
+        """Gear-mesh forces (M, 1 + 2 n_l + M) of equilibria: under the constant load and under both
+        components of each of n_l forces fixed in space, N, and per error of each gear mesh, N/m."""
         s, free = self.system, len(self.system.input_rows)
         reactions = np.array([p.row for p in s.ports if p.reaction])
         stiffness = s.stiffness + (self.rows.T * self.k) @ self.rows
@@ -179,8 +178,7 @@ def error_harmonics(system: System) -> tuple[Array, Complex]:
 
 
 def _sine(m: int, rate: float, amplitude: float, phase: float) -> tuple[int, float, complex]:
-    """The error A sin(rate t + phase) of gear mesh m as (m, ω, E), with ω = |rate| and the error
-    Re(E e^{iωt})."""
+    """(m, ω, E) with Re(E e^{iωt}) = A sin(rate t + phase), ω = |rate|, for gear mesh m."""
     if rate == 0:
         return m, 0.0, complex(amplitude * math.sin(phase))
     value = -1j * amplitude * np.exp(1j * phase)

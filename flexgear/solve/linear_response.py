@@ -39,8 +39,7 @@ ORDERS = 5  # number of orders of the gear-mesh frequency
 @dataclass(frozen=True)
 class _Excited:
     """The loaded gear meshes of a stage. indices (g,): among all gear meshes; rows (g, n): in
-    modes;
-    stiffness, damping (g,): k̄, c̄; closing, error (g, orders): x_l and e_l, m."""
+    modes; stiffness, damping (g,): k̄, c̄; closing, error (g, orders): x_l and e_l, m."""
 
     indices: list[int]
     rows: Array

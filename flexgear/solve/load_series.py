@@ -66,8 +66,7 @@ class SeriesBins:
     """
 
     def __init__(self, series: LoadSeries, torque: float, speed: float, source: str) -> None:
-        """torque, speed: rated values of the first input, N·m and rad/s; source: name of the case
-        for messages."""
+        """torque, speed: rated ones of the first input, N·m, rad/s; source: case, for messages."""
         self.series, self.torque, self.speed, self.source = series, torque, speed, source
         moment = series.moment_step or abs(torque) / 2.0
         self.steps = np.array([
@@ -232,8 +231,7 @@ def _in_fixed_axes(loads: Array, azimuth: Array) -> Array:
 
 
 def load_bins(case: Case, report: Report | None = None) -> tuple[LoadBin, ...]:
-    """All load bins of a case, extreme ones last. InputError for a case without load bins, and for
-    an invalid one."""
+    """All load bins of a case, extreme ones last. InputError for an invalid one or none at all."""
     return bins_with_series(case, bins_of_series(case, report))
 
 

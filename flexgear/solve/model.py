@@ -88,8 +88,7 @@ class Model:
 
     @cached_property
     def modal(self) -> ModalSystem:
-        """The coupled system in the modes selected by the keys of ``solver``. InputError for a case
-        without load."""
+        """The system in the modes selected by ``solver``. InputError for a case without load."""
         self.case.require_load()
         chosen = self.shared_modal or chosen_modal(self.system, self.pace)
         _require_equal_ratios(self.case, chosen)
@@ -144,8 +143,7 @@ class Model:
         return mean_springs(self._torques_alone, self._statics)
 
     def contact_springs(self, angle: float | None = None) -> ContactSprings:
-        """Mean springs of the gear meshes over a cycle, or those at a rotation of the reference
-        member, rad."""
+        """Springs of the gear meshes: mean, or at a rotation of the reference member, rad."""
         if angle is None:
             return self.mean_springs
         rotations = rated_rotations(self.system, np.array([angle]))[0]
@@ -159,8 +157,7 @@ class Model:
         return stage_cycle(self._torques_alone, self._statics, stage, shapes)
 
     def natural_modes(self, limit_hz: float | None = None, angle: float | None = None) -> Modes:
-        """Modes up to a limit (None: all), cached for the mean springs; angle: see
-        ``contact_springs``."""
+        """Modes up to a limit (None: all); those with mean springs are cached. angle: rad."""
         if angle is not None:
             return modes(self.system, self.contact_springs(angle).stiffness, limit_hz)
         by_limit = self._cached_modes
@@ -249,11 +246,9 @@ def assemble(
 ) -> Model:
     """The model of a case, with all bodies coupled.
 
-    rigid: bodies that are rigid: "ring", "carrier", "planet", "shaft" of all flexible stages,
-    "stage_1.ring" of one, or "all"; bodies: reduced bodies, which are made or read from the cache
-    if left out; variant: names of all rigid bodies, in the place of ``rigid`` and the ``flexible``
-    keys of the case. InputError for a case that cannot work: gears that do not mesh, bodies that
-    cannot be meshed, members with too few or too many supports."""
+    bodies: reduced bodies, which are made or read from the cache if left out; variant: names of all
+    rigid bodies, in the place of ``rigid`` and the ``flexible`` keys of the case; other arguments
+    and errors: see ``face.case.Case.assemble``."""
     variant = rigid_bodies(case, rigid) if variant is None else variant
     if bodies is None:
         require_workable(case)
@@ -262,8 +257,7 @@ def assemble(
 
 
 def model_of(case: Case, coupled: ModalSystem | System, bodies: Bodies | None = None) -> Model:
-    """The model of a case from its coupled system, or from the train in modes; bodies: reduced FE
-    bodies."""
+    """The model of a case from its coupled system or the train in modes, and reduced bodies."""
     modal = coupled if isinstance(coupled, ModalSystem) else None
     system = coupled if isinstance(coupled, System) else coupled.system
     flow, gear_meshes = power_flow(case), gear_meshes_of(case, system)
@@ -275,8 +269,7 @@ def rated_rotations(system: System, lead: Array) -> Array:
     """Independent rotations (p, F), rad, in the proportion of rated speeds.
 
     lead (p,): rotation of the reference member, rad, positive in its rated sense; without rated
-    speed that of the first independent rotation. InputError for angles that are not finite or too
-    large."""
+    speed that of the first independent rotation. InputError if not finite or too large."""
     largest = np.abs(lead).max(initial=0.0)
     if not largest < MAX_ANGLE:
         raise InputError("--angle-deg", f"{largest:g} rad", "is no angle", "give a number, e.g. 30")

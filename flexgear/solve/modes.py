@@ -137,8 +137,7 @@ def mode_rows(data: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def top_shares(shares: dict[str, float]) -> list[tuple[str, float]]:
-    """The three largest shares of at least 0.5 %, with the sum of those of planets (names that end
-    in a number)."""
+    """The three largest shares of at least 0.5 %, those of planets (numbered names) added up."""
     summed: dict[str, float] = {}
     for name, share in shares.items():
         kind = name.rstrip("0123456789").rstrip("_ ")

@@ -57,12 +57,10 @@ def response(
     doublings: int = DOUBLINGS,
     progress: Progress = silent,
 ) -> xr.Dataset:
-    """Steady states over speeds at one torque, or over torques at one speed; all relative to rated.
+    """Dataset of steady states over speed or torque; arguments: see ``face.model.Model.response``.
 
-    stage: the one whose gear meshes excite the train, the first that turns if left out; harmonics:
-    their number H; doublings: number of period doublings that are followed. InputError for a range
-    that includes zero and for a stage that is unknown or does not turn; FlexgearError where no
-    steady state was found.
+    InputError for a range that includes zero and for a stage that is unknown or does not turn;
+    FlexgearError where no steady state was found.
     """
     span = _range(speeds, torques, speed, torque)
     if not 0 <= doublings <= MAX_DOUBLINGS:

@@ -33,13 +33,7 @@ from flexgear.model.case import Case
 from flexgear.model.names import BodyName, FlankName
 from flexgear.model.stage_view import StageView
 from flexgear.results.report.sharing import Sharing, first_variant, sharings
-from flexgear.results.report.wording import (
-    factor,
-    number,
-    titled_by_stage,
-    with_unit,
-    words,
-)
+from flexgear.results.report.wording import factor, number, titled_by_stage, with_unit, words
 from flexgear.results.time_figures import axis_distance
 from flexgear.solve.bodies import reduction_limit
 from flexgear.structures.estimate import PROMISED
@@ -77,8 +71,7 @@ def _without_common_turn(motion: xr.DataArray) -> xr.DataArray:
 
 
 def largest_motions(histories: xr.Dataset) -> dict[str, float]:
-    """Largest values of ``motion_histories`` by body, m; those of the teeth of FE rings as
-    "stage.ring teeth"."""
+    """Largest of ``motion_histories`` by body, m; those of ring teeth as "stage.ring teeth"."""
     distances = histories["axis_distance"]
     top = distances.max([d for d in distances.dims if d != "body"])
     motions = dict(zip(map(str, top["body"].to_numpy()), top.to_numpy().tolist(), strict=True))
@@ -172,8 +165,7 @@ EFFECTS = {"rim": "ovalising planet rims", "pin": "pins bending inside planets"}
 
 @dataclass(frozen=True)
 class Length:
-    """A length among the figures of a run. subject: its name; stage: its stage; value: m; sentence:
-    description."""
+    """A length among the figures of a run. subject: its name; value: m; sentence: description."""
 
     subject: str
     stage: str
@@ -207,8 +199,7 @@ def _rings(summary: Mapping[str, Any]) -> Iterator[Length]:
 
 
 def transmission_errors(summary: Mapping[str, Any]) -> Iterator[Length]:
-    """Largest peak-to-peak transmission error of the gear meshes of every stage with load along the
-    face."""
+    """Largest peak-to-peak transmission error in every stage with load along the face."""
     largest: dict[str, tuple[float, str]] = {}
     for flank, flank_figures in first_variant(summary.get("face_load", {})).items():
         size = flank_figures.get("transmission_error_peak_to_peak_um")
@@ -318,8 +309,7 @@ _OTHER_TIE = {"root": "flank", "flank": "root"}
 def reduction_warnings(
     case: Case, bodies: Mapping[BodyName, ReducedBody], rigid: Collection[BodyName]
 ) -> list[str]:
-    """A line for every flexible body whose reduction error exceeds the promised one; rigid: names
-    of rigid bodies."""
+    """A line for every body, unless it is rigid, whose reduction error exceeds the promised one."""
     texts = []
     for name, body in bodies.items():
         if name in rigid:

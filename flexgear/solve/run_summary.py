@@ -150,8 +150,7 @@ def transient_summary(run: TimedRun) -> dict[str, Any]:
 
 
 def motion_summary(equilibria: xr.Dataset, transient: xr.Dataset) -> dict[str, float]:
-    """Largest displacement of every body in the equilibria and the transient, µm; for ring teeth in
-    the equilibria only."""
+    """Largest displacement of every body, of ring teeth in equilibria only, µm."""
     ranges = ranges_of(transient[["body_displacement"]], motion_histories)
     motions, others = map(largest_motions, (motion_histories(equilibria), ranges.largest))
     return {name: 1e6 * max(size, others.get(name, size)) for name, size in motions.items()}
@@ -222,7 +221,10 @@ def _of_flexible_stages(analyses: Analyses) -> dict[str, Any]:
     compared = {name: settled(data) for name, data in runs.items()}
     ideal, equilibria = datasets["equilibrium_without_errors"], datasets["equilibrium"]
     return {
-        "reduction": {name: _reduction(body.report) for name, body in model.bodies.items()},
+        "reduction": {
+            name: {k: v for k, v in body.report.items() if isinstance(v, int | float | str | None)}
+            for name, body in model.bodies.items()
+        },
         "steady": {
             stage: {
                 **values(STEADY, SteadyRun(stage, compared, ideal)),
@@ -231,8 +233,3 @@ def _of_flexible_stages(analyses: Analyses) -> dict[str, Any]:
             for stage in model.case.fe_ring_stages
         },
     }
-
-
-def _reduction(report: Mapping[str, Any]) -> dict[str, Any]:
-    """Entries of a reduction's report that are numbers, text or None."""
-    return {k: v for k, v in report.items() if isinstance(v, int | float | str | None)}

@@ -22,13 +22,12 @@ import numpy as np
 from flexgear.analysis.recording import AROUND, Quantity, local_weights
 from flexgear.analysis.recovery import Recovery
 from flexgear.arrays import Array
+from flexgear.structures.bodies import rotation as rotation_matrix
 
 
 def rotated(vectors: Array, angles: Array) -> Array:
     """Vectors (n, 3) or (3,) rotated by angles (n,) about z, rad: (n, 3)."""
-    c, s = np.cos(angles), np.sin(angles)
-    x, y, z = np.moveaxis(np.asarray(vectors, dtype=float), -1, 0)
-    return np.stack([c * x - s * y, s * x + c * y, np.broadcast_to(z, c.shape)], axis=1)
+    return np.asarray((rotation_matrix(angles) @ vectors[..., None])[..., 0])
 
 
 def _rotation(turns: Array, recovery: Recovery) -> Array:

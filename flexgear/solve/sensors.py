@@ -86,8 +86,7 @@ class SensorPlace:
 
     @cached_property
     def body(self) -> Body:
-        """The body of the sensor: for a sun its shaft if it has one, for a divided ring its left
-        half."""
+        """The body of the sensor: the shaft of a sun if there is one, the left half of a ring."""
         member = BodyName.parse(self.sensor.on)
         names = [member, BodyName.of(member.stage, member.part, side="left")]
         if member.part == "sun":
@@ -150,8 +149,7 @@ class SensorPlace:
 
     @property
     def _start(self) -> float:
-        """Angle of the body's axes at the start, rad: position of a planet, or of a gear relative
-        to its pinion; else 0."""
+        """Angle of axes at the start, rad: of a planet, or of a gear from its pinion; else 0."""
         name = self.body.name
         if name.part == "planet" or name.part == "gear":
             return self.case.stage(name.stage).planet_angles[max(name.planet, 0)]
@@ -256,8 +254,7 @@ class SensorPlace:
         return rows
 
     def _strain(self) -> Array:
-        """Row (1, d) of a strain gauge; zero on a rigid body. InputError for a position off the FE
-        mesh."""
+        """Row (1, d) of a strain gauge, zero on a rigid body. InputError off the FE mesh."""
         sensor, body = self.sensor, self.body
         rows = np.zeros((1, self.system.size))
         if body.rigid:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -52,21 +52,16 @@ def stability(
 
     For each stage the stiffness of its gear meshes varies over their cycle, with the tooth pairs
     that touch under rated torque without errors, and all other gear meshes have their mean
-    stiffness; contact is not lost. speeds: lowest and highest over rated speed, if left out up to a
-    fifth above the highest operating speed; count: number of speeds, beside those in expected
-    bands; limit_hz: highest natural frequency of the modes used, at most ``MAX_MODES``. InputError
-    for an invalid range or limit.
+    stiffness; contact is not lost. At most ``MAX_MODES`` modes are used. Arguments: see
+    ``face.model.Model.stability``. InputError for an invalid range or limit.
     """
     model.case.require_load()
     first, last = speed_range(model, speeds)
     numbers, shapes, omega = kept_modes(model, limit_hz)
     stages = [s for s in model.flow.stages if s.gear_mesh_frequency > 0.0]
     trains = [train_in_modes(model, s.name, shapes, omega) for s in stages]
-    factors = np.unique(
-        np.concatenate(
-            [np.linspace(first, last, count), *(_in_bands(t, first, last, count) for t in trains)]
-        )
-    )
+    in_bands = (_in_bands(train, first, last, count) for train in trains)
+    factors = np.unique(np.concatenate([np.linspace(first, last, count), *in_bands]))
     growth = np.zeros((len(factors), len(trains)))
     largest = np.zeros_like(growth)
     bands: list[Band] = []
@@ -75,8 +70,7 @@ def stability(
             growth[k, g], multiplier, _ = train.fastest(float(factor))
             largest[k, g] = abs(multiplier)
             progress("speeds", (g + (k + 1) / len(factors)) / len(trains))
-        name = stage.name
-        bands += [replace(b, stage=name) for b in _bands(train, factors, growth[:, g], numbers)]
+        bands += _bands(stage.name, train, factors, growth[:, g], numbers)
     return labelled_dataset(
         "speed_factor",
         factors,
@@ -178,9 +172,11 @@ def _in_bands(train: PeriodicTrain, first: float, last: float, count: int) -> Ar
     return np.concatenate([centres[widest] + share * widths[widest] for share in (-0.5, 0.0, 0.5)])
 
 
-def _bands(train: PeriodicTrain, factors: Array, growth: Array, numbers: Ints) -> Iterator[Band]:
-    """Bands of speeds with growth (``growth`` at ``factors``), cut at the ends of the range;
-    numbers: of the modes."""
+def _bands(
+    stage: str, train: PeriodicTrain, factors: Array, growth: Array, numbers: Ints
+) -> Iterator[Band]:
+    """Bands of speeds with growth (``growth`` at ``factors``) by a stage, cut at the ends of the
+    range; numbers: of the modes."""
     unstable = np.concatenate([[False], growth > 0.0, [False]])
     starts = np.flatnonzero(~unstable[:-1] & unstable[1:])
     stops = np.flatnonzero(unstable[:-1] & ~unstable[1:])
@@ -191,7 +187,7 @@ def _bands(train: PeriodicTrain, factors: Array, growth: Array, numbers: Ints) -
         rate, _, energy = train.fastest(peak)
         i, j, order = acting_modes(train.omega, energy, train.rate * peak)
         modes = int(numbers[i]), int(numbers[j])
-        yield Band("", float(lower), float(upper), peak, rate, modes, order)
+        yield Band(stage, float(lower), float(upper), peak, rate, modes, order)
 
 
 def _edge(train: PeriodicTrain, stable: float, unstable: float) -> float:

@@ -74,8 +74,7 @@ class RootTables:
         return pair_roots(self.views[stage], path, path.slices)
 
     def _ring_rows(self, stage: int) -> NDArray[np.float32]:
-        """Root stress (z, 2, rows, q, d) of an FE ring per coordinate, Pa: see
-        ``ring_root_rows``."""
+        """Root stress (z, 2, rows, q, d) of an FE ring per coordinate, Pa: ``ring_root_rows``."""
         view = self.views[stage]
         body = self._bodies[BodyName.of(view.name, "ring")]
         return ring_root_rows(root_of_case(view, "ring"), body, view.ring_gear.teeth)
@@ -161,7 +160,8 @@ def root_arrays(
             compression = np.fmin.reduce(stress.compression, axis=(1, 2))
             largest[:, m, k] = tension.max(axis=1)
             for i, curve in enumerate((tension, compression)):
-                along[i, :, m, k] = _interpolate(roots.z, curve, 2.0 * path.half_face * places)
+                z = 2.0 * path.half_face * places
+                along[i, :, m, k] = [np.interp(z, roots.z, values) for values in curve]
     arrays = {"root_stress": largest, "root_side": side}
     if len(places):
         arrays |= {"face_root_stress": along[0], "face_root_compression": along[1]}
@@ -206,13 +206,6 @@ def _by_tooth(
         return arrays
     by_tooth = {"tooth_root_range": stresses, "tooth_root_least": least}
     return arrays | {name: np.concatenate(values) for name, values in by_tooth.items()}
-
-
-def _interpolate(z: Array, curves: Array, places: Array) -> Array:
-    """Values (t, n) at places (n,) by linear interpolation of curves (t, q) over z (q,)."""
-    k = np.clip(np.searchsorted(z, places) - 1, 0, len(z) - 2)
-    fraction = np.clip((places - z[k]) / np.diff(z)[k], 0.0, 1.0)
-    return np.asarray((1.0 - fraction) * curves[:, k] + fraction * curves[:, k + 1])
 
 
 def rim_stress_rows(case: Case, system: System, bodies: Bodies) -> Array:

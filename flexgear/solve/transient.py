@@ -253,17 +253,13 @@ def simulate(
     sink: DatasetSink | None = None,
     start: xr.Dataset | None = None,
 ) -> TimedRun:
-    """A transient under the machines at the ports, from equilibrium, or from the last state and
-    time of the transient ``start``.
+    """A transient under the machines at the ports; arguments: see ``face.model.Model.transient``.
 
-    duration: s, ``usual_duration`` if left out. drive: torque of the first input in the place of
-    the case's, all other machines then at rated torque or speed. torque_share: factor on all
-    torques, including those of brakes, so that the train keeps its rated speed. output_interval:
-    between samples, s. energy: with the energy balance. fields: flexible bodies whose coordinates
-    are saved, for ``deformed``. sink: receives the samples during the run, so that memory does not
-    grow with the duration; ``data`` is then empty. Load sharing coefficients are those of the
-    settled window (``results.settling``). InputError for a brake that would drive, a settling time
-    beyond the run, or a run that would be too long; FlexgearError for a diverging motion.
+    duration: ``usual_duration`` if left out. torque_share also scales brakes, so that the train
+    keeps its rated speed. sink: receives the samples during the run, ``data`` is then empty. Load
+    sharing coefficients are those of the settled window (``results.settling``). InputError for a
+    brake that would drive, a settling time beyond the run, or a run that would be too long;
+    FlexgearError for a diverging motion.
     """
     case = model.case
     require_brakes(model)
@@ -310,8 +306,7 @@ def torque_drop(
 
 
 def compile_transient(model: Model, *, energy: bool = False) -> None:
-    """Run a few steps, so that compilation is not part of the measured times; energy: also with the
-    energy balance."""
+    """Run a few steps, so that measured times exclude compilation; energy: also with balance."""
     step, histories = model.pace.time_step, port_histories(model.case, model.flow, RATED_DRIVE)
     for track_energy in (False, True) if energy else (False,):
         stepping = Stepping(3 * step, step, step)

@@ -15,13 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flexgear.analysis.kernels.vectors import (
-    SIMD,
-    add_six,
-    fill,
-    padded,
-    two_dots,
-)
+from flexgear.analysis.kernels.vectors import SIMD, add_six, fill, padded, two_dots
 from flexgear.arrays import Array, Ints
 from flexgear.compiled import FAST, INNER, PART, njit
 
@@ -305,8 +299,7 @@ def motions(active, a, b, out_a, out_b):
 
 @njit(**INNER)
 def modal_forces(active, force, out):
-    """Φᵀ f (n,) of forces on the active dofs, six dofs at once; entries beyond the last dof are set
-    to zero."""
+    """Φᵀ f (n,) of forces on the active dofs, six at once; sets entries after the last to zero."""
     fill(out, 0.0)
     dofs, span = active.counts[0].dofs, active.span
     fill(force[dofs : dofs + AT_ONCE], 0.0)

@@ -69,8 +69,7 @@ def _planet_tooth_approach(gear_mesh, theta, x, y):
 @njit(**PART)
 def _beside_rotation(x, y, turned, place):
     """Motion x, y of a tooth's node without that by its rotation ``turned`` about the axis: as the
-    node is not exactly on the line of centres, rotation of the ring would appear as an approach.
-    """
+    node is not exactly on the line of centres, rotation of the ring would appear as an approach."""
     return x + turned * place[1], y - turned * place[0]
 
 
@@ -101,8 +100,7 @@ def look_at_rest(gears, rows, pairs, theta, motion, m, active_flanks):
 
 @njit(**PART)
 def _radial_approach(data, work, level, m, r):
-    """Approach of gear mesh m along its line of centres, m, and its rate, m/s, at the new motion;
-    r: first row of a pair."""
+    """Approach along the line of centres of gear mesh m, m, and rate, m/s; r: row of a pair."""
     channels, active, rows, modes = data.channels, work.active, work.rows, work.modes
     counts, gears, theta = active.counts[0], data.elements.gears, modes.theta
     gear_meshes = gears.gear_mesh

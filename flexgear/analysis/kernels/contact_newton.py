@@ -150,8 +150,7 @@ def linearise(laws, rows, e, motion, space, place):
 @njit(**INNER)
 def start_guess(laws, rows, first, stop, count, memory, space):
     """Evaluate the laws of all elements but the eliminated ones (first … stop − 1) at their motion
-    of the last step, memory (places, 2, r); an element without a place in the memory at its motion
-    in ``space``."""
+    of the last step, memory (places, 2, r), or, for elements without a place, in ``space``."""
     for e in range(count):
         if first <= e < stop:
             continue
@@ -187,8 +186,7 @@ def remember(rows, count, motion, memory, remembered):
 
 @njit(**INNER, fastmath=FAST)
 def _assemble(rows, skipped, count, n, space, problem):
-    """Set up the linear problem with the tangents in ``space``: ``problem.matrix`` and
-    ``right``."""
+    """Set up matrix and right side of the linear problem with the tangents in ``space``."""
     free, right, size = problem.free, problem.right, padded(n)
     for e in range(count):
         if skipped[0] <= e < skipped[1]:

@@ -1,8 +1,7 @@
 """Springs whose receptances do not depend on the angle, eliminated from a step's contact problem.
 
 A spring in a turning frame is a row with F = k δ at every angle. Where the receptances D between
-such rows b are constant, as between a carrier and planets with equal teeth, the matrix S is
-constant in
+such rows b are constant, as between a carrier and planets with equal teeth, so is S in
 
     S = (k⁻¹ + D_bb)⁻¹,    F_b = S (δ*_b − D_bc F_c),
 

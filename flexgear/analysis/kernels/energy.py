@@ -137,8 +137,7 @@ def _copy_rows(source, n, count, target):
 
 @njit(**INNER, fastmath=FAST)
 def _book_modes(modal, state, modes, energy):
-    """Set kinetic and elastic energy of modes; returns the energy dissipated by modal damping,
-    J."""
+    """Set kinetic and elastic energy of modes; returns the energy lost by modal damping, J."""
     kinetic = elastic = dissipated = 0.0
     for j in range(modal.omega2.shape[0]):
         v, q = modes.free_rate[j], modes.free[j]

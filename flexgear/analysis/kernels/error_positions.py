@@ -59,8 +59,7 @@ def forces_under_errors(laws, positions, span, train, waves, work, force):
 @njit()
 def _eliminated(contact, gear_meshes, rows, n, extra, forward):
     """x_S and y_B of the c gear-mesh rows without errors (c,), N, and per error (c, c), N/m; their
-    row numbers (c,); 1 for rows in S (c,); and the residual of the inverse.
-    """
+    row numbers (c,); 1 for rows in S (c,); and the residual of the inverse."""
     matrix, right = contact.matrix, contact.right
     inside = np.empty(n + extra, dtype=np.int64)  # rows of S
     place = np.full(n, -1, dtype=np.int64)  # index of a row in S
@@ -127,8 +126,7 @@ def _inverse(matrix, at):
 
 @njit()
 def _row_errors(gears, rows, pairs, theta, waves, n):
-    """Errors (n, J) of all rows in every set, m, as ``coupling.kernels.pairs`` adds them to
-    rows."""
+    """Errors (n, J) of all rows in every set, m, by the formula of ``coupling.kernels.pairs``."""
     count = waves.offset.shape[1]
     errors, steady = np.zeros((n, count)), np.zeros(count)
     last = -1
@@ -187,8 +185,7 @@ def _gaps(influence, places, loaded, rows):
 
 @njit()
 def _release_tension(x, influence, places, loaded, errors, work, n, extra, out):
-    """Replace x_S and y_B (c, J) by the forces of one-sided contact, N; NaN where a set has no
-    equilibrium."""
+    """Replace x_S and y_B (c, J) by forces of one-sided contact, N; NaN without equilibrium."""
     (c, count), rows = x.shape, work.rows
     gaps, z = _gaps(influence, places, loaded, rows), np.zeros(c)
     for j in range(count):

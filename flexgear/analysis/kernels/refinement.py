@@ -76,8 +76,7 @@ def step_error(h, level, modal, state, work, n, load):
 
 @njit(**UNCOUNTED)
 def after_step(control, level, error):
-    """Choose the size of the next step by the error of this one; returns whether this one is
-    accepted."""
+    """Choose the size of the next step; returns whether the present one is accepted."""
     counts = control.counts[0]
     if not error <= control.tolerance and level > 0:
         counts.level = level - 1

@@ -1,6 +1,5 @@
 """Compiled loops over samples: saved loads of tooth pairs, forces and errors of rows at many
-angles, laws of all force elements over a period.
-"""
+angles, laws of all force elements over a period."""
 
 from __future__ import annotations
 
@@ -68,8 +67,7 @@ def note_loads(rows, n, pairs, force, delta, at, loads):
 @njit(**UNCOUNTED)
 def all_forces(elements, rows, angles, active_flanks, loads, out):
     """Contact forces −Σ V F on the blocks, the first columns of ``out`` (t, n_c), which is
-    overwritten. loads: ``pair_load``, ``far_load`` and ``support_load`` of ``PairLoads``.
-    """
+    overwritten. loads: ``pair_load``, ``far_load`` and ``support_load`` of ``PairLoads``."""
     pair_load, far_load, other_load = loads
     for t in range(angles.shape[0]):
         forces = out[t]

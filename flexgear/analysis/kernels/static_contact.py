@@ -24,8 +24,7 @@ LEAST_PIVOT = 0.5  # of elimination without exchange of rows
 
 
 class ContactSet(NamedTuple):
-    """Matrix and right side of a position, which the solver does not change, and its loaded
-    rows."""
+    """Matrix and right side of a position, unchanged by the solver, and its loaded rows."""
 
     matrix: Array  # (S, S) rows, then rigid motions, then reactions
     right: Array  # (S,)
@@ -210,8 +209,7 @@ def _largest_of(values, n):
 
 @njit(**PART)
 def _exchange(contact, n, total, share, least, x, first_only):
-    """Activate rows with overlap and deactivate rows with tension, or only the first such row;
-    returns their number."""
+    """Number of rows, or of the first only, activated for overlap or deactivated for tension."""
     matrix, right, active, wrong = contact.matrix, contact.right, contact.active, 0
     for i in range(n):
         if contact.sided[i] == 1 and _row_is_wrong(

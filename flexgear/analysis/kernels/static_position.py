@@ -181,8 +181,7 @@ def _law_rows(n, count, total, work):
 @njit(**INNER)
 def _law_imbalance(count, rows, space, delta, x):
     """Largest difference between a force of the solution and its linearised law, N, and the largest
-    load, N: of all forces, and of stiffness times error or gap of all rows. NaN where a force is
-    NaN."""
+    of all forces and of stiffness times error or gap of all rows, N. NaN where a force is NaN."""
     largest, worst, nan_if_any = 1e-300, 0.0, 0.0
     for e in range(count):
         element = rows.element[e]
@@ -308,8 +307,7 @@ def modal_part(elastic, forces, omega2, first, eta):
 
 @njit(**INNER)
 def _coast_flanks_agree(gears, rows, pairs, theta, motion, active_flanks):
-    """Activate coast flanks whose gap has nearly closed; returns whether there are none of
-    these."""
+    """Activate coast flanks whose gap has nearly closed; returns True if there are none."""
     agreed, gear_meshes = True, gears.gear_mesh
     for m in range(gear_meshes.shape[0]):
         b = gear_meshes[m].opposite

@@ -72,8 +72,7 @@ RUNAWAY = 1e3  # kinetic energy over the energy at the start and input, above wh
 @njit(**INNER, fastmath=FAST)
 def _predict(h, level, modal, active, state, modes):
     """Motion under given torques alone, new angles, and extrapolated speeds of the ports; returns
-    the share of rated speed. Loops of one or two statements are vectorised by the compiler.
-    """
+    the share of rated speed. Loops of one or two statements are vectorised by the compiler."""
     n, ports = modal.omega2.shape[0], modes.ports
     free, rate, a = modes.free, modes.free_rate, modes.acceleration
     eta, velocity, before = state.eta, state.velocity, state.acceleration
@@ -171,8 +170,7 @@ def _contact(laws, data, level, n, count, state, work):
 
 @njit(**PART)
 def _accelerate(inverse, active, force, port_forces, push):
-    """Modal accelerations by contact forces and machines, without the given torques, which are part
-    of the prediction."""
+    """Modal accelerations by contact and machines, without the given torques of the prediction."""
     for t in range(port_forces.shape[0]):
         force[t] -= port_forces[t]
     modal_forces(active, force, push)

@@ -88,8 +88,7 @@ def put_two(target, factor, source, other_factor, other):
 
 @njit(**INNER, fastmath=FAST)
 def add_six(target, factors, table, first):
-    """target[i] += Σ_p factors[p] · table[p, first + i], p = 0 … 5, over the length of ``target``,
-    which is read once."""
+    """target[i] += Σ_p factors[p] · table[p, first + i], p = 0 … 5, over the length of target."""
     stop = first + target.shape[0]
     p, q, r = table[0, first:stop], table[1, first:stop], table[2, first:stop]
     s, t, u = table[3, first:stop], table[4, first:stop], table[5, first:stop]
@@ -100,8 +99,7 @@ def add_six(target, factors, table, first):
 
 @njit(**INNER, fastmath=FAST)
 def put_six(target, factors, table, first):
-    """target[i] = Σ_p factors[p] · table[p, first + i], p = 0 … 5, over the length of
-    ``target``."""
+    """target[i] = Σ_p factors[p] · table[p, first + i], p = 0 … 5, over the length of target."""
     stop = first + target.shape[0]
     p, q, r = table[0, first:stop], table[1, first:stop], table[2, first:stop]
     s, t, u = table[3, first:stop], table[4, first:stop], table[5, first:stop]

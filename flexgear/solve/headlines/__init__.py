@@ -93,8 +93,7 @@ def _verdict(headline: Headline, rows: list[Mapping[str, Any]], several_stages: 
 def _severity(
     headline: Headline, rows: list[Mapping[str, Any]]
 ) -> Callable[[Mapping[str, Any]], float]:
-    """Sort key for the answers of stages, worst first: by utilisation where all have an allowable,
-    else by value."""
+    """Sort key of answers, worst first: by utilisation if all have an allowable, else by value."""
     have_allowable = all(row["allowable"] for row in rows)
 
     def key(row: Mapping[str, Any]) -> float:

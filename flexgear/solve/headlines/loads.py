@@ -101,8 +101,7 @@ def _largest_force(findings: Findings) -> Iterator[Answer]:
 
 
 def _sudden_contact(findings: Findings, stage: str) -> str:
-    """Sentence on spur gears without tip relief, whose pairs get their full stiffness at once; ""
-    without such gears."""
+    """Sentence on spur gears without tip relief, whose pairs stiffen at once; "" without any."""
     view = findings.case.view(stage)
     if view.gear_mesh.model != "per_pair" or view.stage.helix_angle != 0.0:
         return ""

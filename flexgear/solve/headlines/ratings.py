@@ -23,8 +23,7 @@ from flexgear.solve.headlines.loads import peaks_of_stage
 @dataclass(frozen=True)
 class _Kind:
     """A kind of stress. key: key of the allowable stress in a gear; exponent: of the force in the
-    stress; computed, nominal: descriptions of the stress from the load along the face, and of that
-    by formula."""
+    stress; computed, nominal: words for stress from the load along the face, and by formula."""
 
     key: str
     exponent: float
