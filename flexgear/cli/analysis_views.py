@@ -124,8 +124,8 @@ def neglected_lines(model: Model, lengths: Iterator[Length], torque_share: float
 
 def show_modes(model: Model, rows: list[dict[str, Any]], limit_hz: float | None) -> None:
     """Print a line for each frequency and type."""
-    upto = "" if limit_hz is None else f" up to {limit_hz:g} Hz"
-    typer.echo(f"{model.case.name}, {model.variant}: {len(rows)} modes{upto}")
+    limit = "" if limit_hz is None else f" up to {limit_hz:g} Hz"
+    typer.echo(f"{model.case.name}, {model.variant}: {len(rows)} modes{limit}")
     lines = [("no.", "frequency Hz", "type", "kinetic energy; strain energy")]
     at = 0
     while at < len(rows):
@@ -231,8 +231,8 @@ def transient_figures(ranges: Ranges) -> dict[str, Any]:
 
 
 def _range(ranges: Ranges, name: str, factor: float = 1.0) -> dict[str, float]:
-    least, most = ranges.least[name].min(), ranges.largest[name].max()
-    return {"min": float(least) * factor, "max": float(most) * factor}
+    low, high = ranges.least[name].min(), ranges.largest[name].max()
+    return {"min": float(low) * factor, "max": float(high) * factor}
 
 
 def show_transient(title: str, figures: dict[str, Any], notes: list[str]) -> None:

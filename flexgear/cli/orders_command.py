@@ -207,8 +207,8 @@ def _expected(
     first = expected_orders(case, member, against)
     gear_meshes = [order / line.harmonic for line, order in first if line.kind == "gear mesh"]
     harmonics = int(highest / min(gear_meshes)) if gear_meshes else HARMONICS
-    every = expected_orders(case, member, against, harmonics=max(HARMONICS, min(harmonics, 100)))
-    return [(line, order) for line, order in every if order <= highest]
+    lines = expected_orders(case, member, against, harmonics=max(HARMONICS, min(harmonics, 100)))
+    return [(line, order) for line, order in lines if order <= highest]
 
 
 def strongest(
@@ -225,8 +225,8 @@ def strongest(
     peaks = peaks[largest[peaks] > result.attrs.get("rounding", 0.0)]
     lines, lobes = list[int](), side_lobes(result.attrs["window"])
     for k in sorted(peaks, key=lambda k: -largest[k])[:MAX_PEAKS]:
-        away = turns * np.abs([order[lines] - order[k], order[lines] + order[k]])
-        place = np.minimum(away * PADDING, len(lobes) - 1).astype(int)  # with the mirror image
+        distance = turns * np.abs([order[lines] - order[k], order[lines] + order[k]])
+        place = np.minimum(distance * PADDING, len(lobes) - 1).astype(int)  # with the mirror image
         if largest[k] > LOBE_FACTOR * np.sum(largest[lines] * lobes[place]):
             lines.append(k)
     for k in lines[:MAX_LINES]:

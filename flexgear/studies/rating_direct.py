@@ -114,8 +114,8 @@ class DirectPath:
         if self._is_stationary:
             teeth = self.pair.gears["ring"].teeth
             at = 2.0 * math.pi * np.arange(teeth) / teeth
-            every = zip(of.azimuth, largest, strict=True)
-            return np.stack([around_axis(angle, x, at) for angle, x in every]), least
+            passes = zip(of.azimuth, largest, strict=True)
+            return np.stack([around_axis(angle, x, at) for angle, x in passes]), least
         return largest.reshape(-1, 1, *largest.shape[2:]), least.min(axis=0, keepdims=True)
 
     def _pressed(self, b: int) -> Array:

@@ -262,8 +262,8 @@ def _part(case: Case, place: _Place, history: History, bins: Sequence[LoadBin]) 
         required=states[0].least_safety, missing=missing, factors=tuple(sheets),
         exponent=LOAD_EXPONENT[place.kind],
     )  # fmt: skip
-    most = history.get(part.worst_bin)
-    return part if most is None else replace(part, cause=_largest_factor(most, place.kind))
+    worst = history.get(part.worst_bin)
+    return part if worst is None else replace(part, cause=_largest_factor(worst, place.kind))
 
 
 def _largest_factor(loaded: LoadedState, kind: Limit) -> str:

@@ -155,8 +155,8 @@ def run_sweep(
     outcomes = _outcomes(plan, broken, workers, scheduler, progress)
     if all(o.value is None for o in outcomes):
         first = f"{label_of(plan.keys, plan.grid[0])}: {outcomes[0].message}"
-        many = f"all {len(plan.grid)} points failed; the first, " if len(plan.grid) > 1 else ""
-        raise FlexgearError(many + first)
+        start = f"all {len(plan.grid)} points failed; the first, " if len(plan.grid) > 1 else ""
+        raise FlexgearError(start + first)
     data = collected(plan.keys, plan.grid, outcomes)
     data.attrs = provenance(
         case=plan.base.name,
@@ -206,8 +206,8 @@ def collected(
         labels = {str(dim): list(ticks[str(dim)]) for dim in pattern.dims}
         nothing = pattern[dict.fromkeys(labels, slice(0))] if labels else xr.DataArray(gap)
         arrays = [(outcome.value or {}).get(name, nothing) for outcome in outcomes]
-        whole = [array.reindex(labels, fill_value=gap).to_numpy() for array in arrays]
-        values = np.reshape(np.array(whole), (*shape, *map(len, labels.values())))
+        aligned = [array.reindex(labels, fill_value=gap).to_numpy() for array in arrays]
+        values = np.reshape(np.array(aligned), (*shape, *map(len, labels.values())))
         about = pattern.attrs if words else {**pattern.attrs, MISSING: GAPS}
         variables[name] = ((*dims, *labels), values if words else values.astype(float), about)
     messages = np.reshape([outcome.message for outcome in outcomes], shape)

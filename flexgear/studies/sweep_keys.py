@@ -211,18 +211,18 @@ def _require_kind(key: str, values: Values, field: FieldPath, several: bool) -> 
 
     several: whether the key takes lists.
     """
-    numbers, whole = values.numbers, takes(field.section, field.name, int)
+    numbers, integer = values.numbers, takes(field.section, field.name, int)
     real = takes(field.section, field.name, float)
-    if numbers is None and (whole or real) and not several:
+    if numbers is None and (integer or real) and not several:
         unit = f" in {unit_name(field.suffix)}" if field.suffix else ""
         problem = f"{echo(values.texts[0])} is not a number"
         raise InputError(WHERE, key, problem, f"give numbers{unit}; {FORMS}")
-    if numbers is not None and whole and not real:
+    if numbers is not None and integer and not real:
         broken = next((v for v in numbers if v != int(v)), None)
         if broken is not None:
             problem = f"takes whole numbers, {broken:g} is none"
             remedy = "choose the count so that the steps are whole, or list the values"
             raise InputError(WHERE, key, problem, remedy)
-    if numbers is not None and not (whole or real):
+    if numbers is not None and not (integer or real):
         problem = f"takes words, not the number {values.texts[0]}"
         raise InputError(WHERE, key, problem, "list the words: KEY=word,other")

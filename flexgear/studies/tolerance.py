@@ -386,11 +386,11 @@ def _all(
 def _dataset(setup: ToleranceSetup, stated: Batch, batches: Sequence[Batch]) -> xr.Dataset:
     """Dataset of all batches, with the figures of the errors that the case states."""
     case = setup.case
-    whole = {name: np.concatenate([batch[name] for batch in batches]) for name in stated}
+    samples = {name: np.concatenate([batch[name] for batch in batches]) for name in stated}
     labels = {p: [n for e in setup.drawn if e.is_phase == p for n in e.labels] for p in (0, 1)}
     positions = {g.name: g.positions.stop - g.positions.start for g in setup.groups}
     return tolerance_dataset(
-        whole | {f"{name}_as_stated": stated[s.variable][0] for name, s in SPREADS.items()},
+        samples | {f"{name}_as_stated": stated[s.variable][0] for name, s in SPREADS.items()},
         sizes=labels[False],
         phases=labels[True],
         gear_meshes=setup.shared,

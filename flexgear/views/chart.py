@@ -87,8 +87,8 @@ class Planned(NamedTuple):
 def planned(run: Folder, charts: Iterable[tuple[Subjects, Sequence[Chart]]]) -> dict[str, Planned]:
     """Pictures of a run by file name: those of every subject and chart, slow ones last."""
     plan: dict[str, Planned] = {}
-    for subjects, of_each in charts:
-        for subject, chart in itertools.product(subjects(run), of_each):
+    for subjects, subject_charts in charts:
+        for subject, chart in itertools.product(subjects(run), subject_charts):
             sources = chart.sources(run, subject.words)
             if sources is not None:
                 name, caption = (x.format(**subject.words) for x in (chart.name, chart.caption))

@@ -81,8 +81,8 @@ def along_face_chart(data: xr.Dataset) -> Figure:
             planet = int(of_flank["flank_planet"])
             ax.plot(data["face"], load, color=planet_colour(planet), label=f"planet {planet}")
             ax.axhline(mean_along(load), color=NEUTRAL, lw=0.5, zorder=1)
-        least, most = min(factors), max(factors)
-        span = f"{least:.3f}" if most - least < 5e-4 else f"{least:.3f} to {most:.3f}"
+        low, high = min(factors), max(factors)
+        span = f"{low:.3f}" if high - low < 5e-4 else f"{low:.3f} to {high:.3f}"
         ax.set_title(f"{title}: $K_{{Hβ}}$ {span}")
     return _finish_along_face(figure, axes)
 
@@ -112,8 +112,8 @@ def contact_pattern(data: xr.Dataset) -> Figure:
         touches = np.isfinite(w) & (w > 0)
         across, along, largest = _binned(x[touches], z[touches], w[touches])
         mapped = ax.pcolormesh(across, along, largest, cmap=SEQUENTIAL_MAP, shading="flat")
-        planet, most = int(of_flank["flank_planet"]), np.nanmax(largest)
-        ax.set_title(f"{title}, planet {planet}: largest {most:.4g} N/mm")
+        planet = int(of_flank["flank_planet"])
+        ax.set_title(f"{title}, planet {planet}: largest {np.nanmax(largest):.4g} N/mm")
         ax.set_xlabel("path coordinate, planet's root to its tip (mm)")
         ax.set_ylabel("along the face (mm)")
         ax.grid(visible=False)
@@ -128,12 +128,12 @@ def misalignment_chart(data: xr.Dataset) -> Figure:
     figure, axes, rows = _rows(data, 52)
     for ax, title, flanks in rows:
         misalignment = data["gear_mesh_misalignment_by_cause"].sel(flank=flanks) * MICRO
-        whole = misalignment.sum("cause", skipna=False).assign_coords(cause="all together")
+        total = misalignment.sum("cause", skipna=False).assign_coords(cause="all together")
         causes = misalignment.sel(cause=(misalignment != 0.0).any(["position", "flank"]))
-        every = xr.concat([causes, whole], "cause")
+        bars = xr.concat([causes, total], "cause")
         width = 0.8 / len(flanks)
         for k, name in enumerate(flanks):
-            size = every.sel(flank=name)
+            size = bars.sel(flank=name)
             mean = size.mean("position").to_numpy()
             ends = [mean - size.min("position").to_numpy(), size.max("position").to_numpy() - mean]
             planet = int(data["flank_planet"].sel(flank=name))
@@ -141,7 +141,7 @@ def misalignment_chart(data: xr.Dataset) -> Figure:
             ax.bar(at, mean, width, color=planet_colour(planet), label=f"planet {planet}")
             ax.errorbar(at, mean, np.array(ends), fmt="none", ecolor=NEUTRAL, elinewidth=0.7)
         ax.axhline(0.0, color=NEUTRAL, lw=0.7)
-        ax.set_xticks(range(every.sizes["cause"]), [str(c) for c in every["cause"].to_numpy()])
+        ax.set_xticks(range(bars.sizes["cause"]), [str(c) for c in bars["cause"].to_numpy()])
         ax.grid(visible=False, axis="x")
         ax.set_title(title)
         ax.set_ylabel("closer at +z than at −z (µm)")
@@ -163,8 +163,8 @@ def _binned(x: Array, z: Array, w: Array) -> tuple[Array, ...]:
     interpolated from their neighbours, or NaN at the border."""
     largest, along, across, _ = binned_statistic_2d(z, x, w, "max", (CELLS // 2, CELLS))
     cells = np.argwhere(np.isfinite(largest))
-    every = np.indices(largest.shape).reshape(2, -1).T
-    filled = griddata(cells, largest[tuple(cells.T)], every).reshape(largest.shape)
+    all_cells = np.indices(largest.shape).reshape(2, -1).T
+    filled = griddata(cells, largest[tuple(cells.T)], all_cells).reshape(largest.shape)
     return across, along, filled
 
 

@@ -339,14 +339,14 @@ def _meetings(ax: Axes, data: xr.Dataset, stage: str, top: float) -> None:
     for i in range(data.sizes["meeting"]):
         label = str(data["meeting_excitation"][i].item())
         if str(of_stage[place_of[label]]) == stage:
-            factor, away = (float(data[f"meeting_{n}"][i]) for n in ("factor", "away"))
-            groups.setdefault((label, factor, away), []).append(i)
+            factor, detuning = (float(data[f"meeting_{n}"][i]) for n in ("factor", "away"))
+            groups.setdefault((label, factor, detuning), []).append(i)
     labelled = list[float]()
-    for (label, factor, away), meetings in sorted(
+    for (label, factor, detuning), meetings in sorted(
         groups.items(), key=lambda item: (not _is_ideal(data, item[1][0]), abs(item[0][2]))
     ):
-        natural = float(data["meeting_frequency"][meetings[0]]) / (1.0 + away)
-        x, ideal = factor / (1.0 + away), _is_ideal(data, meetings[0])
+        natural = float(data["meeting_frequency"][meetings[0]]) / (1.0 + detuning)
+        x, ideal = factor / (1.0 + detuning), _is_ideal(data, meetings[0])
         ax.plot(
             x, natural, "o", ms=3.6, zorder=5, color="black" if ideal else "white",
             markeredgecolor="black", markeredgewidth=0.7,

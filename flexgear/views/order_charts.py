@@ -233,10 +233,10 @@ def sensors_chart(data: xr.Dataset) -> Figure:
         right.set_title(f"{name}: amplitudes by order")
         right.set_ylabel(f"amplitude ({unit})")
     axes[-1, 0].set_xlabel("time (s)")
-    shown = [ax for ax in axes[:, 1] if ax.get_visible()]
-    if spectrum is not None and shown:
-        shown[-1].set_xlabel(f"order of {spectrum.attrs['of']} (–)")
-        shown[-1].tick_params(labelbottom=True)
+    visible = [ax for ax in axes[:, 1] if ax.get_visible()]
+    if spectrum is not None and visible:
+        visible[-1].set_xlabel(f"order of {spectrum.attrs['of']} (–)")
+        visible[-1].tick_params(labelbottom=True)
     if handles:
         legend_below(figure, handles, len(handles))
     figure.align_ylabels(axes)

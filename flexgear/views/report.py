@@ -91,14 +91,14 @@ def write_report(
     }
     script = plotly_script() if interactive else None
     pictures = [p for side in sides for p in side.pictures]
-    every = [plot for p in pictures for plot in p.plots] if script is not None else []
-    names = {id(plot): f"plot{k}" for k, plot in enumerate(every)}
+    plots = [plot for p in pictures for plot in p.plots] if script is not None else []
+    names = {id(plot): f"plot{k}" for k, plot in enumerate(plots)}
     with ThreadPoolExecutor() as pool:  # compression releases the interpreter lock
         packed = {p.file: pool.submit(_packed, p.file) for p in pictures if p.file}
         small_script = pool.submit(deflated, script or "")
-        data, left_out, thinned = within(dict(zip(names.values(), every, strict=True)), MAX_PLOTS)
-        whole = {file: picture.result() for file, picture in packed.items()}
-    media, smaller = embedded(whole, MAX_PICTURES)
+        data, left_out, thinned = within(dict(zip(names.values(), plots, strict=True)), MAX_PLOTS)
+        data_of = {file: picture.result() for file, picture in packed.items()}
+    media, smaller = embedded(data_of, MAX_PICTURES)
 
     def embed(picture: Picture | None) -> dict[str, Any] | None:
         return None if picture is None else _place(picture, names, left_out, media)
@@ -117,8 +117,8 @@ def write_report(
         coarse=[text for text, applies in ((SMALLER, smaller), (THINNED, thinned)) if applies],
         style=Markup(source["css"]),
         code=Markup(source["js"]),
-        plotly=small_script.result() if every else None,
-        plots=data if every else None,
+        plotly=small_script.result() if plots else None,
+        plots=data if plots else None,
     )
     with atomic_file(target) as temporary:
         temporary.write_text(page, encoding="utf-8", errors="backslashreplace")
@@ -139,8 +139,8 @@ def write_study(
 ) -> Path:  # fmt: skip
     """Write the page of a study of one case into a folder; tables: followed by those of the case,
     if there are any."""
-    name, whole = case.title or case.name, [*tables, *case_tables(case)] if tables else ()
-    side = Side(name, lead, verdicts, whole, pictures, version(), case.content_hash())
+    name, shown = case.title or case.name, [*tables, *case_tables(case)] if tables else ()
+    side = Side(name, lead, verdicts, shown, pictures, version(), case.content_hash())
     return write_report(folder / "report.html", f"{case.name}: {study}", case.name, [side])
 
 
@@ -163,16 +163,16 @@ def deflated(text: str) -> str:
     return base64.b64encode(zlib.compress(text.encode())).decode("ascii")
 
 
-def embedded(whole: Mapping[Path, bytes], limit: int) -> tuple[dict[Path, str], bool]:
+def embedded(pictures: Mapping[Path, bytes], limit: int) -> tuple[dict[Path, str], bool]:
     """Pictures as data URIs, and whether they were shrunk.
 
     They are shrunk until they take at most ``limit`` characters; the largest are omitted if that is
     not enough.
     """
-    data, shrink = dict(whole), 1.0
+    data, shrink = dict(pictures), 1.0
     while sum(map(len, data.values())) * 4 / 3 > limit and shrink > SMALLEST:
         shrink *= 0.75
-        data = {file: _packed(file, shrink) for file in whole}
+        data = {file: _packed(file, shrink) for file in pictures}
     while sum(map(len, data.values())) * 4 / 3 > limit:
         del data[max(data, key=lambda file: len(data[file]))]
     texts = {

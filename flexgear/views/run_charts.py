@@ -58,8 +58,8 @@ ROWS = (
 def _forces(data: xr.Dataset, stage: StageOfRun) -> Any:
     """Gear-mesh forces of a stage in its last cycles."""
     end = float(data.variables["time"][-1])
-    near = between(data, end - CYCLES_SHOWN / stage.flow.gear_mesh_frequency)
-    return sharing_charts.gear_mesh_forces(_gear_meshes(near, stage.name))
+    last = between(data, end - CYCLES_SHOWN / stage.flow.gear_mesh_frequency)
+    return sharing_charts.gear_mesh_forces(_gear_meshes(last, stage.name))
 
 
 def _gear_meshes(data: xr.Dataset, stage: str) -> xr.Dataset:
@@ -69,10 +69,10 @@ def _gear_meshes(data: xr.Dataset, stage: str) -> xr.Dataset:
 
 def _spectrum(data: xr.Dataset, stage: StageOfRun) -> Any:
     """Order spectra of a stage's gear-mesh forces in the settled part of a run."""
-    every = expected_lines(case_of(data), harmonics=int(HIGHEST))
+    expected = expected_lines(case_of(data), harmonics=int(HIGHEST))
     lines = [
         (line, line.frequency / stage.flow.gear_mesh_frequency)
-        for line in every
+        for line in expected
         if (line.stage == stage.name and line.kind in (GEAR_MESH, SHAFT, TOOTH_FAULT))
         or (line.kind == GEAR_MESH and line.harmonic == 1)
     ]
@@ -116,8 +116,8 @@ def _two_positions(ring: RingFolder) -> tuple[xr.DataArray, Any, star.StageOutli
     planet and between two planets, and the outline of the stage; one equilibrium if it is the
     nearest to both."""
     turned = ring.equilibria["stage_angle"].to_numpy() * ring.stage.stage.planets / (2.0 * np.pi)
-    away = [np.abs((turned - target + 0.5) % 1.0 - 0.5).round(6) for target in (0.0, 0.5)]
-    positions = ring.equilibria.isel(position=list(dict.fromkeys(map(np.argmin, away))))
+    distances = [np.abs((turned - target + 0.5) % 1.0 - 0.5).round(6) for target in (0.0, 0.5)]
+    positions = ring.equilibria.isel(position=list(dict.fromkeys(map(np.argmin, distances))))
     return positions["tooth_displacement"], positions["stage_angle"].to_numpy(), _outline(ring)
 
 

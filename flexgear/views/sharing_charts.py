@@ -76,9 +76,9 @@ def _planets_chart(
     """A panel for each stage and kind of gear mesh with a line for each planet and their mean;
     histories with too many oscillations as envelopes, with a close-up around the largest value."""
     rows = gear_mesh_groups(data, name)
-    every = np.column_stack([part.to_numpy() for part in rows.values()])
-    dense = is_dense(every)
-    near = {str(next(iter(rows.values())).dims[0]): close_up(every)} if dense else {}
+    values = np.column_stack([part.to_numpy() for part in rows.values()])
+    dense = is_dense(values)
+    window = {str(next(iter(rows.values())).dims[0]): close_up(values)} if dense else {}
     columns, height = 1 + dense, 18 + (58 if len(rows) == 1 else 36 * len(rows))
     figure, axes = panels(
         len(rows), columns, height_mm=height, sharex="col", width_ratios=[2, 1][:columns]
@@ -87,15 +87,15 @@ def _planets_chart(
     for row, (title, part) in zip(axes, rows.items(), strict=True):
         alike = _planet_lines(row[0], data, part, factor, dense)
         planets |= set() if alike else set(part["planet"].to_numpy().tolist())
-        mean, most = (factor * float(x) for x in (part.mean(), part.max()))
-        sizes = f"mean {mean:.4g} {unit}, largest {most:.4g} {unit}"
+        mean, largest = (factor * float(x) for x in (part.mean(), part.max()))
+        sizes = f"mean {mean:.4g} {unit}, largest {largest:.4g} {unit}"
         if not unit:  # of load factors, whose mean is 1
-            sizes = f"largest {wording.factor(most)}"
+            sizes = f"largest {wording.factor(largest)}"
         alike_words = ", all planets alike" if alike else ""
         row[0].set_title(f"{title}{alike_words}:{chr(10) if dense else ' '}{sizes}")
         row[0].set_ylabel(f"{symbol} ({unit or '–'})")
         if dense:
-            _planet_lines(row[1], data.isel(near), part.isel(near), factor, False)
+            _planet_lines(row[1], data.isel(window), part.isel(window), factor, False)
             text = "close-up at the largest"
             row[1].set_title(text, weight="normal", fontsize=8, loc="right")
             note_envelope(row[0])

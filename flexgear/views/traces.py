@@ -33,18 +33,18 @@ def traces_of(axes: Axes) -> Iterator[dict[str, Any]]:
     """Traces of the visible artists of axes, lines from the lowest to the uppermost."""
     lines = [x for x in axes.lines if x.get_visible() and x.get_transform() == axes.transData]
     lines.sort(key=Line2D.get_zorder)
-    most = max(LEAST_POINTS, POINTS // max(1, len(lines)))
+    limit = max(LEAST_POINTS, POINTS // max(1, len(lines)))
     for collection in axes.collections:
         if collection.get_visible():
             yield from _of_collection(collection)
     yield from _of_patches(axes)
     for line in lines:
-        yield _of_line(line, most)
+        yield _of_line(line, limit)
 
 
-def _of_line(line: Line2D, most: int) -> dict[str, Any]:
-    """Trace of a line with at most about ``most`` points."""
-    x, y = envelope(numbers(line.get_xdata(orig=False)), numbers(line.get_ydata(orig=False)), most)
+def _of_line(line: Line2D, limit: int) -> dict[str, Any]:
+    """Trace of a line with at most about ``limit`` points."""
+    x, y = envelope(numbers(line.get_xdata(orig=False)), numbers(line.get_ydata(orig=False)), limit)
     if not x.size:
         return {}
     colour = colour_of(line.get_color())
@@ -68,11 +68,11 @@ def _of_line(line: Line2D, most: int) -> dict[str, Any]:
     return trace
 
 
-def envelope(x: Array, y: Array, most: int) -> tuple[Array, Array]:
-    """At most about ``most`` points of a line: the least and largest in equal pieces."""
-    if x.size <= most:
+def envelope(x: Array, y: Array, limit: int) -> tuple[Array, Array]:
+    """At most about ``limit`` points of a line: the least and largest in equal pieces."""
+    if x.size <= limit:
         return x, y
-    pieces = max(1, most // 2)
+    pieces = max(1, limit // 2)
     step = -(-x.size // pieces)
     rows = -(-x.size // step)
     padded = np.full(rows * step, np.nan)

@@ -53,20 +53,20 @@ def response_chart(data: xr.Dataset) -> Figure:
     figure, axes = panels(len(ratios), 1, height_mm=height, sharex=True, height_ratios=ratios)
     force, error, *of_sensors = axes[:, 0]
     names = [str(n) for n in data["gear_mesh"].to_numpy()][:MAX_GEAR_MESHES]
-    most, least = (KILO * _measure(data, FORCE, m)[:, : len(names)] for m in ("maximum", "minimum"))
+    top, bottom = (KILO * _measure(data, FORCE, m)[:, : len(names)] for m in ("maximum", "minimum"))
     swing = _measure(data, ERROR, "maximum") - _measure(data, ERROR, "minimum")
     swing = MICRO * swing[:, : len(names)]
     for k, colour in enumerate(PLANET_COLOURS[: len(names)]):
-        for ax, y, width in ((force, most, 1.4), (force, least, 0.8), (error, swing, 1.2)):
+        for ax, y, width in ((force, top, 1.4), (force, bottom, 0.8), (error, swing, 1.2)):
             _curve(ax, data, x, y[:, k], colour, width)
-        for ax, y in ((force, most), (error, swing)):
+        for ax, y in ((force, top), (error, swing)):
             _contact(ax, data, x, y[:, k], k)
     for ax, sensor in zip(of_sensors, sensors, strict=True):
         signal = data["response_sensor"].sel(sensor=sensor, measure="rms").to_numpy()
         _curve(ax, data, x, signal, NEUTRAL, 1.2)
         _limit(ax, signal[:, None], 0.0, data["stable"].to_numpy() == 1)
         ax.set_ylabel(f"{sensor}, rms ({data['sensor_unit'].sel(sensor=sensor).item()})")
-    for ax, y, low in ((force, most, least), (error, swing, swing)):
+    for ax, y, low in ((force, top, bottom), (error, swing, swing)):
         _limit(ax, y, float(low.min()), data["stable"].to_numpy() == 1)
         ax.set_xlim(float(x.min()), float(x.max()))
     _jumps(force, data)
