@@ -274,7 +274,7 @@ class Bearing(Springs, Rolling):
     analyses. damping: dampers at z beside the springs.
     """
 
-    z: Length = Field(default=0.0, ge=-1.0, le=1.0)
+    z: Length = Field(default=0.0, ge=-5.0, le=5.0)
     clearance: Length = Field(default=0.0, ge=0.0, le=5e-3)
     rollers: Rollers | None = None
     damping: Dampers | None = None

@@ -102,12 +102,17 @@ class StageView:
 
     @property
     def bearings(self) -> tuple[BearingPlace, ...]:
-        """Bearings of its planets and members, and of the body behind its sun's spline."""
+        """Bearings of its planets and members, and of the body behind its sun's spline; supports
+        only of what turns, if they carry force, or with rating data."""
         places, numbers = list[BearingPlace](), range(1, self.stage.planets + 1)
         for key, bearing in self.stage.bearings.items():
             part, _, below = key.partition(".")
+            is_support = below.startswith("support")
+            is_idle = not bearing.matrix[:3, :3].any() or (is_support and self.is_held(part))
+            if is_support and is_idle and bearing.rolling is None:
+                continue
             labels = [key.replace(".", "_")]
-            if below.startswith("support"):
+            if is_support:
                 springs = self.support_names(part, below)
                 labels = [s.partition(".")[2] if s.kind else f"{part}_support" for s in springs]
             elif part == "planet_bearing":
@@ -126,17 +131,6 @@ class StageView:
                 BearingPlace(f"{key}.bearing", port.bearing, "sun", (spring,), ("output_bearing",))
             )
         return tuple(places)
-
-    @property
-    def rated_bearings(self) -> tuple[BearingPlace, ...]:
-        """Those to be rated: bearings that carry force, of what turns or with ratings."""
-        return tuple(
-            place
-            for place in self.bearings
-            if place.part == "planet"
-            or place.bearing.rolling
-            or (place.bearing.matrix[:3, :3].any() and not self.is_held(place.part))
-        )
 
     def support_names(self, part: str, key: str) -> list[SupportName]:
         """Names of a support of all bodies of a member; key: "support", "support.0" …"""

@@ -103,7 +103,7 @@ def bearing_forces(
     """Places of the bearings of a stage, with label, spring and the force (…, 3) that it carries,
     N; without those that have no stiffness."""
     springs = set(map(str, data["support"].to_numpy() if "support" in data else ()))
-    for place in view.rated_bearings:
+    for place in view.bearings:
         for label, spring in zip(place.labels, place.springs, strict=True):
             if spring in springs:
                 force = data["bearing_force"].sel(support=spring).to_numpy()[..., :3]

@@ -156,7 +156,7 @@ def given_speeds(case: Case) -> list[str]:
 def _anisotropic_in_space(case: Case) -> bool:
     """Whether weight, loads, supports or joints have fixed directions in space."""
     loads = any(load.frame == "fixed" and load.points[:, [0, 1, 3, 4]].any() for load in case.loads)
-    bearings = [place.bearing for stage in case.stages for place in case.view(stage.name).bearings]
+    bearings = [bearing for stage in case.stages for bearing in stage.bearings.values()]
     uneven = any(_is_uneven(b.matrix) for b in bearings if not isinstance(b, PlanetBearing))
     sideways = any(j.is_shaft or j.matrix[[0, 1, 3, 4]].any() for j in case.joints)
     return any(case.gravity) or loads or uneven or sideways

@@ -149,7 +149,7 @@ def rate_bearings(
 
 def _places(case: Case) -> Iterator[_Place]:
     for view in map(case.view, [stage.name for stage in case.stages]):
-        for place in view.rated_bearings:
+        for place in view.bearings:
             rows, of_planets = rolling_bearing(place.bearing), place.part == "planet"
             for number, spring in enumerate(place.springs, 1):
                 alike = f"{view.name}.planet_bearings" if of_planets else spring

@@ -331,3 +331,17 @@ bearing = { radial_n_per_m = 1e9, axial_n_per_m = 1e9, tilt_nm_per_rad = 1e6 }
     bending = 210e9 * math.pi * 0.02**4 / 64
     deflection = 1e6 * 100 * 0.1**2 * 0.3 / (3 * bending)
     assert found["distance_from_axis_um"]["stage.sun"] == pytest.approx(deflection, rel=0.03)
+
+
+def test_hub_and_body_behind_a_shaft_have_lives(flexgear):
+    keys = []
+    for bearing, rolling in (("stage.ring.hub.bearing", "roller"), ("inputs.0.bearing", "ball")):
+        rated = {"dynamic_rating_kn": 5, "rolling": rolling, "count": 2}
+        keys += [word for k, x in rated.items() for word in ("--set", f"{bearing}.{k}={x}")]
+    speeds = flexgear.json("check", "star-ring", *keys)["speeds_rpm"]
+    found = flexgear.json("static", "star-ring", "--rigid", "ring", *keys)["0 deg"]["bearing"]
+    for name, member, exponent in (("hub", "ring", 10 / 3), ("output", "sun", 3)):
+        load, speed = found[f"stage.{name}"]["force_n"], abs(speeds[f"stage.{member}"])
+        hours = life(load / 2, speed, exponent, 5e3)
+        assert load > 0.0
+        assert found[f"stage.{name}"]["life_h"] == pytest.approx(hours, rel=1e-9)

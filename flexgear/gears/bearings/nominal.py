@@ -49,7 +49,7 @@ def bearing_speed(place: BearingPlace, flow: StageFlow) -> float:
 def nominal_bearings(view: StageView, flow: StageFlow) -> dict[str, NominalBearing]:
     """Bearings of planets, of a pinion and its gear by label; one for all planets."""
     bearings = {}
-    for place in view.rated_bearings:
+    for place in view.bearings:
         force = _force(view, flow, place)
         if force is not None:
             radial, axial = math.hypot(force[0], force[1]), abs(float(force[2]))
