@@ -233,9 +233,7 @@ def largest_error(cases: Mapping[str, float]) -> dict[str, Any]:
 
 def shape_errors(influence: Array, left_out: Array, loads: Array) -> Array:
     """Errors (n,) of loads f (n, K) without dC: max |dC f| / max |C f| over the loaded slices.
-
-    influence: C, left_out: dC, both (K, K) m/N.
-    """
+    influence: C, left_out: dC, both (K, K) m/N."""
     included, omitted = (np.abs(loads @ c.T) * (loads > 0.0) for c in (influence, left_out))
     return np.asarray(omitted.max(axis=1) / included.max(axis=1))
 

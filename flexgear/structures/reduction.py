@@ -206,10 +206,8 @@ AnyCondensation = Condensation | CyclicCondensation
 
 @dataclass(frozen=True, eq=False)
 class Reduction:
-    """A reduced body, its condensation and fixed-interface modes, for error estimates.
-
-    fixed_modes: Phi (d, n_modes), fields of the condensation.
-    """
+    """A reduced body, its condensation and fixed-interface modes, for error estimates; fixed_modes:
+    Phi (d, n_modes), fields of the condensation."""
 
     body: ReducedBody
     condensation: AnyCondensation

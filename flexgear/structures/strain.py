@@ -34,10 +34,8 @@ _PATCHES_TOGETHER = 2048
 
 
 def vertex_gradient(points: Array, cells: NDArray[np.integer]) -> sp.csr_matrix:
-    """G (3p, p): rows 3v, 3v+1, 3v+2 give ∂f/∂x, ∂f/∂y, ∂f/∂z at vertex v of vertex values f (p,).
-
-    points (p, 3) m; cells (c, 8 or 4) vertex numbers.
-    """
+    """G (3p, p): rows 3v, 3v+1, 3v+2 give ∂f/∂x, ∂f/∂y, ∂f/∂z at vertex v of vertex values f (p,);
+    points (p, 3) m; cells (c, 8 or 4) vertex numbers."""
     corners = np.repeat(np.arange(len(cells)), cells.shape[1])
     at = sp.csr_matrix(
         (np.ones(cells.size, dtype=np.int32), (cells.ravel(), corners)),

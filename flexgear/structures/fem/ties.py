@@ -196,9 +196,7 @@ def _expansion(
 
 def free_stiffness(stiffness: Array, interface: Interface) -> tuple[Array, float]:
     """K_bb with exactly no forces under rigid motions, and the relative size of those before.
-
-    FlexgearError where they exceed rounding errors.
-    """
+    FlexgearError where they exceed rounding errors."""
     length = np.linalg.norm(interface.positions, axis=1).max()
     scale = np.tile([1.0, 1.0, 1.0] + 3 * [1 / length], len(interface.node_names))
     scaled = scale[:, None] * stiffness * scale

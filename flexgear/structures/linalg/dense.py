@@ -54,10 +54,8 @@ def shared(count: int, part: Callable[[slice], None], chunk: int = CHUNK) -> Non
 
 
 def scaled_inverse(matrix: Array) -> Array:
-    """Inverse of a symmetric positive definite matrix whose rows have different units.
-
-    The matrix is scaled to unit diagonal. numpy.linalg.LinAlgError where it is not definite.
-    """
+    """Inverse of a symmetric positive definite matrix whose rows have different units. The matrix
+    is scaled to unit diagonal. numpy.linalg.LinAlgError where it is not definite."""
     if not len(matrix):
         return matrix
     scale = 1 / np.sqrt(np.diag(matrix))
@@ -79,9 +77,7 @@ def balanced_inverse(matrix: Array) -> Array:
 
 def hermitian_inverse(matrix: NDArray[np.complex128]) -> NDArray[np.complex128]:
     """Lower triangle of the inverse of a positive definite Hermitian matrix.
-
-    Raises numpy.linalg.LinAlgError where the matrix is not definite.
-    """
+    numpy.linalg.LinAlgError where the matrix is not definite."""
     factor = _checked(*lapack.zpotrf(matrix, lower=1))
     return _checked(*lapack.zpotri(factor, lower=1, overwrite_c=1))
 

@@ -44,9 +44,7 @@ _SOLVE, _FORWARD, _BACKWARD, _PERMUTE, _PERMUTE_BACK = 0, 4, 5, 7, 8  # CHOLMOD'
 
 class Factor:
     """Cholesky factor L of a symmetric positive definite matrix (n, n), CSR.
-
-    Raises numpy.linalg.LinAlgError where the matrix is not positive definite.
-    """
+    numpy.linalg.LinAlgError where the matrix is not positive definite."""
 
     def __init__(self, matrix: sp.csr_matrix, order: Ints | None = None) -> None:
         """order: rows (n,) of the matrix as they are eliminated; chosen by CHOLMOD if left out."""
@@ -87,9 +85,7 @@ class Factor:
 
 def factor_in_order(matrix: sp.csr_matrix) -> sp.csc_matrix:
     """L (n, n) with matrix = L L^T, without reordering; row numbers rise in every column.
-
-    Raises numpy.linalg.LinAlgError where the matrix is not positive definite.
-    """
+    numpy.linalg.LinAlgError where the matrix is not positive definite."""
     order = np.arange(matrix.shape[0])
     factor = _factored(to_cvxopt(sp.tril(matrix)), order, nmethods=1, postorder=False)
     return _to_scipy(cholmod.getfactor(factor))
@@ -135,10 +131,8 @@ def minimum_degree_order(graph: sp.csr_matrix) -> Ints:
 
 
 class Elimination:
-    """Factor of the inner rows of a symmetric matrix [K C^T; C 0].
-
-    size: number of inner rows i; rest: Schur complement S (b + c, b + c).
-    """
+    """Factor of the inner rows of a symmetric matrix [K C^T; C 0]; size: number of inner rows i;
+    rest: Schur complement S (b + c, b + c)."""
 
     def __init__(
         self, stiffness: sp.csr_matrix, constraints: sp.csr_matrix, size: int, shift: Array
@@ -204,9 +198,7 @@ def backward(pointers: Ints, rows: Ints, data: Array, x: Array) -> None:  # prag
 
 def flexibility(matrix: sp.csr_matrix, loads: sp.csc_matrix) -> Array:
     """Flexibility R^T K^{-1} R (k, k) of loads R (n, k); matrix: K (n, n), symmetric.
-
-    Raises numpy.linalg.LinAlgError where K is not positive definite.
-    """
+    numpy.linalg.LinAlgError where K is not positive definite."""
     loaded = np.zeros(matrix.shape[0], dtype=bool)
     loaded[loads.tocsc().indices] = True
     rest = np.flatnonzero(~loaded)

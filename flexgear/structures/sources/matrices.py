@@ -69,10 +69,8 @@ def given_body(
 
 
 def given_housing(housing: Housing, source: str) -> Body:
-    """The housing from its matrix files. InputError unless it is a free body with a mount.
-
-    source: of the case.
-    """
+    """The housing from its matrix files. InputError unless it is a free body with a mount; source:
+    of the case."""
     with _faults_of(source, "housing.fe_mesh_file"):
         read = _read(housing, "housing")
         check(read, str(housing.fe_mesh_file))
