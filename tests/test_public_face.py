@@ -91,7 +91,7 @@ def model(case):
         (lambda case: case.assemble().static(0, torque=True), "static(): torque: True is of the"),
         (lambda case: case.assemble().static(0, torque=np.nan), "static(): torque: nan is of the"),
         (lambda case: case.assemble().static(0, progress=1), "progress: 1 is of the wrong type -- g"
-         "ive a function of a stage of the work and the share of it that is done"),
+         "ive a function of the name of a step and the share of it that is done"),
         (lambda case: case.assemble().modes(limit_hz=0), "modes(): limit_hz: 0 is not positive"),
         (lambda case: case.assemble().modes(member="x"), "modes(): member: 'x': does not turn"),
         (lambda case: case.assemble().campbell("x"), "campbell(): factors: 'x' is of the wrong"),

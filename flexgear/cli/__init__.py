@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import signal
 
-from flexgear.files import STOPPING
+from flexgear.files import STOP_SIGNALS
 
 TYPE_CHECKING = False  # as in typing, whose import takes longer than the rest of this module
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def _leave(number: int, frame: FrameType | None) -> None:
 def on_stop(handler: Callable[[int, FrameType | None], None] | signal.Handlers) -> None:
     """Set the handler of the signals that stop a run; ignored signals, as under nohup or in the
     background of a shell, stay ignored."""
-    for name in STOPPING:
+    for name in STOP_SIGNALS:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, handler)

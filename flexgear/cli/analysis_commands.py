@@ -23,13 +23,13 @@ from flexgear.model.errors import InputError
 from flexgear.model.units import RPM
 from flexgear.results.dataset_file import chosen, dataset_file, reopened
 from flexgear.results.result_quantities import RESULT_QUANTITIES
-from flexgear.results.run_folder import ended_run
+from flexgear.results.run_folder import transient_file
 from flexgear.results.settling import SensorRanges, WindowedRanges, window_edges, window_of
-from flexgear.results.sinks import Coming, DatasetSink, Ranges, Several
+from flexgear.results.sinks import DatasetSink, Ranges, RunSize, SinkGroup
 from flexgear.results.summary import finite, sharing_summary_of
 from flexgear.results.time_figures import (
     distance_summary,
-    energy_account,
+    energy_balance,
     force_ranges,
     largest_residual,
 )
@@ -154,13 +154,13 @@ def simulate(
     _require_positive("--torque-share", torque_share, "1.5")
     case, parts = analysis.read()
     names = saved_names(save_only, analysis.out)
-    start = None if start_from is None else reopened(ended_run(start_from))
+    start = None if start_from is None else reopened(transient_file(start_from))
     begin = 0.0 if start is None else end_of(start, case.source)
     stepping = stepping_of(case, power_flow(case), duration_s, start=begin)
     refuse_endless(stepping, case.source)
     edges = window_edges(stepping.duration, case.solver.settle, begin)
     ranges = partial(WindowedRanges, edges=edges)
-    whole, account = ranges(train_histories), Ranges(energy_account)
+    whole, account = ranges(train_histories), Ranges(energy_balance)
     motions, sensors = Ranges(motion_histories), SensorRanges(edges)
     rings = {stage: ranges(partial(views.ring_histories, stage)) for stage in case.fe_ring_stages}
     watching = [whole, motions, sensors, *rings.values(), *([account] if energy else [])]
@@ -173,7 +173,7 @@ def simulate(
         warn([*too_coarse(model.pace, case.solver), *short])
         run = run_transient(
             model, duration=duration_s, torque_share=torque_share, energy=energy, progress=report,
-            start=start, sink=Several([*watching, *sinks]),
+            start=start, sink=SinkGroup([*watching, *sinks]),
         )  # fmt: skip
     settled = float(run.data.attrs["settle_s"])
     figures = _figures(model, run, whole.since(settled))
@@ -255,10 +255,10 @@ class Forecast(DatasetSink):
     def __init__(self, out: Path | None, names: Sequence[str]) -> None:
         self._out, self._names = out, names
 
-    def begin(self, coming: Coming) -> None:
+    def begin(self, run_size: RunSize) -> None:
         """Print the number of samples and the size of the file."""
-        text = f"transient: {coming.samples} samples"
+        text = f"transient: {run_size.samples} samples"
         if self._out is not None:
-            written = replace(coming, pattern=chosen(coming.pattern, self._names))
+            written = replace(run_size, pattern=chosen(run_size.pattern, self._names))
             text += f", {size_text(written.size)} in {self._out} before compression"
         typer.echo(text, err=True)

@@ -25,7 +25,7 @@ from flexgear.gears.power_flow import PowerFlow, StageFlow, power_flow
 from flexgear.gears.report import case_reports
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.input_file import MOST_CASE, read_bytes, read_text
+from flexgear.model.input_file import MAX_CASE_BYTES, read_bytes, read_text
 from flexgear.model.load import bundled_cases, bundled_text, load_case
 from flexgear.model.schema import json_schema
 from flexgear.model.units import RPM
@@ -147,7 +147,8 @@ def schema(
         typer.echo(text, nl=False)
         return
     target = file_target(out)
-    if target.exists() and content["title"].encode() not in read_bytes(target, "--out", MOST_CASE):
+    title = content["title"].encode()
+    if target.exists() and title not in read_bytes(target, "--out", MAX_CASE_BYTES):
         kind = "summaries" if summary else "cases"
         problem = f"is there and no schema of {kind}"
         raise InputError("--out", str(out), problem, "choose a new name")

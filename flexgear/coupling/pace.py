@@ -24,7 +24,7 @@ from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.machine import TorqueDrops, machines_of, series_of
-from flexgear.model.solver import MOST_REFINED, Solver
+from flexgear.model.solver import MAX_STEP_HALVINGS, Solver
 
 STEPS = 40  # in steady running, per period at the top of the band
 FINE_STEPS = 100  # after a torque step, per period at the top of the band
@@ -168,7 +168,7 @@ def _pace(gear_mesh: float, resonance: float, solver: Solver, series: tuple[str,
     top = f"of the band's top, {band:.5g} Hz"
     step = chosen("time_step", 1 / (STEPS * band), f"1/{STEPS} of a period {top}")
     longest = chosen("longest_time_step", LONGEST * step, f"{LONGEST} steps of steady running")
-    least = min(longest, max(step / SHORTEST, longest / 2**MOST_REFINED))
+    least = min(longest, max(step / SHORTEST, longest / 2**MAX_STEP_HALVINGS))
     shortest = chosen("shortest_time_step", least, f"1/{SHORTEST} step of steady running")
     fine = chosen(
         "step_time_step", min(step, 1 / (FINE_STEPS * band)), f"1/{FINE_STEPS} of a period {top}"

@@ -19,7 +19,7 @@ from flexgear.model.errors import InputError, echo
 from flexgear.model.machine import TorqueHistory
 from flexgear.model.read import nearest
 from flexgear.results.dataset_file import chosen, dataset_file, reopened
-from flexgear.results.sinks import TIME, Gathered
+from flexgear.results.sinks import TIME, MemorySink
 from flexgear.solve import deformed, model, response, static, transient
 from flexgear.solve.angles import lead_angles, reference_member
 from flexgear.solve.bodies import Bodies, silent
@@ -190,7 +190,7 @@ class Model(model.Model):
             start=start,
         )
         if out is None:
-            samples = Gathered(lambda data: chosen(data, save) if TIME in data.dims else data)
+            samples = MemorySink(lambda data: chosen(data, save) if TIME in data.dims else data)
             simulate(sink=samples)
             return samples.data
         with dataset_file(out, save) as sink:

@@ -1,3 +1,3 @@
-"""Writing files and folders: completely or not at all, and never over files of another origin."""
+"""Reading and writing files: results, caches, loads, matrices and REXS models."""
 
-STOPPING = ("SIGINT", "SIGTERM", "SIGHUP")  # Ctrl-C, job schedulers, a terminal that is closed
+STOP_SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")  # of Ctrl-C, job schedulers, a closed terminal

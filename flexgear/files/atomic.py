@@ -1,12 +1,12 @@
-"""Files and folders that appear whole or not at all, and results in a form that JSON can hold.
+"""Writing of files and folders so that each appears complete or not at all; values for JSON.
 
-What is written is made ready in a private folder, the stage, on the target's own device and renamed
-into place. What cannot be renamed in the end is not thrown away: it stays where it is, and the
-message says where.
+Files are first written to a private staging folder on the same device as the target and then
+renamed into place. If the renaming fails, the staging folder is kept and the error names it.
 
-A stage is locked as long as its process lives: the system takes the lock away however the process
-ends, so a stage that can be locked is stale. One without a lock file is just being made, or holds
-finished work that could not be moved; it is left alone.
+A staging folder contains a lock file that its process holds. The operating system releases the lock
+however the process ends, so a folder whose lock can be acquired is stale and may be removed. A
+folder without a lock file is being created, or holds finished work that could not be moved; it is
+left alone.
 """
 
 from __future__ import annotations
@@ -27,55 +27,52 @@ from typing import Any
 
 import numpy as np
 
-from flexgear.files import STOPPING
+from flexgear.files import STOP_SIGNALS
 from flexgear.model.errors import FlexgearError, InputError
 
 try:
     import fcntl
-except ImportError:  # Windows: stages that were left there stay
+except ImportError:  # Windows, where stale staging folders are not removed
     fcntl = None  # type: ignore[assignment]
 
 SUFFIX = ".partial"
 _LOCK = "lock"
-_STAGE = re.compile(rf"\..*\.[0-9a-f]{{8}}\{SUFFIX}")
-_NAME_SHOWN = 32  # characters of an output's name in that of its stage: together below 255 bytes
-_ATTEMPTS = 100  # to make a stage while others tidy up
+_FOLDER_NAME = re.compile(rf"\..*\.[0-9a-f]{{8}}\{SUFFIX}")
+_NAME_LENGTH = 32  # characters of the output's name used, so that folder names stay below 255 bytes
+_ATTEMPTS = 100  # at creating a staging folder that another process may remove as stale
 
 
 @contextlib.contextmanager
 def private_folder(place: Path, name: str) -> Iterator[Path]:
-    """Yield a new folder ``.NAME.xxxxxxxx.partial`` in ``place``, which goes with the block.
+    """Yield a new locked folder ``.NAME.xxxxxxxx.partial`` in ``place``; remove it after the block.
 
-    OSError where ``place`` refuses a folder or a file in it.
+    The folder is kept if its lock file was removed inside the block. Raises OSError if a folder or
+    a file in it cannot be created in ``place``.
     """
-    folder, lock = _locked(place, name)
+    folder, lock = _new_locked_folder(place, name)
     try:
         yield folder
     finally:
-        if (folder / _LOCK).exists():  # else what is in it is kept
+        if (folder / _LOCK).exists():
             shutil.rmtree(folder, ignore_errors=True)
         os.close(lock)
 
 
-def keep(folder: Path) -> None:
-    """Leave a private folder with its content permanently."""
-    (folder / _LOCK).unlink(missing_ok=True)
-
-
 def remove_stale(place: Path) -> None:
-    """Remove the private folders in ``place`` whose processes are no more."""
+    """Remove the private folders in ``place`` whose processes have ended."""
     if fcntl is None:
         return
     with contextlib.suppress(OSError):
         for entry in list(os.scandir(place)):
-            if _STAGE.fullmatch(entry.name) and entry.is_dir(follow_symlinks=False):
+            if _FOLDER_NAME.fullmatch(entry.name) and entry.is_dir(follow_symlinks=False):
                 _remove_if_stale(Path(entry.path))
 
 
-def _locked(place: Path, name: str) -> tuple[Path, int]:
-    """A new private folder and its lock; another process may take it for a stale one meanwhile."""
+def _new_locked_folder(place: Path, name: str) -> tuple[Path, int]:
+    """A new private folder and the descriptor of its lock file. Creation is repeated if another
+    process removes the folder as stale before it is locked."""
     for _ in range(_ATTEMPTS):
-        folder = place / f".{name[:_NAME_SHOWN]}.{secrets.token_hex(4)}{SUFFIX}"
+        folder = place / f".{name[:_NAME_LENGTH]}.{secrets.token_hex(4)}{SUFFIX}"
         folder.mkdir(mode=0o700)
         try:
             lock = os.open(folder / _LOCK, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600)
@@ -84,15 +81,15 @@ def _locked(place: Path, name: str) -> tuple[Path, int]:
         except OSError:
             shutil.rmtree(folder, ignore_errors=True)
             raise
-        if _lock(lock) and (folder / _LOCK).exists():
+        if _acquire(lock) and (folder / _LOCK).exists():
             os.write(lock, f"{os.getpid()}\n".encode())
             return folder, lock
         os.close(lock)
     raise OSError(0, f"cannot make a folder in {place}")
 
 
-def _lock(file: int) -> bool:
-    """Whether the lock is ours; file systems without locks give it to anyone who makes a file."""
+def _acquire(file: int) -> bool:
+    """Lock a file; False if another process holds the lock, True on file systems without locks."""
     if fcntl is None:
         return True
     try:
@@ -109,75 +106,75 @@ def _remove_if_stale(folder: Path) -> None:
         lock = os.open(folder / _LOCK, os.O_RDWR)
     except FileNotFoundError:
         with contextlib.suppress(OSError):
-            folder.rmdir()  # empty: its process died between two lines
+            folder.rmdir()  # empty if the process died before it created the lock file
         return
-    except OSError:  # somebody else's
+    except OSError:  # another user's folder
         return
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         shutil.rmtree(folder, ignore_errors=True)
-    except OSError:  # its process lives, or nobody can tell
+    except OSError:  # its process is running, or the file system has no locks
         pass
     finally:
         os.close(lock)
 
 
 PathLike = str | os.PathLike[str]
-SEAL = "summary.json"  # says that a folder of results is whole: first to go, last to come
+COMPLETION_MARK = "summary.json"  # removed first and written last: shows that results are complete
 
 
 @contextlib.contextmanager
 def atomic_file(path: PathLike) -> Iterator[Path]:
-    """Yield a name with the suffix of ``path``; what is there moves to ``path`` in the end.
+    """Yield the path of a temporary file, which is renamed to ``path`` when the block ends.
 
-    Whatever goes wrong inside (full disk, Ctrl-C, a bug), an older file stays as it was and nothing
-    else is left. Errors of the operating system become a one-line `FlexgearError`. A link is
-    followed; InputError for a folder or a device.
+    The temporary file has the suffix of ``path``. If the block fails (full disk, Ctrl-C, a bug), an
+    older file at ``path`` remains unchanged and no other file remains. Links are followed. Raises
+    FlexgearError for errors of the operating system, InputError if ``path`` is a folder or device.
     """
     target = file_target(path)
     try:
-        with _made(target.parent), private_folder(target.parent, target.name) as stage:
+        with _existing(target.parent), private_folder(target.parent, target.name) as stage:
             draft = stage / target.name
             yield draft
-            _to_disk(draft)
-            _finish(stage, draft, target, lambda: os.replace(draft, target))
+            _flush_to_disk(draft)
+            _move_into_place(stage, draft, target, lambda: os.replace(draft, target))
     except OSError as error:
         raise FlexgearError(f"cannot write {target}: {reason(error)}") from error
 
 
 def write_bytes(path: PathLike, data: bytes | memoryview) -> Path:
-    """``data`` as a file, which is there whole or not at all."""
+    """Write ``data`` to a file atomically; returns its path."""
     with atomic_file(path) as draft, draft.open("wb") as file:
         file.write(data)
     return Path(path)
 
 
 def write_json(path: PathLike, data: Mapping[str, Any]) -> Path:
-    """``data`` as indented JSON; NaN and infinity are refused, JSON has no word for them."""
+    """Write ``data`` as indented JSON; ValueError for NaN and infinity, which JSON cannot hold."""
     text = json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False)
-    odd_names_too = "backslashreplace"  # of files, and as JSON writes them
-    return write_bytes(path, (text + "\n").encode(errors=odd_names_too))
+    # names of files may hold bytes that are no UTF-8
+    return write_bytes(path, (text + "\n").encode(errors="backslashreplace"))
 
 
 @contextlib.contextmanager
 def staged_folder(
     path: PathLike, outdated: Callable[[Path], Iterable[Path]] = lambda folder: ()
 ) -> Iterator[Path]:
-    """Yield an empty folder; what is in it moves to the folder ``path`` when the block ends.
+    """Yield an empty folder, whose files are moved to the folder ``path`` when the block ends.
 
-    Files of the same name are replaced, and so are those that ``outdated`` names in ``path``; the
-    rest stays. Whatever goes wrong inside (Ctrl-C, a full disk) or while files move, ``path`` stays
-    as it was and nothing is left of the stage. A process that is killed while files move leaves
-    ``path`` without the file ``SEAL``, so that two sets of results never pass for one. That the
-    device takes files and renames them is tried first. A folder that exists is staged within
-    itself: it may be the root of a mounted device.
+    Files of the same name in ``path`` are replaced, files that ``outdated(path)`` returns are
+    removed, and all others remain. If the block or the moving fails, ``path`` remains unchanged. A
+    process that is killed while it moves files leaves ``path`` without the file COMPLETION_MARK, so
+    that a mixture of two sets of results is recognised. Writing and renaming on the device are
+    tested before the block runs. The staging folder of an existing folder is created inside it,
+    because the folder may be the root of a mounted device.
     """
     target = folder_target(path)
     place = target if target.is_dir() else target.parent
-    _tidy(target)
+    _remove_stale_of(target)
     with contextlib.ExitStack() as stack:
         try:
-            stack.enter_context(_made(place))
+            stack.enter_context(_existing(place))
             stage = stack.enter_context(private_folder(place, target.name))
             _try_rename(stage)
             files = stage / "files"
@@ -185,22 +182,24 @@ def staged_folder(
         except OSError as error:
             raise FlexgearError(f"cannot write to {target}: {reason(error)}") from error
         yield files
-        _finish(stage, files, target, lambda: _move(files, target, stage / "replaced", outdated))
+        replaced = stage / "replaced"
+        _move_into_place(stage, files, target, lambda: _move(files, target, replaced, outdated))
 
 
 def try_file(path: PathLike) -> None:
-    """FlexgearError, or InputError, if the file ``path`` could not be written now."""
+    """Raise FlexgearError or InputError if the file ``path`` cannot be written at present."""
     target = file_target(path)
-    _tidy(target)
+    folder = target.parent
+    _remove_stale_of(target)
     try:
-        with _made(target.parent, for_good=False), private_folder(target.parent, target.name) as s:
-            _try_rename(s)
+        with _existing(folder, permanent=False), private_folder(folder, target.name) as stage:
+            _try_rename(stage)
     except OSError as error:
         raise FlexgearError(f"cannot write {target}: {reason(error)}") from error
 
 
 def file_target(path: PathLike) -> Path:
-    """The file that ``path`` means, links followed; InputError if it can be none."""
+    """The path of an output file with links resolved; InputError if it cannot be a file."""
     mode = _mode(path)
     if mode is not None and not stat.S_ISREG(mode):
         what = "a folder" if stat.S_ISDIR(mode) else "a device or pipe"
@@ -212,7 +211,7 @@ def file_target(path: PathLike) -> Path:
 
 
 def folder_target(path: PathLike) -> Path:
-    """The folder that ``path`` means, links followed; InputError if it can be none."""
+    """The path of an output folder with links resolved; InputError if it cannot be a folder."""
     mode = _mode(path)
     if not str(path) or (mode is not None and not stat.S_ISDIR(mode)):
         what = "is a file" if str(path) else "names no folder"
@@ -221,7 +220,7 @@ def folder_target(path: PathLike) -> Path:
 
 
 def _mode(path: PathLike) -> int | None:
-    """Kind of an existing file or folder; None without one."""
+    """The st_mode of a file or folder, None if it does not exist; InputError for a wrong path."""
     try:
         return os.stat(path).st_mode
     except FileNotFoundError:
@@ -235,35 +234,33 @@ def _mode(path: PathLike) -> int | None:
 
 
 @contextlib.contextmanager
-def _made(folder: Path, for_good: bool = True) -> Iterator[None]:
-    """``folder`` and its parents exist in the block; those made here are removed if it fails.
-
-    for_good: keep them after a block that succeeds; else they are removed in any case.
-    """
-    missing = [p for p in (folder, *folder.parents) if not p.exists()]
+def _existing(folder: Path, permanent: bool = True) -> Iterator[None]:
+    """Create ``folder`` and its parents for the block; remove those created here if it fails.
+    permanent: whether they remain after a block that succeeds."""
+    created = [p for p in (folder, *folder.parents) if not p.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
         yield
-        if for_good:
-            missing = []
+        if permanent:
+            created = []
     finally:
-        with contextlib.suppress(OSError):  # finished work may lie there
-            for folder_made in missing:
-                folder_made.rmdir()
+        with contextlib.suppress(OSError):  # a folder with finished work is not empty
+            for each in created:
+                each.rmdir()
 
 
-def _tidy(target: Path) -> None:
-    """Remove what dead processes left in and beside ``target``."""
+def _remove_stale_of(target: Path) -> None:
+    """Remove the staging folders that ended processes left in and beside ``target``."""
     remove_stale(target.parent)
     if target.is_dir():
         remove_stale(target)
 
 
 def _try_rename(stage: Path) -> None:
-    """OSError where a file of the stage cannot be renamed to a place beside the stage."""
+    """Raise OSError if a file in the staging folder cannot be renamed to a path beside it."""
     inside, beside = stage / "tried", stage.with_suffix(".tried")
     inside.write_bytes(b"flexgear\n")
-    _to_disk(inside)
+    _flush_to_disk(inside)
     try:
         os.replace(inside, beside)
     finally:
@@ -271,37 +268,41 @@ def _try_rename(stage: Path) -> None:
         inside.unlink(missing_ok=True)
 
 
-def _to_disk(path: Path) -> None:
+def _flush_to_disk(path: Path) -> None:
     with open(path, "r+b") as file:
         os.fsync(file.fileno())
 
 
-def _finish(stage: Path, work: Path, target: Path, move: Callable[[], None]) -> None:
-    """Move finished work into place; where that fails it stays where it is, and the error names the
-    place."""
+def _move_into_place(stage: Path, work: Path, target: Path, move: Callable[[], None]) -> None:
+    """Move finished work to ``target`` by ``move``. If that fails, the staging folder is kept
+    permanently and FlexgearError names the work in it."""
     try:
-        with _undisturbed():
+        with _deferred_signals():
             move()
     except OSError as error:
-        keep(stage)
+        (stage / _LOCK).unlink(missing_ok=True)
         raise FlexgearError(
             f"cannot write to {target}: {reason(error)}; the finished work is kept as {work}"
         ) from error
 
 
 def _move(
-    files: Path, target: Path, attic: Path, outdated: Callable[[Path], Iterable[Path]]
+    files: Path, target: Path, replaced: Path, outdated: Callable[[Path], Iterable[Path]]
 ) -> None:
-    """Move everything in ``files`` to ``target``, by one rename if that does not exist; replaced
-    files go to ``attic`` first, and come back where a file cannot be moved."""
+    """Move all files of the folder ``files`` to ``target``, by one rename if it does not exist.
+
+    Replaced and outdated files are moved to the folder ``replaced`` first, and are moved back if
+    any file cannot be moved.
+    """
     if not target.exists():
         os.rename(files, target)
         return
     new = [f.relative_to(files) for f in files.rglob("*") if f.is_file()]
     old = {f.relative_to(target) for f in outdated(target)}
     old |= {name for name in new if (target / name).is_file()}
-    steps = [(target / name, attic / name) for name in sorted(old, key=_sealed, reverse=True)]
-    steps += [(files / name, target / name) for name in sorted(new, key=_sealed)]
+    last = sorted(old, key=_writing_order, reverse=True)
+    steps = [(target / name, replaced / name) for name in last]
+    steps += [(files / name, target / name) for name in sorted(new, key=_writing_order)]
     done: list[tuple[Path, Path]] = []
     try:
         for source, place in steps:
@@ -310,7 +311,7 @@ def _move(
             done.append((source, place))
     except OSError:
         for source, place in reversed(done):
-            with contextlib.suppress(OSError):  # what is left is in the stage, which stays
+            with contextlib.suppress(OSError):  # the staging folder, which is kept, has the file
                 os.replace(place, source)
         raise
     for folder in {target / name.parent for name in old} - {target}:
@@ -318,38 +319,39 @@ def _move(
             folder.rmdir()
 
 
-def _sealed(name: Path) -> tuple[bool, str]:
-    """Order in which files come: the seal last."""
-    return name == Path(SEAL), str(name)
+def _writing_order(name: Path) -> tuple[bool, str]:
+    """Sort key of files in the order of their writing, COMPLETION_MARK last."""
+    return name == Path(COMPLETION_MARK), str(name)
 
 
 @contextlib.contextmanager
-def _undisturbed() -> Iterator[None]:
-    """Signals that stop a run are heard after the block, which takes no time."""
-    heard: list[int] = []
-    before = {}
+def _deferred_signals() -> Iterator[None]:
+    """Defer the signals that stop a run until the block, which is short, has ended."""
+    received: list[int] = []
+    handlers = {}
     if threading.current_thread() is threading.main_thread():
-        for number in (getattr(signal, n) for n in STOPPING if hasattr(signal, n)):
+        for number in (getattr(signal, n) for n in STOP_SIGNALS if hasattr(signal, n)):
             if callable(signal.getsignal(number)):
-                before[number] = signal.signal(number, lambda n, _: heard.append(n))
+                handlers[number] = signal.signal(number, lambda n, _: received.append(n))
     try:
         yield
     finally:
-        for number, handler in before.items():
+        for number, handler in handlers.items():
             signal.signal(number, handler)
-        for number in heard:
+        for number in received:
             signal.raise_signal(number)
 
 
 def reason(error: OSError) -> str:
-    """Message of the system, with the remedy where there is an obvious one."""
+    """The operating system's message, with a remedy if the disk is full."""
     text = error.strerror or str(error)
     full = error.errno in (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
     return f"{text}; free some space or choose another folder" if full else text
 
 
 def plain(value: Any) -> Any:
-    """Mappings, lists, text and Python numbers only, from numpy and xarray values."""
+    """A value as JSON can hold it: numpy and xarray values as lists and Python numbers. Raises
+    FlexgearError for a value of another type."""
     if isinstance(value, Mapping):
         return {str(k): plain(v) for k, v in value.items()}
     if hasattr(value, "to_numpy"):
@@ -362,4 +364,4 @@ def plain(value: Any) -> Any:
         return [plain(v) for v in value]
     if value is None or isinstance(value, (str, bool, int, float)):
         return value
-    raise FlexgearError(f"a summary cannot hold a {type(value).__name__}")
+    raise FlexgearError(f"JSON cannot hold a {type(value).__name__}")

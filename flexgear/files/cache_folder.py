@@ -1,4 +1,4 @@
-"""Where flexgear keeps what is expensive to make."""
+"""The cache folder, which holds reduced bodies and other results that are expensive to compute."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def cache_directory() -> Path:
-    """$FLEXGEAR_CACHE, else flexgear's folder in the platform's cache directory."""
+    """The folder in $FLEXGEAR_CACHE, else flexgear's folder in the platform's cache directory."""
     chosen = os.environ.get("FLEXGEAR_CACHE")
     if chosen:
         return Path(chosen)

@@ -1,5 +1,7 @@
-"""A case as TOML in which every key says where it comes from; the commented case of proposed
-stages, alone or in series: new_case.toml.j2 filled in.
+"""TOML text of cases in which a comment states the source of every key.
+
+``CaseText`` collects sections and keys of an imported case. ``new_case_text`` fills the template
+new_case.toml.j2 with proposed stages, alone or in series.
 """
 
 from __future__ import annotations
@@ -20,13 +22,13 @@ from flexgear.gears.sizing import FLANK_LIMIT, FORM_FACTOR, LOAD_FACTOR, ROOT_LI
 from flexgear.model.units import RPM
 
 Value = float | int | str | bool | list[float] | list[str]
-_KEPT = ("[stages.carrier]",)  # sections that a case needs though nothing stands in them
-COLUMN = 42  # of the comments
+_EMPTY_SECTIONS = ("[stages.carrier]",)  # written without keys, since a case needs them
+_COMMENT_COLUMN = 42
 
 
 @dataclass(frozen=True)
 class Datum:
-    """A number of a file and its source, for the comment."""
+    """A number read from a file, and a description of its source for the comment."""
 
     value: float
     source: str
@@ -34,23 +36,23 @@ class Datum:
 
 @dataclass
 class Section:
-    """One table of TOML: its header, "" for the top of the file, and its keys."""
+    """One TOML table: its header ("" at the top of the file) and lines of key, value, comment."""
 
     header: str
     lines: list[tuple[str, Value, str]] = field(default_factory=list)
 
     def put(self, key: str, value: Value, why: str) -> None:
-        """Append a key with its value and the reason for it."""
+        """Append a key with its value and the comment that states its source."""
         self.lines.append((key, value, why))
 
     def take(self, key: str, datum: Datum | None) -> bool:
-        """Append a key that a file gives; returns whether it does."""
+        """Append a key if ``datum`` is not None; returns whether it was appended."""
         if datum is not None:
             self.put(key, datum.value, datum.source)
         return datum is not None
 
     def is_below(self, other: Section) -> bool:
-        """Whether its table is one inside the other's."""
+        """Whether this table is nested in the table of another section."""
         return self.header.lstrip("[").startswith(f"{other.header.strip('[]')}.")
 
     def holds(self, key: str) -> bool:
@@ -62,24 +64,25 @@ class Section:
         rows = [self.header] if self.header else []
         for key, value, why in self.lines:
             line = f"{key} = {toml(value)}"
-            rows.append(f"{line:<{COLUMN}}# {_printable(why)}" if why else line)
+            rows.append(f"{line:<{_COMMENT_COLUMN}}# {_printable(why)}" if why else line)
         return "\n".join(rows) + "\n"
 
 
 @dataclass
 class CaseText:
-    """Sections in their order, and what was assumed or needs an eye: each in one sentence.
-
-    stage: name of the one that is being written.
-    """
+    """Sections of a case in their order, and one sentence for each assumption or warning. stage:
+    name of the stage that is being written."""
 
     sections: list[Section] = field(default_factory=list)
     assumed: list[str] = field(default_factory=list)
     stage: str = ""
 
     def section(self, header: str, behind: Section | None = None) -> Section:
-        """A new section: behind another one and those below that, or behind those of the table it
-        belongs to, if the last stage has such."""
+        """Insert and return a new section.
+
+        With ``behind`` it follows that section and the sections nested in it. Otherwise it follows
+        the last section of its parent table in the current stage, or all sections if there is none.
+        """
         section, place = Section(header), len(self.sections)
         if behind is not None:
             place = next(k for k, earlier in enumerate(self.sections) if earlier is behind) + 1
@@ -99,7 +102,7 @@ class CaseText:
         return section
 
     def assume(self, section: Section, key: str, value: Value, why: str) -> None:
-        """Append a key that the file does not give, and list the assumption."""
+        """Append a key with an assumed value, and add the assumption to ``assumed``."""
         section.put(key, value, f"assumed: {why}")
         place = section.header.strip("[]").replace("stages", f"stages.{self.stage}", 1)
         self.assumed.append(f"{f'{place}.' if place else ''}{key} = {toml(value)}: {why}")
@@ -107,7 +110,10 @@ class CaseText:
     def take(
         self, section: Section, key: str, datum: Datum | None, usual: float, why: str
     ) -> float:
-        """Append a key with the value of a file, or else the usual one; returns the value."""
+        """Append a key with the value of ``datum``, or the assumed value ``usual`` if it is None.
+
+        Returns the value.
+        """
         if datum is None:
             self.assume(section, key, usual, why)
             return usual
@@ -115,17 +121,17 @@ class CaseText:
         return datum.value
 
     def warn(self, text: str) -> None:
-        """List something of the file that does not fit, and what was done about it."""
+        """Add a sentence about a contradiction in the file and how it was resolved."""
         self.assumed.append(text)
 
     def text(self) -> str:
-        """The TOML without what stands above and below it."""
-        return "\n".join(s.text() for s in self.sections if s.lines or s.header in _KEPT)
+        """The sections as TOML."""
+        return "\n".join(s.text() for s in self.sections if s.lines or s.header in _EMPTY_SECTIONS)
 
 
 def toml(value: Value) -> str:
-    """A value as TOML; floats with all their digits, large and small ones with an exponent, others
-    that are whole without a point."""
+    """A value as TOML. Floats have all their digits: below 1e-4 and from 1e6 on with an exponent,
+    otherwise without a decimal point if they are integers."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, (int, str)):
@@ -138,7 +144,7 @@ def toml(value: Value) -> str:
 
 
 def commented(lines: list[str]) -> str:
-    """Lines as comments; what cannot be printed is left out."""
+    """Lines as TOML comments; unprintable characters become blanks."""
     return "".join(f"# {_printable(line)}".rstrip() + "\n" for line in lines)
 
 
@@ -146,7 +152,7 @@ def _printable(text: str) -> str:
     return "".join(c if c.isprintable() else " " for c in text)
 
 
-SIDES = {  # side of the carrier's flange, of the ring's bolts, of the sun's shaft
+_SIDES = {  # of the stage, at which carrier flange, ring bolts and sun shaft are
     "planetary": {"flange": "-z", "bolts": "-z", "shaft": "+z"},
     "star": {"flange": "-z", "bolts": "+z", "shaft": "-z"},
     "solar": {"flange": "-z", "bolts": "+z", "shaft": "+z"},
@@ -155,8 +161,8 @@ SIDES = {  # side of the carrier's flange, of the ring's bolts, of the sun's sha
 
 @dataclass(frozen=True)
 class Rated:
-    """Torque (N m) and speed (rad/s) of the driving end of stages in series: the slow member of the
-    first, or at_sun the fast member of the last."""
+    """Rated torque (N m) and speed (rad/s) of the driving member of stages in series. The driving
+    member is the slow member of the first stage, with at_sun the fast member of the last stage."""
 
     torque: float
     speed: float
@@ -164,8 +170,8 @@ class Rated:
 
 
 def new_case_text(stages: Sequence[Proposal], rated: Rated) -> str:
-    """The case of stages in series, the slowest first: the fast member of each is joined to the
-    slow one of the next."""
+    """TOML text of a case with stages in series, the slowest first. The fast member of each stage
+    is joined to the slow member of the next stage."""
     several = len(stages) > 1
     names = [f"stage_{k}" for k in range(1, len(stages) + 1)] if several else ["stage"]
     sections = [_stage(n, p, several) for n, p in zip(names, stages, strict=True)]
@@ -182,19 +188,19 @@ def new_case_text(stages: Sequence[Proposal], rated: Rated) -> str:
         torque=f"{rated.torque:.6g} N m",
         kinds=f"{kinds} stage{'s' * several}",
     )
-    return _laid_out(text)
+    return _formatted(text)
 
 
 def _stage(name: str, p: Proposal, several: bool) -> dict[str, Any]:
-    """Values of the template for a stage. arm: of rows of rollers from their middle, m;
-    tooth_error: of single teeth, µm."""
+    """Template variables of a stage. arm: distance of the roller rows from the middle of the gear,
+    m. tooth_error: pitch error of a single tooth, µm."""
     support = around.ring_support(p)
     return {
         "name": name,
         "table": "stages" if several else "stage",
         "proposal": p,
         "kind": p.request.kind,
-        "sides": SIDES[p.request.arrangement],
+        "sides": _SIDES[p.request.arrangement],
         "carrier": around.carrier_size(p),
         "support": support,
         "bolted": isinstance(support, around.Bolting),
@@ -206,12 +212,12 @@ def _stage(name: str, p: Proposal, several: bool) -> dict[str, Any]:
 
 
 def _port(stage: dict[str, Any], part: str, inertia: float) -> dict[str, Any]:
-    """The port at a member of a stage; inertia: added to the member, kg m²."""
+    """Template variables of the port at a member; inertia is added to the member, kg m²."""
     return {"member": f"{stage['name']}.{part}", "part": part, "stage": stage, "inertia": inertia}
 
 
 def _rounded(value: float, digits: int = 3) -> str:
-    """A number as TOML with ``digits`` digits."""
+    """A number as TOML with ``digits`` significant digits."""
     return toml(float(f"{value:.{digits}g}"))
 
 
@@ -226,12 +232,12 @@ def _template() -> Template:
     return environment.from_string((files(__package__) / "new_case.toml.j2").read_text("utf-8"))
 
 
-def _laid_out(text: str) -> str:
-    """Comments behind keys in one column, an empty line below the head and before every section."""
+def _formatted(text: str) -> str:
+    """The text with aligned comments, and an empty line below the head and above each section."""
     lines: list[str] = []
     for line in filter(str.strip, text.splitlines()):
         key, sign, why = line.partition("  # ")
         begins = line[0] == "[" or (line[0] != "#" and lines[-1][0] == "#")
         above = "\n" if begins else ""
-        lines.append(f"{above}{key:<{COLUMN}}# {why}" if sign else f"{above}{line}")
+        lines.append(f"{above}{key:<{_COMMENT_COLUMN}}# {why}" if sign else f"{above}{line}")
     return "\n".join(lines) + "\n"

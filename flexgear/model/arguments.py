@@ -1,5 +1,4 @@
-"""What a user hands to a public function: of the wrong type it is one clear line, not a traceback
-from somewhere inside."""
+"""Type checks of the arguments of public functions, with InputError in place of tracebacks."""
 
 from __future__ import annotations
 
@@ -25,13 +24,13 @@ from pydantic import (
 from flexgear.model.errors import InputError, echo
 
 F = TypeVar("F", bound=Callable[..., Any])
-Numbers = ArrayLike  # one, or a sequence of them
+Numbers = ArrayLike  # a number or a sequence of numbers
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Count = Annotated[int, Field(ge=1)]
 
 
 def _numbers(value: object) -> object:
-    """Any array that holds numbers and nothing else."""
+    """The argument if it is a number or an array of numbers; ValueError otherwise."""
     array = np.asarray(value)
     if array.dtype.kind not in "iuf" or not array.size:
         raise ValueError
@@ -39,7 +38,7 @@ def _numbers(value: object) -> object:
 
 
 def _sequence(value: object) -> object:
-    """A number, or an array (n,) of numbers, NaN not among them."""
+    """The argument if it is a number or an array (n,) without NaN; ValueError otherwise."""
     array = np.asarray(_numbers(value), dtype=float)
     if array.ndim > 1 or np.isnan(array).any():
         raise ValueError
@@ -47,14 +46,13 @@ def _sequence(value: object) -> object:
 
 
 def _number(value: object) -> object:
-    """The argument, if it is a number and not NaN. ValueError for text, also "3", and for True and
-    False, which Python takes for numbers."""
+    """The argument if it is a number; ValueError for NaN, text and booleans."""
     if isinstance(value, str | bytes | bool) or value != value:
         raise ValueError
     return value
 
 
-_TYPES = {  # by their names in annotations
+_TYPES = {  # by name in annotations
     "ArrayLike": Annotated[Any, PlainValidator(_numbers)],
     "Numbers": Annotated[Any, PlainValidator(_sequence)],
     "float": Annotated[float, BeforeValidator(_number)],
@@ -64,21 +62,21 @@ _TYPES = {  # by their names in annotations
     "Positive": Annotated[Positive, BeforeValidator(_number)],
     "Count": Annotated[Count, BeforeValidator(_number)],
 }
-_TO_GIVE = {  # in a complaint
+_DESCRIPTIONS = {  # of types, in messages
     "ArrayLike": "a number or an array of numbers",
     "Numbers": "a number or a sequence of numbers",
     "Positive": "a number above zero",
     "Count": "a whole number above zero",
-    "Progress": "a function of a stage of the work and the share of it that is done",
+    "Progress": "a function of the name of a step and the share of it that is done",
 }
-_ARGUMENTS = {"speed_range": "speeds", "torque_range": "torques"}  # by the option of a command
+_ARGUMENTS = {"speed_range": "speeds", "torque_range": "torques"}  # by command-line option
 
 
 def checked(function: F) -> F:
-    """The function with its arguments checked by pydantic against the types of its signature.
+    """Decorator that checks the arguments of a function against the types of its signature.
 
-    InputError names the function and the first argument that is unknown or of another type. A fault
-    that names an option of a command is raised with the argument of that name instead.
+    InputError names the function and the first argument that is unknown or of a wrong type. In an
+    InputError about a command-line option, the argument of that name replaces the option.
     """
     parameters = inspect.signature(function).parameters
     place = f"flexgear.{function.__qualname__}()"
@@ -86,7 +84,7 @@ def checked(function: F) -> F:
     @wraps(function)
     def called(*args: Any, **kwargs: Any) -> Any:
         try:
-            _acceptance(function)(*args, **kwargs)
+            _argument_validator(function)(*args, **kwargs)
         except ValidationError as fault:
             raise _wrong_argument(place, parameters, fault.errors()[0]) from None
         try:
@@ -104,15 +102,15 @@ def checked(function: F) -> F:
 
 
 @cache
-def _acceptance(function: Callable[..., Any]) -> Callable[..., None]:
-    """What takes the arguments of a function and raises ValidationError of those of other types."""
+def _argument_validator(function: Callable[..., Any]) -> Callable[..., None]:
+    """A function with the same signature that raises ValidationError for wrong arguments."""
     signature, classes = inspect.signature(function), _Classes(function.__globals__)
 
     def accept(*args: Any, **kwargs: Any) -> None:
-        """Nothing is done with them."""
+        """Do nothing: pydantic checks the arguments."""
 
     accept.__annotations__ = {
-        name: eval(parameter.annotation, {}, classes)  # of flexgear's own source
+        name: eval(parameter.annotation, {}, classes)  # annotations in the source of flexgear
         for name, parameter in signature.parameters.items()
         if name != "self"
     }
@@ -121,8 +119,8 @@ def _acceptance(function: Callable[..., Any]) -> Callable[..., None]:
 
 
 class _Classes(dict[str, Any]):
-    """What names in annotations stand for: objects of flexgear are instances of their classes, not
-    data to make them from; of a class that a module imports for type checkers alone, its name."""
+    """Types by name in annotations. Arguments of flexgear's classes must be instances. Classes that
+    a module imports only for type checkers are compared by name."""
 
     def __init__(self, names: dict[str, Any]) -> None:
         super().__init__(vars(builtins) | names | _TYPES)
@@ -136,14 +134,14 @@ class _Classes(dict[str, Any]):
 
 
 def _require_class(name: str, value: object) -> object:
-    """The value if a class of that name is among those that it is an instance of."""
+    """The value if its class or a base class has this name; ValueError otherwise."""
     if name not in {c.__name__ for c in type(value).__mro__}:
         raise ValueError
     return value
 
 
 def _wrong_argument(place: str, parameters: Any, line: Any) -> InputError:
-    """The complaint of a ValidationError of a call."""
+    """The InputError for one line of a call's ValidationError."""
     names, argument = list(parameters), line["loc"][0]
     if line["type"].endswith(("_argument", "_argument_values")):
         problem = f"{line['msg'].lower()} {argument}"
@@ -152,7 +150,7 @@ def _wrong_argument(place: str, parameters: Any, line: Any) -> InputError:
     if isinstance(argument, int):
         argument = names[min(argument, len(names) - 1)]
     hint = parameters.get(argument, parameters[names[-1]]).annotation.replace(" | None", " or None")
-    for name, remedy in _TO_GIVE.items():
+    for name, remedy in _DESCRIPTIONS.items():
         hint = hint.replace(name, remedy)
     fault = "not positive" if line["type"].startswith("greater_than") else "of the wrong type"
     problem = f"{echo(line['input'])} is {fault}"

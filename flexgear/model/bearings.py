@@ -44,7 +44,7 @@ class Rollers(Section):
 
     @property
     def places(self) -> tuple[float, ...]:
-        """Middles of the rows along the axis, from the bearing's middle, m."""
+        """Axial positions of the rows from the middle of the bearing, m."""
         middle = 0.5 * (self.rows - 1)
         return tuple(self.spacing * (j - middle) for j in range(self.rows))
 
@@ -54,11 +54,8 @@ class Springs(Section):
 
     radial: across the axis, x and y. radial_x, radial_y: in place of radial in one direction.
     axial: along the axis. tilt: about x and y. tilt_x, tilt_y: in place of tilt about one axis.
-    torsion: about the axis. full: symmetric 6 x 6 matrix that replaces all of them.
-
-    Rows and columns of ``matrix``: ux, uy, uz (m), rx, ry, rz (rad). ``radial`` holds for both
-    radial directions and ``tilt`` for both tilts unless one of them has its own key. A symmetric 6
-    x 6 list ``full_si`` replaces all of them.
+    torsion: about the axis. full: symmetric 6 x 6 matrix that replaces all other keys; rows and
+    columns are ux, uy, uz (m), rx, ry, rz (rad).
     """
 
     radial: Stiffness = Field(default=0.0, ge=0.0, le=1e14)
@@ -73,7 +70,7 @@ class Springs(Section):
 
     @property
     def stiffness(self) -> tuple[float, float, float, float, float, float]:
-        """The diagonal of ``matrix``: N/m three times, N m/rad three times."""
+        """Diagonal of ``matrix``: three values in N/m, three in N m/rad."""
         if self.full is not None:
             d = np.diag(np.array(self.full))
             return (d[0], d[1], d[2], d[3], d[4], d[5])
@@ -106,14 +103,14 @@ class Springs(Section):
 
 
 def at_height(z: float) -> NDArray[np.float64]:
-    """Motion (6, 6) of a point at z on the axis of a body from that of its node."""
-    out = np.eye(6)
-    out[0, 4], out[1, 3] = z, -z
-    return out
+    """Matrix (6, 6) from the motion of a body's node to that of a point at z (m) on its axis."""
+    transform = np.eye(6)
+    transform[0, 4], transform[1, 3] = z, -z
+    return transform
 
 
 class Dampers(Section):
-    """Viscous dampers beside the springs of a bearing, F = c δ̇.
+    """Viscous dampers parallel to the springs of a bearing, F = c δ̇.
 
     radial: across the axis, x and y. axial: along the axis. tilt: about x and y. torsion: about the
     axis, against its whole rotation: a drag torque.
@@ -126,26 +123,26 @@ class Dampers(Section):
 
     @property
     def coefficients(self) -> tuple[float, ...]:
-        """Along and about x, y, z: N s/m three times, N m s/rad three times."""
+        """Damping along and about x, y, z: three values in N s/m, three in N m s/rad."""
         return (self.radial, self.radial, self.axial, self.tilt, self.tilt, self.torsion)
 
 
 class RollingElements(Section):
     """Rolling elements of one bearing, for the load in every row (ISO/TS 16281).
 
-    Keys that ``rollers`` of the same bearing has are left out here.
+    Keys that are in ``rollers`` of the same bearing are left out here.
 
-    count: of a row; rows: of one bearing; spacing: between the middles of neighbouring rows, also
-    of neighbouring bearings; their middle is at z of the bearing. diameter: D_w of balls, D_we of
-    rollers. pitch_diameter: D_pw of the circle of their centres. length: L_we, effective length of
-    rollers. clearance: radial gap on every side (half of the radial internal clearance), in
-    operation. contact_angle: nominal; of several rows half face one way, half the other, and a
-    single row is loaded by thrust along +z.
-    arrangement: contact lines meet the axis outside of the rows ("O") or between them ("X").
-    profile: of rollers, see below. drops: of a profile by a table, at equal steps from the middle
-    of the roller to its end. edge_stress: whether lives include the stress concentration at the
-    ends of rollers, a factor of the standard on the loads of laminae. inner_groove, outer_groove:
-    groove radius over ball diameter.
+    count: elements of a row; rows: number of rows of one bearing; spacing: between the middles of
+    neighbouring rows, also of neighbouring bearings; the rows are symmetric about z of the bearing.
+    diameter: D_w of balls, D_we of rollers. pitch_diameter: D_pw of the circle of their centres.
+    length: L_we, effective length of rollers. clearance: radial gap on every side (half of the
+    radial internal clearance) in operation. contact_angle: nominal; one half of several rows faces
+    +z and the other half -z, and a single row is loaded by thrust along +z. arrangement: contact
+    lines meet the axis outside of the rows ("O") or between them ("X"). profile: of rollers, see
+    below. drops: profile drops of a table, at equal steps from the middle of the roller to its end.
+    edge_stress: whether lives include the stress concentration at the ends of rollers, a factor of
+    the standard on the loads of laminae. inner_groove, outer_groove: groove radius over ball
+    diameter.
 
     logarithmic  that of ISO/TS 16281
     straight     none
@@ -173,11 +170,11 @@ class RollingElements(Section):
         if self.count is not None:
             chord = self.pitch_diameter * math.sin(math.pi / self.count)
             if self.diameter > chord:
-                problem = f"is too much: only {1e3 * chord:.4g} mm are there for each of them"
+                problem = f"is too large: each element has only {1e3 * chord:.4g} mm on the circle"
                 raise Refusal("diameter", problem, "correct it, count or pitch_diameter")
         if (self.profile == "table") != bool(self.drops):
             remedy = 'give both profile = "table" and drops, or neither'
-            raise Refusal("drops", "belongs to a profile by a table", remedy)
+            raise Refusal("drops", 'needs profile = "table"', remedy)
         if len(self.drops) == 1 or any(drop < 0 for drop in self.drops):
             raise Refusal("drops", "is no profile", "give two values or more, none negative")
 
@@ -290,7 +287,7 @@ class Bearing(Springs, Rolling):
         if self.rollers is not None and (min(self.stiffness[:2]) <= 0 or self.full is not None):
             raise Refusal(
                 "radial",
-                "is needed beside rollers: the stiffness of modes and of whatever is linear",
+                "is needed beside rollers: the stiffness in modes and other linear analyses",
                 "give radial, and no full matrix",
             )
         if self.clearance == 0:
@@ -302,20 +299,20 @@ class Bearing(Springs, Rolling):
             raise Refusal("clearance", "stands beside rollers", "give it as rollers.clearance")
         if self.full is not None and np.array(self.full)[:2, 2:].any():
             problem = "is a radial gap, but full couples radial motion with other directions"
-            raise Refusal("clearance", problem, "take one of the two out")
+            raise Refusal("clearance", problem, "delete one of the two")
 
 
 def _check_elements(bearing: Bearing) -> None:
-    """Refusal for elements that lack a size, or contradict ``rollers``."""
+    """Raise Refusal if ``elements`` lack a dimension, or contradict ``rollers``."""
     elements, rollers = bearing.elements, bearing.rollers
     if elements is None:
         return
     if bearing.rolling == "ball":
         distance = (elements.inner_groove + elements.outer_groove - 1) * elements.diameter
-        room = distance * math.cos(elements.contact_angle)
-        if (elements.clearance or 0.0) >= room:
-            problem = f"is no clearance in grooves whose centres are {1e3 * distance:.4g} mm apart"
-            raise Refusal("elements.clearance", problem, f"keep it below {1e3 * room:.4g} mm")
+        limit = distance * math.cos(elements.contact_angle)
+        if (elements.clearance or 0.0) >= limit:
+            problem = f"is too large for groove centres that are {1e3 * distance:.4g} mm apart"
+            raise Refusal("elements.clearance", problem, f"keep it below {1e3 * limit:.4g} mm")
     if rollers is None:
         several = (elements.rows or 1) * bearing.count > 1
         needed = {"count": True, "length": bearing.rolling == "roller", "spacing": several}
@@ -331,20 +328,21 @@ def _check_elements(bearing: Bearing) -> None:
         raise Refusal("rollers.rows", problem, "correct rows or count")
     for key in ("count", "rows", "spacing", "length", "clearance"):
         if getattr(elements, key) is not None:
-            raise Refusal(f"elements.{key}", "stands in rollers, too", "keep that in rollers")
+            raise Refusal(f"elements.{key}", "is given in rollers, too", "keep that in rollers")
 
 
 class Lubricant(Section):
     """Lubricant of the whole gearbox, for the rating of gears and bearings.
 
-    viscosity_40: kinematic viscosity at 40 °C (the number of an ISO VG class); viscosity_100: that
-    at 100 °C, from which that at any temperature follows; without it the viscosity index is taken
-    as 95. temperature: of the oil in contacts; operating_viscosity: kinematic viscosity there, in
-    place of the one from temperature. density: there, for the dynamic viscosity in journal
-    bearings. cleanliness: solid particles of oil in a circuit with a filter, by ISO 4406 (filters
-    of β_6 = 200, β_12 = 200, β_25 = 75, β_40 = 75 in this order); it gives, with the bearing's
-    size, the contamination factor e_C of ISO 281. contamination: e_C itself, in place of
-    cleanliness. With neither, bearings have their basic life only.
+    viscosity_40: kinematic viscosity at 40 °C (the number of an ISO VG class); viscosity_100:
+    kinematic viscosity at 100 °C, which determines it at other temperatures; a viscosity index of
+    95 is assumed if left out. temperature: of the oil in contacts; operating_viscosity: kinematic
+    viscosity at the operating temperature, in place of temperature. density: at the operating
+    temperature, for the dynamic viscosity in journal bearings. cleanliness: ISO 4406 code of solid
+    particles in an oil circuit with a filter (filters of β_6 = 200, β_12 = 200, β_25 = 75,
+    β_40 = 75 in this order); together with the bearing's size it determines the contamination
+    factor e_C of ISO 281. contamination: e_C itself, in place of cleanliness. Without both, only
+    the basic life of bearings is computed.
     """
 
     viscosity_40: Viscosity = Field(ge=1e-6, le=1e-2)
@@ -357,7 +355,7 @@ class Lubricant(Section):
 
     def _check(self) -> None:
         if self.viscosity_100 is not None and self.viscosity_100 >= self.viscosity_40:
-            problem = "is not below viscosity_40, but oil thins as it warms"
+            problem = "is not below viscosity_40, but viscosity decreases with temperature"
             raise Refusal("viscosity_100", problem, "correct one of them")
-        self._keep_one("operating_viscosity", "temperature", ", of which it follows")
-        self._keep_one("contamination", "cleanliness", ", of which it follows")
+        self._keep_one("operating_viscosity", "temperature", ", from which it follows")
+        self._keep_one("contamination", "cleanliness", ", from which it follows")

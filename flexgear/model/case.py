@@ -18,7 +18,7 @@ from flexgear.model.machine import TorqueHistory, check_machines
 from flexgear.model.member import CarrierMember, GearMember, Kinematics
 from flexgear.model.names import BodyName, Member, MemberName
 from flexgear.model.rating import Rating, check_rating
-from flexgear.model.read import Written, changed, is_place, nearest, numbered, of_only_stage
+from flexgear.model.read import Written, changed, is_index, nearest, numbered, of_only_stage
 from flexgear.model.section import Missing, Refusal, Section, raw_value
 from flexgear.model.sensor import Recorder, Sensor, check_sensors
 from flexgear.model.solver import Solver
@@ -30,22 +30,19 @@ from flexgear.model.units import Acceleration
 from flexgear.model.upgrade import refuse_earlier_key
 from flexgear.model.validation_errors import input_error
 
-_LONGEST = 100  # characters; a file name holds 255 bytes
+_MAX_NAME_LENGTH = 100  # characters, since a file name is limited to 255 bytes
 
 
 def check_case_name(name: str) -> None:
-    """Refusal of a name that can be no part of a file name, or would lead elsewhere."""
+    """Raise Refusal for a name that cannot be part of a file name, or contains a path."""
     bad = not name.isprintable() or any(sign in name for sign in '/\\:*?"<>|')
-    if bad or name != name.strip(" .") or not 0 < len(name) <= _LONGEST:
-        raise Refusal(
-            "name",
-            f"{echo(name)} cannot name a file of results",
-            f'give name = "…" of letters, digits, hyphens, at most {_LONGEST} of them',
-        )
+    if bad or name != name.strip(" .") or not 0 < len(name) <= _MAX_NAME_LENGTH:
+        remedy = f'give name = "…" of letters, digits, hyphens, at most {_MAX_NAME_LENGTH} of them'
+        raise Refusal("name", f"{echo(name)} cannot name a file of results", remedy)
 
 
 def check_case(case: Case) -> None:
-    """Names, ports and supports fit one another; Refusal otherwise."""
+    """Check names, ports and supports of a case against one another; raises Refusal."""
     _check_stage_names(case)
     _check_members(case)
     _check_ports(case)
@@ -63,28 +60,25 @@ def _check_stage_names(case: Case) -> None:
     seen: dict[str, int] = {}
     for k, stage in enumerate(case.stages):
         if stage.name in seen:
-            raise Refusal(
-                f"stages.{k}.name",
-                f"{echo(stage.name)} is also the name of stage {seen[stage.name] + 1}",
-                "give each stage its own name",
-            )
+            problem = f"{echo(stage.name)} is also the name of stage {seen[stage.name] + 1}"
+            raise Refusal(f"stages.{k}.name", problem, "give each stage a unique name")
         seen[stage.name] = k
 
 
 def _ports(case: Case) -> list[tuple[str, str]]:
-    """Keys and members of inputs and output."""
+    """Key and member of each input and the output."""
     ports = [(f"inputs.{k}.member", port.member) for k, port in enumerate(case.inputs)]
     return ports if case.output is None else [*ports, ("output.member", case.output.member)]
 
 
 def _joint_ends(case: Case) -> list[tuple[str, str]]:
-    """Keys and members of joints."""
+    """Key and member of each end of the joints."""
     ends = ("first", "second")
     return [(f"joints.{k}.{e}", getattr(j, e)) for k, j in enumerate(case.joints) for e in ends]
 
 
 def _check_members(case: Case) -> None:
-    """Every member that is named exists."""
+    """Raise Refusal for the name of a member that does not exist."""
     named = [(f"held.{k}", name) for k, name in enumerate(case.held)] + _ports(case)
     named += [(f"loads.{k}.member", load.member) for k, load in enumerate(case.loads)]
     members: list[str] = list(case.member_names())
@@ -94,7 +88,7 @@ def _check_members(case: Case) -> None:
 
 
 def _check_ports(case: Case) -> None:
-    """A member has one role."""
+    """Raise Refusal for a port that is another port, held or fixed, and for a fixed joint end."""
     seen: dict[str, str] = {}
     for key, name in _ports(case):
         if name in seen:
@@ -102,75 +96,72 @@ def _check_ports(case: Case) -> None:
         seen[name] = key
     for k, name in enumerate(case.held):
         if name in seen:
-            raise Refusal(
-                f"held.{k}", f"{name} is also {seen[name]}", "a held member is no port; drop one"
-            )
+            problem = f"{name} is also {seen[name]}"
+            raise Refusal(f"held.{k}", problem, "a held member is no port; delete one")
     for key, name in _ports(case) + _joint_ends(case):
         if case.kinematics_of(name) == "fixed":
             raise Refusal(key, f"{name} is fixed", 'choose another kinematics than "fixed"')
 
 
 def _check_held(case: Case) -> None:
-    """Held members have a support against rotation; others have one in free vibration only."""
+    """Raise Refusal for a held member without support against rotation, and a loaded member with
+    one."""
     held = case.held_members()
     for name in case.member_names():
         k, part = case.stage_index(name), name.part
         form, member = case.stages[k].form(part), case.member(name)
         if form == "fe":
-            continue  # its own supports, or the hub
-        needs_none = (
+            continue  # the supports of the FE body or its hub hold it
+        is_supported = (
             member.holds_rotation
-            or form == "beam"  # the shaft's end stands in the housing
+            or form == "beam"  # the spline of the shaft is connected to the housing
             or case.kinematics_of(name) == "fixed"
-            or (case.output is None and name in case.held)  # there is no torque to take
+            or (case.output is None and name in case.held)  # there is no torque
         )
-        if name in held and not needs_none:
-            raise Refusal(
-                f"stages.{k}.{part}.support.tangential",
-                f"is zero, so nothing takes the torque of the held {name}",
-                f'give it (or torsion), or {part}.kinematics = "fixed"',
-            )
+        if name in held and not is_supported:
+            problem = f"is zero, so nothing supports the torque of the held {name}"
+            remedy = f'give it (or torsion), or {part}.kinematics = "fixed"'
+            raise Refusal(f"stages.{k}.{part}.support.tangential", problem, remedy)
         if name not in held and member.holds_rotation and case.output is not None:
             at, support = next(x for x in member.supports.items() if x[1].holds_rotation)
             key = "tangential" if support.tangential > 0 else "torsion"
             raise Refusal(
                 f"stages.{k}.{part}.{at}.{key}",
-                f"holds the rotation of {name}, which turns",
-                f'set it to zero, or name "{name}" in held (a case of free vibration, without '
+                f"prevents the rotation of {name}, which rotates",
+                f'set it to zero, or name "{name}" in held (only a case of free vibration, without '
                 "[output], may have it)",
             )
 
 
 def _check_behind_shafts(case: Case) -> None:
-    """The body behind the spline of a sun's shaft can move in all directions."""
+    """Check the keys of the bodies behind the splines of sun shafts; raises Missing or Refusal."""
     for (key_of_member, _), port in zip(_ports(case), case.ports, strict=True):
         at, member = key_of_member.removesuffix(".member"), MemberName.parse(port.member)
         beam = case.stage(member.stage).form(member.part) == "beam"
         for key in ("inertia", "mass", "tilt_inertia"):
             if beam and getattr(port, key) is None:
-                problem = f"is missing, and {port.member} has a shaft whose end carries a body"
+                problem = f"is missing, and {port.member} has a shaft with a body at its end"
                 raise Missing(f"{at}.{key}", problem, "give inertia, mass and tilt_inertia")
         for key in ("mass", "tilt_inertia", "bearing"):
             if not beam and getattr(port, key) is not None:
-                problem = f"is of a body behind a sun's shaft, but {port.member} has none"
+                problem = f"is for the body at the end of a sun's shaft, but {port.member} has none"
                 raise Refusal(f"{at}.{key}", problem, "give it to the member")
 
 
 def _check_hubs(case: Case) -> None:
-    """An FE ring that turns stands on a hub, and only such a ring."""
+    """Check that FE rings have a hub if and only if they rotate; raises Missing or Refusal."""
     held = case.held_members()
     for k, stage in enumerate(case.stages):
         if stage.form("ring") != "fe" or stage.ring is None:
             continue
         turns = f"{stage.name}.ring" not in held
         if turns and stage.ring.hub is None:
-            problem = "is missing, and the FE ring turns: its bolts, fits and splines stand on it"
-            raise Missing(
-                f"stages.{k}.ring.hub", problem, f'add it, or name "{stage.name}.ring" in held'
-            )
+            problem = "is missing, and the FE ring rotates: bolts, fits and splines connect to it"
+            remedy = f'add it, or name "{stage.name}.ring" in held'
+            raise Missing(f"stages.{k}.ring.hub", problem, remedy)
         if not turns and stage.ring.hub is not None:
-            problem = "is that of a ring that turns, but the ring is held"
-            raise Refusal(f"stages.{k}.ring.hub", problem, "take it out, or hold another member")
+            problem = "is for a rotating ring, but the ring is held"
+            raise Refusal(f"stages.{k}.ring.hub", problem, "delete it, or hold another member")
 
 
 _NOT_PHYSICAL = {"name", "title", "source", "tolerance"}
@@ -180,22 +171,23 @@ class Case(Section):
     """A whole gearbox. Members are named "<stage>.sun", ".ring", ".carrier" in a planetary stage,
     "<stage>.pinion", ".gear" in a parallel one.
 
-    name: of results; that of the file if left out. title: one line of text. source: file that it
-    was read from. kinematics: of members that do not state their own. gyroscopic: Coriolis and
-    centripetal terms of the carriers' frames, over speed in Campbell diagrams and at the
-    instantaneous speed in transients. gravity: acceleration in fixed axes, x, y, z. material: of
-    all gears and bodies that do not state their own. stages: in order; a single one is written
-    [stage]. joints: splines, couplings and shafts between members. held: members that do not turn;
-    a planetary stage without a held member holds its ring unless that is a port or in a joint.
-    inputs: driven members. output: the loaded member. loads: constant forces and moments on
-    members. load_cases: steady states for the rating; spectrum: load cases from a table;
-    load_series: load cases from series. drive: machine of the first input. housing: of the
-    bearings. lubricant: of gears and bearings. rating: rules by which gears are rated. faults: of
-    single teeth. damping: of the structure. tolerance: distributions of a tolerance study. sensors:
-    what transients record; recorder: their clock. solver: numerical options. Without ``output`` the
-    case is one of free vibration, which has modes only: at zero speed without inputs, else about
-    their steady speeds. Only there may members that turn have a support against rotation: a spring
-    to a frame at their steady speed.
+    name: name of results; that of the file if left out. title: one line of text. source: file from
+    which the case was read. kinematics: of members without this key. gyroscopic: whether Coriolis
+    and centripetal terms of the carriers' frames are included, over speed in Campbell diagrams and
+    at the instantaneous speed in transients. gravity: acceleration in fixed axes, x, y, z.
+    material: of gears and bodies without this key. stages: in order; a single stage is written
+    [stage]. joints: splines, couplings and shafts between members. held: members that do not
+    rotate; in a planetary stage without a held member the ring is held unless it is a port or in a
+    joint. inputs: driven members. output: the loaded member. loads: forces and moments on members.
+    load_cases: steady states for the rating; spectrum: load cases from a table; load_series: load
+    cases from time series. drive: machine of the first input. housing: of the bearings. lubricant:
+    of gears and bearings. rating: rules for the rating of gears. faults: of single teeth and
+    bearings. damping: of the structure. tolerance: distributions for a tolerance study. sensors:
+    signals that transients record; recorder: sampling of all sensors. solver: numerical options.
+
+    A case without ``output`` is one of free vibration, for modes only: at zero speed without
+    inputs, else at their steady speeds. Only in such a case may rotating members have a support
+    against rotation, which is a spring to a frame that rotates at their steady speed.
     """
 
     name: str = "train"
@@ -247,18 +239,16 @@ class Case(Section):
 
     @property
     def flexible_bodies(self) -> dict[BodyName, FeMeshSource | Shaft]:
-        """Sections of all bodies that may bend, stage by stage."""
+        """Sections of all FE bodies and sun shafts, stage by stage."""
         views = self.flexible_stages.values()
         return {body: section for view in views for body, section in view.flexible_bodies.items()}
 
     def stage_index(self, name: str) -> int:
-        """Place of the stage of that name, or of a member's stage, in the train; InputError for
-        another name."""
+        """Index of a stage by its name or that of a member; InputError if there is none."""
         stages, stage = [s.name for s in self.stages], MemberName.parse(name).stage
         if stage not in stages:
-            raise InputError(
-                self.source, echo(name), "is of no stage of the case", nearest(stage, stages)
-            )
+            problem = "is of no stage of the case"
+            raise InputError(self.source, echo(name), problem, nearest(stage, stages))
         return stages.index(stage)
 
     def member_names(self) -> tuple[MemberName, ...]:
@@ -276,15 +266,14 @@ class Case(Section):
         return self.inputs if self.output is None else (*self.inputs, self.output)
 
     def require_load(self) -> None:
-        """InputError for a case of free vibration, where anything but modes is asked for."""
+        """Raise InputError for a case of free vibration, which has modes only."""
         if self.output is None:
-            raise InputError(
-                self.source, "output", "is missing, so that this is a case of free vibration",
-                "ask for its modes, or add [output], and inputs with speed and torque",
-            )  # fmt: skip
+            problem = "is missing, so that this is a case of free vibration"
+            remedy = "compute its modes, or add [output], and inputs with speed and torque"
+            raise InputError(self.source, "output", problem, remedy)
 
     def port_at(self, member: str) -> Input | Output | None:
-        """The port at a member, if there is one."""
+        """The port at a member, None if there is none."""
         return next((port for port in self.ports if port.member == member), None)
 
     def port_inertia(self, member: str) -> float:
@@ -300,7 +289,7 @@ class Case(Section):
         return member.kinematics or ("spatial" if tilts else self.kinematics)
 
     def held_members(self) -> tuple[MemberName, ...]:
-        """Members that do not turn: ``held``, those with kinematics "fixed", default rings."""
+        """Members that do not rotate: those in ``held``, fixed ones, and rings held by default."""
         held = {*self.held}
         for name in self.member_names():
             if self.kinematics_of(name) == "fixed":
@@ -310,22 +299,23 @@ class Case(Section):
         for stage in self.stages:
             names = {f"{stage.name}.{member}" for member in stage.members}
             ring = f"{stage.name}.ring"
-            free = not stage.is_flexible and not self.ports  # supports alone say what is held
+            free = not stage.is_flexible and not self.ports  # only supports hold members
             if stage.kind == "planetary" and not names & held and ring not in used and not free:
                 held.add(ring)
         return tuple(name for name in self.member_names() if name in held)
 
     def view(self, name: str = "") -> StageView:
-        """The stage of that name with the keys of the case that concern it; the only one if not
-        named."""
+        """A stage with the keys of the case that concern it; "" for the only stage."""
         if not name and len(self.stages) > 1:
             names = ", ".join(s.name for s in self.stages)
             raise InputError(self.source, "stages", f"are {names}", "name one of them")
         return StageView(self, self.stage(name) if name else self.stages[0])
 
     def content_hash(self, *sections: str) -> str:
-        """SHA-256 of the physical content of the case (or of the named sections), 64 hex digits.
-        Name, title and spelling do not count; files count by their content."""
+        """SHA-256 of the physical content of the case or of some sections, 64 hex digits.
+
+        It does not depend on name, title and units of the keys; files enter by their content.
+        """
         data = self.model_dump(mode="python", exclude=_NOT_PHYSICAL)
         for dumped in data["stages"]:
             dumped.pop("case")
@@ -347,7 +337,7 @@ class Case(Section):
             dotted = key.replace("__", ".")
             refuse_earlier_key(dotted, "with_")
             parts = numbered(dotted, data, "with_")
-            path: list[str | int] = [int(p) if is_place(p) else p for p in parts]
+            path: list[str | int] = [int(p) if is_index(p) else p for p in parts]
             if isinstance(value, Section):
                 value = value.model_dump(mode="python")
             data = changed(data, path, value, "with_", key)
@@ -364,23 +354,23 @@ class Case(Section):
 
     @classmethod
     def required(cls, data: Mapping[str, Any]) -> list[Missing]:
-        """Where power goes in, a member takes it, and the other way round."""
+        """``inputs`` beside an output; ``output`` beside inputs with torque or power."""
         require_rollers(data)
         inputs, loaded = data.get("inputs") or (), data.get("output") is not None
         if not isinstance(inputs, list | tuple):
-            return []  # which is what is wrong
+            return []  # pydantic refuses the type
         if loaded and not inputs:
             return [Missing("inputs", "is missing beside output", "add [[inputs]]")]
         powers = [k for i in inputs for k in ("torque", "power") if raw_value(i, k) is not None]
         if powers and not loaded:
-            remedy = f"add [output], or take {powers[0]} out for free vibration"
+            remedy = f"add [output], or delete {powers[0]} for free vibration"
             return [Missing("output", f"is missing, and inputs give {powers[0]}", remedy)]
         return []
 
     @model_validator(mode="before")
     @classmethod
     def _named_stages(cls, data: Any) -> Any:
-        """Stages without a name are stage_1, stage_2, …"""
+        """Name stages without a name stage_1, stage_2, …"""
         if not isinstance(data, dict) or not isinstance(data.get("stages"), (tuple, list)):
             return data
         stages = [
@@ -397,7 +387,7 @@ class Case(Section):
 
 
 def validated_case(data: dict[str, Any], where: str, written: Written) -> Case:
-    """The train of plain SI data; InputError names each key as it was written."""
+    """The case of plain SI data; an InputError names keys as the user wrote them."""
     try:
         return Case.model_validate(data)
     except ValidationError as fault:

@@ -1,4 +1,4 @@
-"""Content of a case and of the files that it names: paths, digests, hash."""
+"""Paths and digests of the files that a case names; hashes of its content."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from typing import Any
 
 from flexgear.model.bodies import FE_MESH_FILES
 from flexgear.model.errors import InputError
-from flexgear.model.input_file import MOST_FE_MESH, require_regular
+from flexgear.model.input_file import MAX_FE_MESH_BYTES, require_regular
 from flexgear.model.load_cases import files_named
 from flexgear.model.machine import Followed, read_load_series, read_time_series
 from flexgear.model.modifications import read_flank_table
 
-_FILES = {"file", "files", *FE_MESH_FILES}  # keys of all sections that name some
+_FILES = {"file", "files", *FE_MESH_FILES}  # keys that name files, in all sections
 
 
 def content_hash(data: Any) -> str:
-    """SHA-256 of plain data, 64 hex digits; numbers count with 12 digits."""
+    """SHA-256 of plain data with numbers rounded to 12 digits, 64 hex digits."""
     text = json.dumps(_canonical(data), sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def file_digest(path: str | None) -> str | None:
-    """SHA-256 of a file's content."""
+    """SHA-256 of a file's content, 64 hex digits; "missing:NAME" if the file cannot be read."""
     if path is None:
         return None
     try:
-        require_regular(Path(path), "file", MOST_FE_MESH)
+        require_regular(Path(path), "file", MAX_FE_MESH_BYTES)
         with open(path, "rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except (OSError, InputError):
@@ -38,7 +38,7 @@ def file_digest(path: str | None) -> str | None:
 
 
 def _canonical(value: Any) -> Any:
-    """Numbers with 12 digits, so that 430 mm and 0.43 m are the same."""
+    """Data with floats rounded to 12 digits, so that 430 mm and 0.43 m are equal."""
     if isinstance(value, dict):
         return {k: _canonical(v) for k, v in value.items()}
     if isinstance(value, (list, tuple)):
@@ -49,7 +49,7 @@ def _canonical(value: Any) -> Any:
 
 
 def _sections(data: Any, key: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
-    """All sections in the data of a case, each with the key at which it or its list stands."""
+    """All sections in the data of a case, each with the key of the section or of its list."""
     if isinstance(data, dict):
         yield key, data
         for name, value in data.items():
@@ -61,8 +61,8 @@ def _sections(data: Any, key: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def resolve_files(data: dict[str, Any], folder: Path) -> None:
-    """Paths in SI data of a case become absolute, from ``folder``; tables and histories are
-    read."""
+    """Make paths in SI data of a case absolute, relative to ``folder``; read tables and
+    histories."""
     for name, section in list(_sections(data)):
         for key in _FILES:
             if isinstance(section.get(key), str):

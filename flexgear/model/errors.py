@@ -1,52 +1,51 @@
-"""Errors: wrong input of a user, and failures at run time."""
+"""Exceptions for wrong input and for failures at run time, and their texts."""
 
 from __future__ import annotations
 
 import re
 
-MOST_ECHOED = 80  # characters of a value that a message repeats
+MAX_ECHO = 80  # characters of a value in a message
 
 
 class FlexgearError(Exception):
-    """A run failed for another reason than the user's input; one line."""
+    """A failure that is not due to the user's input; the message is one line."""
 
 
 class FlexgearWarning(UserWarning):
-    """A warning to the user in one line, for Python's ``warnings``."""
+    """A warning to the user; the message is one line."""
 
 
 class InputError(FlexgearError):
-    """Wrong input: file or section, key, problem, remedy; one line."""
+    """Wrong input; the message is one line with file or section, key, problem and remedy."""
 
     def __init__(self, where: str, key: str, problem: str, remedy: str) -> None:
         self.where, self.problem, self.remedy = where, shortened(problem), shortened(remedy)
         self.key = shortened(key)
-        path = where if len(where) <= 4 * MOST_ECHOED else _middle(where, 2 * MOST_ECHOED)
+        path = where if len(where) <= 4 * MAX_ECHO else _without_middle(where, 2 * MAX_ECHO)
         super().__init__(f"{path}: {self.key}: {self.problem} -- {self.remedy}")
 
     def _render_traceback_(self) -> list[str]:
-        """The line, which a notebook shows in place of a traceback."""
+        """The message, which notebooks show instead of a traceback."""
         return [f"InputError: {self}"]
 
 
 def echo(value: object) -> str:
-    """A value as it was written, at most 80 characters of it, on one line."""
+    """Text of a value for messages, on one line and at most 80 characters long."""
     try:
         text = re.sub(r"\s*\n\s*", " ", repr(value))
-    except ValueError:  # Python does not print whole numbers of more than 4 300 digits
+    except ValueError:  # Python does not print integers of more than 4 300 digits
         text = "a whole number of thousands of digits"
     except RecursionError:
-        text = "a list in lists"
-    return text if len(text) <= MOST_ECHOED else f"{text[: MOST_ECHOED - 1]}…"
+        text = "a deeply nested list"
+    return text if len(text) <= MAX_ECHO else f"{text[: MAX_ECHO - 1]}…"
 
 
 def shortened(text: str) -> str:
-    """A text in which no word is longer than 80 characters."""
-    return re.sub(rf"\S{{{MOST_ECHOED + 1},}}", lambda word: _middle(word[0], MOST_ECHOED), text)
+    """The text with words longer than 80 characters shortened."""
+    return re.sub(rf"\S{{{MAX_ECHO + 1},}}", lambda word: _without_middle(word[0], MAX_ECHO), text)
 
 
-def _middle(text: str, most: int) -> str:
-    """Shorten a text to ``most`` characters by cutting out its middle: of a path the file name
-    matters."""
-    half = (most - 1) // 2
+def _without_middle(text: str, length: int) -> str:
+    """The text without its middle, ``length`` characters long; of a path the file name remains."""
+    half = (length - 1) // 2
     return f"{text[:half]}…{text[-half:]}"

@@ -1,8 +1,7 @@
-"""Faults (the sections ``faults``) of single teeth: cracked roots, missing teeth, pits and wear; of
-rolling bearings: defects of races and rollers.
+"""Faults of teeth (cracked roots, missing teeth, pits, wear) and of rolling bearings (defects of
+races and rollers), the sections ``faults`` of a case.
 
-What is wrong in an input file is ``validation_errors``; deviations that every gear is made with are
-``gear_mesh.GearErrors``.
+Manufacturing deviations of all gears are in ``gear_mesh.GearErrors``.
 """
 
 from __future__ import annotations
@@ -26,9 +25,9 @@ if TYPE_CHECKING:
 
 FOLLOWS_PAIRS = ("per_pair", "face_load", "lumped")
 BEARING_FAULTS = ("outer_race", "inner_race", "roller")
-_ANY = ("kind", "stage", "planet")
+_COMMON_KEYS = ("kind", "stage", "planet")
 _PATCH = ("start_diameter", "end_diameter", "face_start", "face_end")
-_KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {  # by kind: needed, and allowed beside
+_KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {  # by kind: required, optional
     "root_crack": (("gear", "tooth", "flank", "depth"), ("side", "angle", "face", "depths")),
     "missing_tooth": (("gear", "tooth"), ("side",)),
     "spall": (("gear", "tooth", "flank", "depth"), ("side", *_PATCH)),
@@ -39,32 +38,33 @@ _KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {  # by kind: needed
 
 class Fault(Section):
     """A fault of one tooth, or of a bearing with ``rollers``. Teeth count from 1 as in results:
-    tooth 1 of the ring is on the x axis at carrier angle zero, numbers rise towards +θ.
+    tooth 1 of the ring is on the x axis at carrier angle zero, numbers increase towards +θ.
 
     kind: root_crack, from the root into the tooth, which adds compliance under load on the flank
-    that opens the crack, and none under the other one; missing_tooth, without any load; spall, a
-    pit of uniform depth; wear, with that depth in the middle of the profile, falling as a parabola
-    to zero at both ends; outer_race, inner_race, roller, a defect of a bearing over the whole
-    length of its rollers, which then move along the races. stage: its name; may be left out in a
-    case of one stage. gear: that has the tooth. planet: its number, from 1. side: of a
-    double-helical stage. tooth: its number; all teeth if left out, with wear only. flank: of the
-    gear, as ``modifications`` name it; for a root crack the flank whose load opens it, on the side
-    where it starts.
+    that opens the crack, and none under load on the other flank; missing_tooth, a tooth without any
+    load; spall, a pit of uniform depth; wear, whose depth decreases as a parabola from the middle
+    of the profile to zero at both ends; outer_race, inner_race, roller, a defect of a bearing over
+    the whole length of its rollers, which then move along the races. stage: name of the stage; may
+    be left out in a case of one stage. gear: gear of the tooth. planet: number of the planet, from
+    1. side: half of a double-helical stage. tooth: number of the tooth; all teeth if left out, only
+    for wear. flank: flank of the gear as in ``modifications``; for a root crack the flank whose
+    load opens it, on the side where it starts.
 
-    depth: of a crack along its length from the surface where the tangent at 30° to the tooth's
-    middle line (60° in a ring) touches the root; of a spall or wear normal to the flank. Zero is a
+    depth: length of a crack from the surface where the tangent at 30° to the tooth's middle line
+    (60° in a ring) touches the root; depth of a spall or wear normal to the flank. Zero means a
     sound tooth. angle: between the crack and the tooth's middle line. face, depths: depths of a
     crack at positions along the face, linear between them and zero beyond, in place of depth.
-    start_diameter, end_diameter: circles between which a spall or wear lies; the whole flank if
-    left out. face_start, face_end: places along the face between which it lies, its ends if left
-    out. Places along the face count from its middle towards +z; in the halves of a double-helical
-    stage outward, towards -z in the left one.
+    start_diameter, end_diameter: circles that limit a spall or wear; the whole flank if left out.
+    face_start, face_end: positions along the face that limit a spall or wear; the ends of the face
+    if left out. Positions along the face count from its middle towards +z; in the halves of a
+    double-helical stage outwards, in the left half towards -z.
 
-    bearing: with the defect, planet_bearing with the number of its planet. row: of its rollers,
-    from 1 towards +z. width: of the defect along the race or around the roller; depth: most that a
-    roller can sink in; 0 is a sound bearing with moving rollers. position: of the defect on its
-    race from the x axis of the bearing, which points outward from the carrier's axis at a planet;
-    of a roller against the outer race; at the angle zero.
+    bearing: bearing with the defect; planet_bearing needs the number of its planet. row: row of the
+    rollers, from 1 towards +z. width: of the defect along the race or around the roller; depth:
+    largest distance by which a roller can sink in; 0 means a sound bearing with moving rollers.
+    position: angle at carrier angle zero of the defect on its race from the x axis of the bearing,
+    which at a planet points outwards from the carrier's axis; of a roller its angle on the outer
+    race.
     """
 
     kind: Literal[
@@ -91,22 +91,22 @@ class Fault(Section):
 
     @property
     def of_bearing(self) -> bool:
-        """Whether it is one of a bearing, not of a tooth."""
+        """Whether the fault is one of a bearing, not of a tooth."""
         return self.kind in BEARING_FAULTS
 
     @property
     def deepest(self) -> float:
-        """Largest depth, m; 0 of a missing tooth."""
+        """Largest depth, m; 0 for a missing tooth."""
         return max(self.depths, default=self.depth or 0.0)
 
     @property
     def is_sound(self) -> bool:
-        """Whether its depth is zero, so that nothing is changed."""
+        """Whether the depth is zero, so that the fault has no effect."""
         return self.kind != "missing_tooth" and self.deepest == 0.0
 
     @property
     def words(self) -> str:
-        """For people: "root crack of planet 2, tooth 5, flank sun, 1.5 mm deep"."""
+        """Description, such as "root crack of planet 2, tooth 5, flank sun, 1.5 mm deep"."""
         if self.of_bearing:
             which = f"{self.bearing.replace('_', ' ')} {self.planet or ''}".strip()
             depth, width = 1e6 * (self.depth or 0.0), 1e3 * (self.width or 0.0)
@@ -123,27 +123,27 @@ class Fault(Section):
         return ", ".join(parts)
 
     def depth_at(self, z: Any) -> np.ndarray[Any, Any]:
-        """Depth of a root crack at places along the face (any shape), m."""
-        places = np.asarray(z, dtype=float)
+        """Depth of a root crack at positions z along the face (any shape), m."""
+        z = np.asarray(z, dtype=float)
         if not self.depths:
-            return np.full_like(places, self.depth or 0.0)
-        return np.interp(places, self.face, self.depths, left=0.0, right=0.0)
+            return np.full_like(z, self.depth or 0.0)
+        return np.interp(z, self.face, self.depths, left=0.0, right=0.0)
 
     @classmethod
     def required(cls, data: Mapping[str, Any]) -> list[Missing]:
-        """Keys that each kind needs."""
-        needed, _ = _KEYS.get(str(data.get("kind")), ((), ()))
-        names = [name for name in needed if name != "depth" or not data.get("depths")]
-        if needed and "planet" in (data.get("gear"), str(data.get("bearing")).partition("_")[0]):
+        """Keys that the kind of the fault requires."""
+        required, _ = _KEYS.get(str(data.get("kind")), ((), ()))
+        names = [name for name in required if name != "depth" or not data.get("depths")]
+        if required and "planet" in (data.get("gear"), str(data.get("bearing")).partition("_")[0]):
             names.append("planet")
         return [Missing(name) for name in names if data.get(name) in (None, "")]
 
     def _check(self) -> None:
-        allowed = {*_ANY, *itertools.chain(*_KEYS[self.kind])}
-        foreign = [name for name in type(self).model_fields if name not in allowed]
-        self._refuse_set(foreign, f"has no place in the kind {self.kind}")
+        allowed = {*_COMMON_KEYS, *itertools.chain(*_KEYS[self.kind])}
+        unused = [name for name in type(self).model_fields if name not in allowed]
+        self._refuse_set(unused, f"is not a key of the kind {self.kind}")
         if self.kind == "root_crack":
-            self._check_course()
+            self._check_crack_front()
         if self.planet is not None and "planet" not in (self.gear, self.bearing.partition("_")[0]):
             raise Refusal("planet", f"is given for the {self.gear or self.bearing}", "take it out")
         if self.of_bearing:
@@ -157,23 +157,20 @@ class Fault(Section):
             if first is not None and last is not None and not first < last:
                 raise Refusal(high, f"is not above {low}", "put them in order")
 
-    def _check_course(self) -> None:
+    def _check_crack_front(self) -> None:
         if self.depths and self.depth is not None:
             raise Refusal("depths", "are given beside depth", "keep one of them")
         if len(self.face) != len(self.depths) or len(self.depths) == 1:
-            raise Refusal(
-                "depths",
-                f"{len(self.depths)} depths at {len(self.face)} places along the face",
-                "give as many of both, two at least",
-            )
-        if any(b <= a for a, b in zip(self.face, self.face[1:], strict=False)):
-            raise Refusal("face", "does not rise", "put the places in order, each once")
+            problem = f"{len(self.depths)} depths at {len(self.face)} positions along the face"
+            raise Refusal("depths", problem, "give as many of both, at least two")
+        if any(b <= a for a, b in itertools.pairwise(self.face)):
+            raise Refusal("face", "does not increase", "put the positions in order, each once")
         if min(self.depths, default=0.0) < 0.0:
-            raise Refusal("depths", "are negative somewhere", "zero is a sound root")
+            raise Refusal("depths", "has negative values", "zero means a sound root")
 
 
 def stage_of_fault(case: Case, fault: Fault) -> Stage:
-    """The stage whose tooth has the fault; Refusal where none has that name."""
+    """The stage of a fault; Refusal if no stage has that name."""
     names = [stage.name for stage in case.stages]
     if not fault.stage and len(names) == 1:
         return case.stages[0]
@@ -185,7 +182,7 @@ def stage_of_fault(case: Case, fault: Fault) -> Stage:
 
 
 def bearing_defects(case: Case, stage: str, bearing: str) -> tuple[Fault, ...]:
-    """Defects of a bearing of a stage, of all planets' bearings together."""
+    """Defects of a bearing of a stage; of planet bearings those of all planets."""
     return tuple(
         fault
         for fault in case.faults
@@ -194,8 +191,8 @@ def bearing_defects(case: Case, stage: str, bearing: str) -> tuple[Fault, ...]:
 
 
 def require_rollers(data: Any) -> None:
-    """Refusal of a defect of a bearing without rollers, in data of a case that need not have been
-    read: its elements would be asked for their number alone."""
+    """Raise Refusal for a defect of a bearing without rollers, in raw data of a case. It is raised
+    before the check of ``elements``, which would only ask for their number."""
     stages, faults = raw_value(data, "stages"), raw_value(data, "faults")
     if not isinstance(stages, (list, tuple)) or not isinstance(faults, (list, tuple)):
         return
@@ -203,32 +200,28 @@ def require_rollers(data: Any) -> None:
         name, key = raw_value(fault, "stage"), str(raw_value(fault, "bearing") or "")
         for stage in stages:
             bearing = raw_value(stage, *key.split(".")) if key else None
-            whose = raw_value(stage, "name")
-            of_stage = name == whose if name else len(stages) == 1
+            stage_name = raw_value(stage, "name")
+            of_stage = name == stage_name if name else len(stages) == 1
             if of_stage and bearing is not None and raw_value(bearing, "rollers") is None:
                 with below(f"faults.{k}"):
-                    raise _lacking(key, str(whose), "rollers")
+                    raise _missing_section(key, str(stage_name), "rollers")
 
 
-def _lacking(bearing: str, stage: str, section: str) -> Refusal:
+def _missing_section(bearing: str, stage: str, section: str) -> Refusal:
     remedy = f"add {bearing}.{section}: defects need count, clearance, diameters of rollers"
     return Refusal("bearing", f"{bearing} of {stage} has no {section}", remedy)
 
 
 def require_sound(case: Case, study: str) -> None:
-    """InputError for a case with faults in a study whose gears are sound."""
+    """Raise InputError for a case with faults in a study that needs equal teeth."""
     if case.faults:
-        raise InputError(
-            case.source,
-            "faults",
-            f"have no place in {study}, which takes all teeth of a flank alike",
-            "take them out for it",
-        )
+        problem = f"cannot be used in {study}, which needs equal teeth"
+        raise InputError(case.source, "faults", problem, "take them out")
 
 
 def check_faults(case: Case) -> None:
-    """Refusal of faults of teeth and bearings that the case does not have or its gear meshes do not
-    see."""
+    """Raise Refusal for faults of teeth and bearings that the case does not have, or that its model
+    of the gear mesh cannot represent."""
     cracked: dict[tuple[Any, ...], int] = {}
     for k, fault in enumerate(case.faults):
         with below(f"faults.{k}"):
@@ -260,13 +253,13 @@ def _check_bearing(stage: Stage, fault: Fault) -> None:
         raise Refusal("bearing", problem, nearest("", names) if names else "take the fault out")
     if bearing.rollers is None or bearing.elements is None:
         section = "rollers" if bearing.rollers is None else "elements"
-        raise _lacking(fault.bearing, stage.name, section)
+        raise _missing_section(fault.bearing, stage.name, section)
     if fault.row > bearing.rollers.rows:
         raise Refusal("row", f"{fault.row} is beyond its {bearing.rollers.rows} rows", "from 1")
     pitch = math.pi * bearing.elements.pitch_diameter / bearing.rollers.count
     if fault.width is not None and fault.width >= pitch:
-        problem = f"{1e3 * fault.width:g} mm are no single defect: rollers are {1e3 * pitch:.4g} mm"
-        raise Refusal("width", f"{problem} apart", "take a smaller one")
+        problem = f"{1e3 * fault.width:g} mm reach the next roller, {1e3 * pitch:.4g} mm apart"
+        raise Refusal("width", problem, "take a smaller one")
 
 
 def _check_tooth(stage: Stage, fault: Fault) -> None:
@@ -275,35 +268,25 @@ def _check_tooth(stage: Stage, fault: Fault) -> None:
         raise Refusal("gear", f"a {stage.kind} stage has no {fault.gear}", nearest("", gears))
     teeth = getattr(stage, fault.gear).teeth
     if fault.tooth is not None and fault.tooth > teeth:
-        raise Refusal(
-            "tooth", f"{fault.tooth} is beyond the {teeth} teeth of the {fault.gear}",
-            f"teeth count from 1 to {teeth}",
-        )  # fmt: skip
+        problem = f"{fault.tooth} is beyond the {teeth} teeth of the {fault.gear}"
+        raise Refusal("tooth", problem, f"teeth count from 1 to {teeth}")
     if stage.double_helical and fault.side is None:
         raise Missing("side", "is missing in a double-helical stage", 'add "left" or "right"')
     if fault.side is not None and not stage.double_helical:
-        raise Refusal("side", "is of a double-helical stage", "take it out")
+        raise Refusal("side", "is for a double-helical stage", "take it out")
     half = 0.5 * stage.face_width * (1.0 + 1e-9)
     for key in ("face_start", "face_end", "face"):
-        places = np.atleast_1d(getattr(fault, key) or 0.0)
-        if np.abs(places).max(initial=0.0) > half:
-            raise Refusal(
-                key, f"reaches {1e3 * np.abs(places).max():g} mm, beyond the face",
-                f"from {-1e3 * half:.6g} to {1e3 * half:.6g} mm, 0 is its middle",
-            )  # fmt: skip
+        largest = np.abs(np.atleast_1d(getattr(fault, key) or 0.0)).max(initial=0.0)
+        if largest > half:
+            remedy = f"from {-1e3 * half:.6g} to {1e3 * half:.6g} mm, 0 is its middle"
+            raise Refusal(key, f"reaches {1e3 * largest:g} mm, beyond the face", remedy)
 
 
 def _check_gear_mesh(stage: Stage) -> None:
     options = stage.gear_mesh
     if options.model not in FOLLOWS_PAIRS:
-        raise Refusal(
-            "gear",
-            f"gear_mesh.model = {options.model!r} of {stage.name} has no single teeth",
-            'use "per_pair" or "face_load"',
-        )
+        problem = f"gear_mesh.model = {options.model!r} of {stage.name} does not model single teeth"
+        raise Refusal("gear", problem, 'use "per_pair" or "face_load"')
     if options.contact_law == "linear":
-        raise Refusal(
-            "gear",
-            f"gear_mesh.contact_law = 'linear' of {stage.name} lets flanks pull",
-            'use "one-sided" with faults',
-        )
+        problem = f"gear_mesh.contact_law = 'linear' of {stage.name} lets flanks pull"
+        raise Refusal("gear", problem, 'use "one-sided" with faults')

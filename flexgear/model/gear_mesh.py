@@ -16,8 +16,8 @@ from flexgear.model.units import Angle, Length, Rate, Stiffness, StiffnessPerWid
 class StiffnessTable(Section):
     """Stiffness of a tooth pair per face width, along the 3D normal, over the path of contact.
 
-    position: share of the path of contact from 0 (smallest distance to the planet's base tangent
-    point, the planet's root) to 1 (the planet's tip), rising. stiffness: at these positions.
+    position: positions on the path of contact, increasing from 0 (smallest distance to the planet's
+    base tangent point, the planet's root) to 1 (the planet's tip). stiffness: at these positions.
     """
 
     position: tuple[float, ...] = Field(min_length=2)
@@ -26,19 +26,18 @@ class StiffnessTable(Section):
     def _check(self) -> None:
         p = self.position
         if len(p) != len(self.stiffness):
-            raise Refusal(
-                "stiffness", f"{len(self.stiffness)} values at {len(p)} positions", "match them"
-            )
+            problem = f"{len(self.stiffness)} values at {len(p)} positions"
+            raise Refusal("stiffness", problem, "match them")
         if any(b <= a for a, b in itertools.pairwise(p)) or p[0] < 0 or p[-1] > 1:
-            raise Refusal("position", "does not rise from 0 to 1", "put it in order")
+            raise Refusal("position", "does not increase from 0 to 1", "put it in order")
         if min(self.stiffness) <= 0 or max(self.stiffness) > 1e12:
             raise Refusal("stiffness", "is not plausible", "about 10 to 25 N/(mm µm)")
 
 
 class GearMeshTables(Section):
-    """Tables of both gear meshes, for pair_stiffness = "table".
+    """Stiffness tables of both gear meshes, for pair_stiffness = "table".
 
-    ring, sun: of the planets' pairs with the ring, with the sun.
+    ring, sun: table of the planets' tooth pairs with the ring, with the sun.
     """
 
     ring: StiffnessTable
@@ -48,12 +47,13 @@ class GearMeshTables(Section):
 class GearMesh(Section):
     """Gear-mesh options.
 
-    table: of both gear meshes, for pair_stiffness = "table". slices: of a contact line under
-    face_load. tooth_compliance: of slices: width, independent springs by pair_stiffness; fe, an FE
-    influence matrix of both teeth (half a minute for each gear, cached) with Hertz's line contact.
-    root_stress: under face_load, stress of all tooth roots; fe, by an FE submodel of three teeth
-    (about a minute for each gear, cached). path_only: under face_load tips do not touch before and
-    after the path of contact. harmonics: terms of a fourier wave.
+    table: stiffness of both gear meshes, for pair_stiffness = "table". slices: number of slices of
+    a contact line with face_load. tooth_compliance: compliance of slices: width, independent
+    springs by pair_stiffness; fe, an FE influence matrix of both teeth (half a minute for each
+    gear, cached) with Hertz's line contact. root_stress: stress in all tooth roots with face_load:
+    fe, by an FE submodel of three teeth (about a minute for each gear, cached). path_only: with
+    face_load, whether tip contact before and after the path of contact is ignored. harmonics:
+    number of terms of a fourier wave.
 
     model: per_pair, one spring for every tooth pair; face_load, its contact line cut into slices,
     for load along the face; lumped, one element at the pitch point for all pairs together;
@@ -104,15 +104,11 @@ class GearMesh(Section):
 
     def _check(self) -> None:
         if self.pair_stiffness == "table" and self.table is None:
-            raise Missing(
-                "table", "is missing", "give [gear_mesh.table.ring] and [gear_mesh.table.sun]"
-            )
+            problem = "is missing"
+            raise Missing("table", problem, "give [gear_mesh.table.ring] and [gear_mesh.table.sun]")
         if self.model == "face_load" and self.contact_law == "linear":
-            raise Refusal(
-                "contact_law",
-                "'linear' lets flanks pull, which slices along the face do not",
-                'use "one-sided" with face_load',
-            )
+            problem = "'linear' allows tensile forces, which slices along the face do not have"
+            raise Refusal("contact_law", problem, 'use "one-sided" with face_load')
         if self.root_stress == "fe" and self.model != "face_load":
             raise Refusal(
                 "root_stress",
@@ -123,30 +119,23 @@ class GearMesh(Section):
             self._check_wave(role)
 
     def _check_wave(self, role: str) -> None:
-        """Refusal of steps and terms of a wave that the model or other keys leave no place."""
+        """Raise Refusal for steps and terms of a wave that do not suit the model or other keys."""
         step, shares = self.of(role, "stiffness_step"), self.of(role, "harmonic_shares")
         phases = self.of(role, "harmonic_phases")
         if step is not None and self.model not in ("rectangular", "fourier"):
-            raise Refusal(
-                f"{role}_stiffness_step",
-                f"has no place in model = '{self.model}'",
-                'use model = "rectangular", or take it out',
-            )
+            problem = f"has no effect with model = '{self.model}'"
+            remedy = 'use model = "rectangular", or take it out'
+            raise Refusal(f"{role}_stiffness_step", problem, remedy)
         if step is not None and self.of(role, "stiffness") is None:
             raise Missing(f"{role}_stiffness", f"is missing beside {role}_stiffness_step")
         if shares and (self.model != "fourier" or step is not None):
             beside = "a stiffness step" if step is not None else f"model = '{self.model}'"
-            raise Refusal(
-                f"{role}_harmonic_shares",
-                f"has no place beside {beside}",
-                'use model = "fourier" without a step, or take it out',
-            )
+            remedy = 'use model = "fourier" without a step, or take it out'
+            raise Refusal(f"{role}_harmonic_shares", f"cannot be used with {beside}", remedy)
         if phases and len(phases) != len(shares):
-            raise Refusal(
-                f"{role}_harmonic_phases",
-                f"{len(phases)} phases of {len(shares)} terms",
-                f"give one for each of {role}_harmonic_shares",
-            )
+            problem = f"{len(phases)} phases for {len(shares)} terms"
+            remedy = f"give one for each of {role}_harmonic_shares"
+            raise Refusal(f"{role}_harmonic_phases", problem, remedy)
 
     def of(self, role: str, name: str) -> Any:
         """An option of "sun" or "ring": stiffness, contact_ratio, stiffness_step, harmonic_shares,
@@ -157,9 +146,9 @@ class GearMesh(Section):
 class Damping(Section):
     """Structural damping: modal ratio of the coupled system, or C = α M + β K.
 
-    kind: one of the two. ratio: of every mode to critical damping. ratios: of the first elastic
-    modes of the train without its gear meshes, by rising frequency, in the place of ratio. alpha,
-    beta: of mass and of stiffness in Rayleigh damping.
+    kind: modal or rayleigh. ratio: damping of every mode over critical damping. ratios: damping of
+    the first elastic modes of the train without its gear meshes, by increasing frequency, in place
+    of ratio. alpha, beta: factors of mass and stiffness in Rayleigh damping.
     """
 
     kind: Literal["modal", "rayleigh"] = "modal"
@@ -172,7 +161,7 @@ class Damping(Section):
         if self.ratios and self.kind != "modal":
             raise Refusal("ratios", "are given for Rayleigh damping", 'use kind = "modal"')
         if not all(0.0 <= ratio <= 1.0 for ratio in self.ratios):
-            raise Refusal("ratios", "are shares of critical damping", "give numbers from 0 to 1")
+            raise Refusal("ratios", "are outside 0 … 1 of critical damping", "correct them")
 
 
 _LARGEST = 2e-3  # m
@@ -181,8 +170,8 @@ PLANET_LISTS = (
     "planet_sun_helix_slope", "planet_ring_helix_slope",
 )  # fmt: skip
 PIN_LISTS = ("pin_tangential", "pin_radial")
-OF_PLANETS = (*PIN_LISTS, *PLANET_LISTS)  # of which each planet has its own
-MOST_PLANETS = 20
+OF_PLANETS = (*PIN_LISTS, *PLANET_LISTS)  # keys with one value for each planet
+MAX_PLANETS = 20
 
 
 def equal_spacing(planets: int) -> tuple[float, ...]:
@@ -191,10 +180,12 @@ def equal_spacing(planets: int) -> tuple[float, ...]:
 
 
 def each_planet(name: str, values: Any, planets: Any) -> Any:
-    """SI values of a list of planets, read or not yet read, one for each: a number is that of all
-    of them, and one value, too, of errors that are not the pins'; where there is none, zeros, and
-    angles of equal spacing. Other fields stay as they are."""
-    count = planets if isinstance(planets, int) and planets <= MOST_PLANETS else 0
+    """SI values of a list of planets, validated or raw, expanded to one value for each planet.
+
+    A number holds for all planets, and so does a list of one value except for errors of pins. Empty
+    lists become zeros, or angles of equal spacing. Other fields are returned unchanged.
+    """
+    count = planets if isinstance(planets, int) and planets <= MAX_PLANETS else 0
     if name == "planet_positions":
         return values or equal_spacing(count)
     if name not in OF_PLANETS:
@@ -207,45 +198,47 @@ def each_planet(name: str, values: Any, planets: Any) -> Any:
 
 
 def _or_one_number(schema: dict[str, Any]) -> None:
-    """JSON schema of a list that takes a number, too."""
+    """Change the JSON schema of a list to one that also accepts a number."""
     several = {key: schema.pop(key) for key in ("type", "items")}
     schema["anyOf"] = [several, several["items"]]
 
 
 def _of_planets() -> Any:
-    """Field of a list of planets."""
+    """Field for a list with one value for each planet."""
     return Field(default=(), json_schema_extra=_or_one_number)
 
 
 class GearErrors(Section):
-    """Errors stated once, at the part that has them; geometry projects them onto both gear meshes.
+    """Manufacturing errors of gears and pins, from which the errors of both gear meshes follow.
 
-    An eccentricity is the position of a gear's geometric centre from its axis of rotation:
-    amplitude and phase, counted from the stage's x axis at θ = 0 for sun, ring and carrier (turning
-    with them) and from the planet's radial axis for planets. A number in place of a list of planets
-    holds for all of them.
+    An eccentricity is the vector from a gear's axis of rotation to its geometric centre, given by
+    amplitude and phase. The phase counts from the stage's x axis at θ = 0 for sun, ring and carrier
+    (and rotates with them), and from the planet's radial axis for planets. A number in place of a
+    list holds for all planets.
 
-    sun_eccentricity, ring_eccentricity, carrier_eccentricity, planet_eccentricity: its amplitude.
-    sun_eccentricity_phase, ring_eccentricity_phase, carrier_eccentricity_phase,
-    planet_eccentricity_phase: its direction. ring_offset: of the ring's centre, fixed in space.
-    ring_offset_phase: its direction from the x axis. ring_gear_mesh_phase, sun_gear_mesh_phase:
-    phase of the error at gear-mesh frequency. seed: of random deviations. planet_thickness: excess
-    of the tooth thickness on the reference circle. Lists of planets have one value for all or one
-    for each planet. ring_gear_mesh, sun_gear_mesh: amplitude of an error at gear-mesh frequency,
-    excess of material positive. In a parallel stage the pinion has the sun's errors and the wheel
-    the planet's.
+    sun_eccentricity, ring_eccentricity, carrier_eccentricity, planet_eccentricity: amplitude
+    of the eccentricity. sun_eccentricity_phase, ring_eccentricity_phase,
+    carrier_eccentricity_phase, planet_eccentricity_phase: phase of the eccentricity. ring_offset:
+    offset of the ring's centre, fixed in space. ring_offset_phase: direction of the offset from the
+    x axis. ring_gear_mesh_phase, sun_gear_mesh_phase: phase of the error at gear-mesh frequency.
+    seed: of random deviations.
+    planet_thickness: excess of the tooth thickness on the reference circle. Lists of planets have
+    one value for all or one for each planet. ring_gear_mesh, sun_gear_mesh: amplitude of an error
+    at gear-mesh frequency, excess of material positive. In a parallel stage the pinion has the
+    sun's errors and the wheel the planet's.
 
     ring_tooth, planet_tooth, sun_tooth: tooth-to-tooth (single-tooth) deviation f_i' of each gear;
     a gear mesh has the harmonic error 0.5 (f_i'1 + f_i'2) sin(2π s/p_b + phase), the same for all
-    its teeth. ring_phase, sun_phase: its phase at the ring and at the sun gear mesh.
-    harmonic_on_coast: effect of all errors at gear-mesh frequency on coast flanks: excess, material
-    there, too, at their position on the path; opposite, they open a coast flank by as much as they
-    close the drive flank at the same instant, as the e(t) of oscillators with clearance.
-    ring_pitch, planet_pitch, sun_pitch: standard deviation of random single-tooth deviations, drawn
-    once for each tooth with ``seed``. pin_tangential, pin_radial: position error of each pin (list,
-    one value for each planet; empty: none), + in the sense of rotation and outward.
+    its teeth. ring_phase, sun_phase: phase of this error at the ring and at the sun gear mesh.
+    harmonic_on_coast: effect of all errors at gear-mesh frequency on coast flanks: excess, excess
+    material on these, too, at their position on the path; opposite, the errors open a coast flank
+    by as much as they close the drive flank at the same instant, as e(t) of oscillators with
+    clearance. ring_pitch, planet_pitch, sun_pitch: standard deviation of random single-tooth
+    deviations, drawn once for each tooth with ``seed``. pin_tangential, pin_radial: position error
+    of each pin (one value for each planet; none if empty), positive in the sense of rotation and
+    outwards.
 
-    sun_helix_slope, ring_helix_slope: helix slope deviation f_Hβ of the drive flank, positive where
+    sun_helix_slope, ring_helix_slope: helix slope deviation f_Hβ of the drive flank, positive if
     more is missing at the +z end of the face, as helix_slope of modifications.
     planet_sun_helix_slope, planet_ring_helix_slope: that of the planets' flank towards sun, ring.
     """
@@ -284,12 +277,12 @@ class GearErrors(Section):
 
     @staticmethod
     def for_each(data: Mapping[str, Any], planets: int) -> dict[str, Any]:
-        """Data of the section, not yet read, with numbers in place of lists said once a planet."""
+        """Raw data of the section with numbers in place of lists expanded to one per planet."""
         numbers = [key for key in OF_PLANETS if isinstance(data.get(key), (int, float))]
         return {**data, **{key: each_planet(key, data[key], planets) for key in numbers}}
 
     def require_planets(self, planets: int) -> None:
-        """Refusal where a list has another number of values than there are planets."""
+        """Raise Refusal for a list whose number of values differs from that of the planets."""
         for key in OF_PLANETS:
             count = len(getattr(self, key))
             if count in (0, planets) or (count == 1 and key in PLANET_LISTS):
@@ -297,20 +290,17 @@ class GearErrors(Section):
             one_for_all = ", or one for all" if key in PLANET_LISTS else ""
             more = count > planets
             mismatch = f"planet {planets + 1} does not exist" if more else "some planets have none"
-            raise Refusal(
-                f"errors.{key}",
-                f"{count} values for {planets} planets: {mismatch}",
-                f"give one for each planet{one_for_all}",
-            )
+            problem = f"{count} values for {planets} planets: {mismatch}"
+            raise Refusal(f"errors.{key}", problem, f"give one for each planet{one_for_all}")
 
     def refuse_parallel(self) -> None:
-        """Refusal of errors of parts that a parallel stage does not have."""
+        """Raise Refusal for errors of parts that a parallel stage does not have."""
         keys = [key for key in NOT_PARALLEL if not key.endswith("_phase")]
         problem = "is an error of a part that a parallel stage does not have"
         self._refuse_set(keys, problem, "use sun_… for the pinion and planet_… for the gear")
 
     def of_planets(self, name: str, planets: int) -> tuple[float, ...]:
-        """One value a planet of one of the lists; zeros where it is empty."""
+        """Values of a list, one for each planet; zeros if it is empty."""
         values: tuple[float, ...] = each_planet(name, getattr(self, name), planets)
         return values
 
@@ -322,11 +312,8 @@ class GearErrors(Section):
             low = 0.0 if name == "planet_eccentricity" else -_LARGEST
             wrong = [v for v in values if not low <= v <= _LARGEST]
             if wrong:
-                raise Refusal(
-                    name,
-                    f"{1e3 * wrong[0]:g} mm is outside {1e3 * low:g} … {1e3 * _LARGEST:g} mm",
-                    "check value and unit",
-                )
+                problem = f"{1e3 * wrong[0]:g} mm is outside {1e3 * low:g} … {1e3 * _LARGEST:g} mm"
+                raise Refusal(name, problem, "check value and unit")
 
 
 NOT_PARALLEL = tuple(  # errors of parts that a parallel stage does not have

@@ -1,4 +1,4 @@
-"""Files that a user names: their text, and tables of numbers under titles with units."""
+"""Reading of files that a user names: text, bytes, and CSV tables with units in the titles."""
 
 from __future__ import annotations
 
@@ -18,18 +18,16 @@ from flexgear.model.errors import InputError, echo
 from flexgear.model.units import Quantity
 
 MEGABYTE = 1 << 20
-MOST_CASE = 4 * MEGABYTE  # of TOML or JSON
-MOST_SERIES = 64 * MEGABYTE  # of a CSV file, millions of rows
-MOST_FE_MESH = 4096 * MEGABYTE
-MOST_REXS = 256 * MEGABYTE  # unpacked; gearboxes with load distributions take some 32
-MOST_MATRICES = 2048 * MEGABYTE
+MAX_CASE_BYTES = 4 * MEGABYTE  # of TOML or JSON
+MAX_CSV_BYTES = 64 * MEGABYTE  # millions of rows
+MAX_FE_MESH_BYTES = 4096 * MEGABYTE
+MAX_REXS_BYTES = 256 * MEGABYTE  # unpacked; gearboxes with load distributions take some 32
+MAX_MATRIX_BYTES = 2048 * MEGABYTE
 
 
-def require_regular(path: Path, what: str, most: int) -> None:
-    """InputError if ``path`` is no regular file, or has more than ``most`` bytes.
-
-    Pipes and devices would keep a reader waiting, or feed it for ever.
-    """
+def require_regular(path: Path, what: str, max_bytes: int) -> None:
+    """Raise InputError unless ``path`` is a regular file of at most ``max_bytes`` bytes. Reading a
+    pipe or device could block or never end. what: name of the content in messages."""
     try:
         status = os.stat(path)
     except FileNotFoundError:
@@ -42,12 +40,12 @@ def require_regular(path: Path, what: str, most: int) -> None:
         raise InputError(str(path), what, "is a folder", "name a file in it")
     if not stat.S_ISREG(status.st_mode):
         raise InputError(str(path), what, "is a device or pipe", "name a file")
-    if status.st_size > most:
-        _too_large(path, what, most)
+    if status.st_size > max_bytes:
+        raise _too_large(path, what, max_bytes)
 
 
 def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
-    """A regular file opened for reading; OSError for a pipe or device, without waiting for it."""
+    """Open a regular file for reading; OSError for a pipe or device, without blocking."""
     handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     try:
         if not stat.S_ISREG(os.fstat(handle).st_mode):
@@ -59,41 +57,40 @@ def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
 
 
 def read_kept(path: str | os.PathLike[str]) -> bytes:
-    """The content of a file of a cache; OSError also for a pipe or device in its place."""
+    """The content of a cached file; OSError also if it is a pipe or device."""
     with open_regular(path) as file:
         return file.read()
 
 
-def read_bytes(path: Path, what: str, most: int) -> bytes:
-    """The content of a regular file of at most ``most`` bytes; InputError where there is none."""
-    require_regular(path, what, most)
+def read_bytes(path: Path, what: str, max_bytes: int) -> bytes:
+    """The content of a regular file; InputError for other files, and for larger ones."""
+    require_regular(path, what, max_bytes)
     try:
         with open_regular(path) as file:
-            content = file.read(most + 1)  # it may grow meanwhile
+            content = file.read(max_bytes + 1)  # it may have grown since the check
     except OSError as fault:
         raise InputError(str(path), what, fault.strerror or "unreadable", "check it") from None
-    if len(content) > most:
-        _too_large(path, what, most)
+    if len(content) > max_bytes:
+        raise _too_large(path, what, max_bytes)
     return content
 
 
-def read_text(path: Path, what: str = "case file", most: int = MOST_CASE) -> str:
-    """The text of a regular file; InputError also if it is no UTF-8. Without a byte order mark."""
+def read_text(path: Path, what: str = "case file", max_bytes: int = MAX_CASE_BYTES) -> str:
+    """The UTF-8 text of a regular file without byte order mark; InputError if it is not UTF-8."""
     try:
-        return read_bytes(path, what, most).decode("utf-8-sig")
+        return read_bytes(path, what, max_bytes).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(str(path), what, "is not UTF-8 text", "save it as plain text") from None
 
 
-def _too_large(path: Path, what: str, most: int) -> None:
-    raise InputError(
-        str(path), what, f"is larger than {most // MEGABYTE} MB", "check that it is the right file"
-    )
+def _too_large(path: Path, what: str, max_bytes: int) -> InputError:
+    problem = f"is larger than {max_bytes // MEGABYTE} MB"
+    return InputError(str(path), what, problem, "check that it is the right file")
 
 
-Row = tuple[int, list[str]]  # number of its line, cells
-Column = tuple[str, str, int, str]  # name, dimension, place, unit
-Values = tuple[int, dict[str, float]]  # number of its line, SI values by column
+Row = tuple[int, list[str]]  # line number, cells
+Column = tuple[str, str, int, str]  # name, dimension, index, unit
+Values = tuple[int, dict[str, float]]  # line number, SI values by column
 
 
 def read_table(
@@ -102,11 +99,11 @@ def read_table(
     columns: Sequence[Mapping[str, str]],
     optional: Mapping[str, str] | None = None,
 ) -> tuple[dict[str, str], Iterator[Values]]:
-    """Titles by column, and rows, of a CSV file; columns that are not asked for are left alone.
+    """Titles by column, and rows of values, of a CSV file; other columns are ignored.
 
-    what: the table in messages. columns: each with its dimension, or several of which the file has
-    one. optional: columns of which the file may have any; a title that only begins like one of them
-    is refused. Raises InputError with the line and column of what is wrong.
+    what: name of the table in messages. columns: dimensions by name; the file must have one column
+    of each mapping. optional: columns that the file may have; a title that begins like one of them
+    but is none of them is refused. Raises InputError with line and column of wrong content.
     """
     where = str(path)
     header, rows, separator = read_cells(path, what)
@@ -121,30 +118,28 @@ def read_table(
 
 
 def read_cells(path: Path, what: str) -> tuple[list[str], Iterator[Row], str]:
-    """Titles, rows of cells, and what separates them, of a CSV file."""
-    text = read_text(path, what, MOST_SERIES)
+    """Titles, rows of cells, and separator of a CSV file."""
+    text = read_text(path, what, MAX_CSV_BYTES)
     separator = _separator(text)
     rows = _rows(text, separator, str(path))
     return [h.strip() for h in next(rows, (0, []))[1]], rows, separator
 
 
 def require_titles(row: list[str], header: list[str], where: str, number: int) -> None:
-    """InputError for a row with cells beyond the titles."""
+    """Raise InputError for a row with more cells than there are titles."""
     if any(cell.strip() for cell in row[len(header) :]):
-        raise InputError(
-            where, f"line {number}", f"has {len(row)} cells under {len(header)} titles",
-            "write numbers with a decimal point, or semicolons between the columns",
-        )  # fmt: skip
+        problem = f"has {len(row)} cells under {len(header)} titles"
+        remedy = "write numbers with a decimal point, or semicolons between the columns"
+        raise InputError(where, f"line {number}", problem, remedy)
 
 
 def number_in(cell: str, separator: str, where: str, place: str) -> float:
-    """The number in a cell; InputError names its place where it holds none."""
+    """The number in a cell; InputError, which names ``place``, if there is none."""
     value = _number(cell, separator)
     if not math.isfinite(value):
-        raise InputError(
-            where, place, f"{echo(cell)} is not a number" if cell else "is empty",
-            "give a number with a decimal point and nothing between thousands",
-        )  # fmt: skip
+        problem = f"{echo(cell)} is not a number" if cell else "is empty"
+        remedy = "give a number with a decimal point and nothing between thousands"
+        raise InputError(where, place, problem, remedy)
     return value
 
 
@@ -162,7 +157,7 @@ def _values(
 
 
 def _separator(text: str) -> str:
-    """Column separator of the first line that is no comment."""
+    """Column separator of the first line that is not a comment."""
     lines = (line for line in text.splitlines() if line.strip() and not _comment(line))
     title = next(lines, "")
     return next((sign for sign in ";\t" if sign in title), ",")
@@ -180,13 +175,12 @@ def _rows(text: str, separator: str, where: str) -> Iterator[Row]:
             if any(cell.strip() for cell in row) and not _comment(row[0]):
                 yield rows.line_num, row
     except csv.Error as fault:
-        raise InputError(
-            where, f"line {rows.line_num}", f"is no CSV: {fault}", "save the table as CSV again"
-        ) from None
+        remedy = "save the table as CSV again"
+        raise InputError(where, f"line {rows.line_num}", f"is no CSV: {fault}", remedy) from None
 
 
 def _number(cell: str, separator: str) -> float:
-    """The number in a cell; NaN where it is none."""
+    """The number in a cell, NaN if it is not a number."""
     if separator != "," and "." not in cell:
         cell = cell.replace(",", ".")
     try:
@@ -207,27 +201,24 @@ def _optional(header: list[str], optional: Mapping[str, str], where: str) -> lis
     begins, present = tuple({name.partition("_")[0] for name in optional}), {c[2] for c in columns}
     for at, title in enumerate(header):
         if begins and title.startswith(begins) and at not in present:
-            raise InputError(
-                where, f"column {echo(title)}", "is not known, or there twice",
-                f"head it {', '.join(map(_usual, optional.items()))}",
-            )  # fmt: skip
+            problem = "is not known, or occurs twice"
+            remedy = f"name it {', '.join(map(_usual, optional.items()))}"
+            raise InputError(where, f"column {echo(title)}", problem, remedy)
     return columns
 
 
 def _column(header: list[str], any_of: Mapping[str, str], where: str) -> Column:
-    """The first column that is one of ``any_of``; InputError without one."""
-    place = _column_of(header, any_of)
-    if place is not None:
-        return place
-    right = " or ".join(f"{n}_{s}" for n, d in any_of.items() for s in Quantity(d).suffixes)
-    raise InputError(
-        where, f"column {' or '.join(any_of)}", f"is not among {echo(', '.join(header))}",
-        f"head a column {right}",
-    )  # fmt: skip
+    """The first column that is one of ``any_of``; InputError if there is none."""
+    column = _column_of(header, any_of)
+    if column is not None:
+        return column
+    titles = " or ".join(f"{n}_{s}" for n, d in any_of.items() for s in Quantity(d).suffixes)
+    problem = f"is not among {echo(', '.join(header))}"
+    raise InputError(where, f"column {' or '.join(any_of)}", problem, f"name a column {titles}")
 
 
 def _column_of(header: list[str], any_of: Mapping[str, str]) -> Column | None:
-    """The first column that is one of ``any_of``."""
+    """The first column that is one of ``any_of``, None if there is none."""
     for at, title in enumerate(header):
         if named := quantity_in(title, any_of):
             return named[0], any_of[named[0]], at, named[1]
@@ -235,7 +226,7 @@ def _column_of(header: list[str], any_of: Mapping[str, str]) -> Column | None:
 
 
 def quantity_in(title: str, dimensions: Mapping[str, str]) -> tuple[str, str] | None:
-    """Which quantity of ``dimensions`` a title names, and in which unit; None for another title."""
+    """Name and unit of the quantity in ``dimensions`` that a title names; None for other titles."""
     for name, dimension in dimensions.items():
         suffix = title.removeprefix(f"{name}_")
         if suffix != title and suffix in Quantity(dimension).suffixes:
@@ -243,7 +234,7 @@ def quantity_in(title: str, dimensions: Mapping[str, str]) -> tuple[str, str] | 
     return None
 
 
-DAMAGED = (  # what reading a damaged zip, or an array in one, may raise; bz2 raises OSError
+DAMAGED = (  # exceptions raised by reading a damaged zip, or an array in it
     zipfile.BadZipFile, zlib.error, lzma.LZMAError, OSError, EOFError, ValueError, RuntimeError,
     NotImplementedError, OverflowError,
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Cases from TOML files and bundled ones, with settings and stages of other cases."""
+"""Loading of cases: TOML files, bundled cases, overrides, and stages taken from other cases."""
 
 from __future__ import annotations
 
@@ -47,87 +47,86 @@ def bundled_text(name: str) -> str:
     return files("flexgear.model").joinpath(_FOLDER, f"{name}.toml").read_text(encoding="utf-8")
 
 
-_open_files: ContextVar[tuple[str, ...]] = ContextVar("cases that stages name", default=())
+_open_files: ContextVar[tuple[str, ...]] = ContextVar("cases being loaded", default=())
 LoadCase = Callable[[str | Path], Case]
-_OF_PORTS = ("inertia", "mass", "tilt_inertia", "bearing", "brake_exponent")
+_PORT_KEYS = ("inertia", "mass", "tilt_inertia", "bearing", "brake_exponent")
 
 
 def take_stages(data: dict[str, Any], where: str, folder: Path, load_case: LoadCase) -> None:
-    """Replace each stage of ``data`` (SI) that names a case by the only stage of that case, changed
-    by the keys beside the name. Inertias, bearings and brake of its ports go to the ports at the
-    same members."""
+    """Replace each stage of ``data`` (SI) that names a case by the only stage of that case.
+
+    Other keys of the stage override those of the named case. Ports at the same members get
+    inertias, bearings and brake exponent of its ports.
+    """
     for k, stage in enumerate(data.get("stages", ())):
         if not isinstance(stage, dict) or "case" not in stage:
             continue
-        word = stage["case"]
-        if not isinstance(word, str) or not word.isprintable():
-            remedy = "name a bundled case or a file"
-            raise InputError(where, f"stages[{k}].case", f"{echo(word)} is not text", remedy)
-        path = folder / os.path.expanduser(word)
-        taken = _taken(path if path.suffix == ".toml" or os.path.isfile(path) else word, load_case,
-                       (where, f"stages[{k}].case"))  # fmt: skip
-        if len(taken.stages) != 1:
-            problem = f"{word} has {len(taken.stages)} stages"
-            raise InputError(where, f"stages[{k}].case", problem, "name a case with one stage")
-        values = taken.stages[0].model_dump(mode="python", exclude_unset=True)
+        source, key = stage["case"], (where, f"stages[{k}].case")
+        if not isinstance(source, str) or not source.isprintable():
+            raise InputError(*key, f"{echo(source)} is not text", "name a bundled case or a file")
+        path = folder / os.path.expanduser(source)
+        is_path = path.suffix == ".toml" or os.path.isfile(path)
+        named_case = _named_case(path if is_path else source, load_case, key)
+        if len(named_case.stages) != 1:
+            problem = f"{source} has {len(named_case.stages)} stages"
+            raise InputError(*key, problem, "name a case with one stage")
+        values = named_case.stages[0].model_dump(mode="python", exclude_unset=True)
         name = stage.get("name") or f"stage_{k + 1}"
-        base = {"material": taken.material.model_dump(mode="python"), **values, "name": name}
+        base = {"material": named_case.material.model_dump(mode="python"), **values, "name": name}
         merged = _merged(base, stage)
         stage.clear()
         stage.update(merged)
-        _take_ports(data, taken, name)
+        _take_ports(data, named_case, name)
 
 
-def _taken(named: Path | str, load_case: LoadCase, key: tuple[str, str]) -> Case:
-    """The case that a stage names; InputError for one whose stages lead back to it."""
-    file = os.path.realpath(named) if isinstance(named, Path) else named
+def _named_case(source: Path | str, load_case: LoadCase, key: tuple[str, str]) -> Case:
+    """The case that a stage names; InputError for circular references."""
+    file = os.path.realpath(source) if isinstance(source, Path) else source
     if file in _open_files.get():
-        problem = f"{named} takes its stage from itself in the end"
-        raise InputError(*key, problem, "name a case that has its stages in it")
+        problem = f"{source} takes its stage from itself in the end"
+        raise InputError(*key, problem, "name a case that contains its stages")
     token = _open_files.set((*_open_files.get(), file))
     try:
-        return load_case(named)
+        return load_case(source)
     finally:
         _open_files.reset(token)
 
 
-def _take_ports(data: dict[str, Any], taken: Case, name: str) -> None:
-    """Give the ports of ``data`` the inertias, bearings and brake that the named case has there."""
+def _take_ports(data: dict[str, Any], named_case: Case, name: str) -> None:
+    """Copy inertias, bearings and brake exponent from the ports of a named case to those of
+    ``data`` at the stage ``name``."""
     ports = [*data.get("inputs", ()), *([data["output"]] if "output" in data else [])]
     for port in ports:
-        at = MemberName.parse(str(port.get("member", "")))
-        counterpart = MemberName.of(taken.stages[0].name, at.part)
-        theirs = taken.port_at(counterpart) if at.stage == name else None
-        if theirs is None:
+        member = MemberName.parse(str(port.get("member", "")))
+        counterpart = MemberName.of(named_case.stages[0].name, member.part)
+        source = named_case.port_at(counterpart) if member.stage == name else None
+        if source is None:
             continue
-        values = theirs.model_dump(mode="python", exclude_none=True)
-        of_port = {key: values[key] for key in _OF_PORTS if key in values}
+        values = source.model_dump(mode="python", exclude_none=True)
+        of_port = {key: values[key] for key in _PORT_KEYS if key in values}
         if port is not data.get("output"):
             of_port.pop("brake_exponent", None)
         port.update({key: value for key, value in of_port.items() if key not in port})
 
 
 def _merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Nested data with values of ``changes`` in place of those of ``base``."""
-    out = dict(base)
+    """Nested data of ``base`` with the values of ``changes``."""
+    merged = dict(base)
     for key, value in changes.items():
-        inside = out.get(key)
-        deep = isinstance(value, dict) and isinstance(inside, dict)
-        out[key] = _merged(inside, value) if deep else value  # type: ignore[arg-type]
-    return out
+        inner = merged.get(key)
+        nested = isinstance(value, dict) and isinstance(inner, dict)
+        merged[key] = _merged(inner, value) if nested else value  # type: ignore[arg-type]
+    return merged
 
 
 def load_case(source: str | Path | Case, overrides: Mapping[str, object] | None = None) -> Case:
-    """Read a TOML file or a bundled case by name; overrides are keyed like the TOML keys.
+    """Read a case from a TOML file, or a bundled case by name, and apply overrides.
 
-    source: a case is taken as it is, but for the overrides.
-
-    A single stage may be written [stage]; it is the only element of ``stages`` under another name,
-    in the file, in overrides and in messages. Files of earlier forms are refused (``upgrade``).
-    overrides: {"stage.planets": 4, "stage.face_width_mm": "400"}, values of Python or texts of
-    TOML; they win over the file, and None takes a key out. Keys of the only stage may come without
-    "stage.".
-    Raises InputError with one line for anything that is wrong.
+    source: path, name, or a case, to which only the overrides are applied. overrides: values by
+    TOML key, such as {"stage.planets": 4, "stage.face_width_mm": "400"}, as Python values or TOML
+    text; None deletes a key. A single stage may be written [stage], in the file, in overrides and
+    in messages; keys of it need no "stage.". Raises InputError for wrong input, including files of
+    earlier versions (``upgrade``).
     """
     if isinstance(source, Case):
         return _overridden(source, overrides or {})
@@ -153,7 +152,8 @@ def case_of_toml(
     folder: Path | None = None,
     overrides: Mapping[str, object] | None = None,
 ) -> Case:
-    """The case of parsed TOML data. where: named in messages; folder: of the files it names."""
+    """The case of parsed TOML data. where: source named in messages; folder: base of relative paths
+    in the data."""
     folder = folder or Path()
     refuse_earlier_file(raw, where)
     try:
@@ -165,11 +165,11 @@ def case_of_toml(
 def _case(
     raw: Mapping[str, Any], overrides: Mapping[str, object], where: str, folder: Path, name: str
 ) -> Case:
-    """The case of TOML data under its long keys, with overrides carried out."""
+    """The case of TOML data with ``stages``, with overrides applied."""
     written = Written()
     data = to_si(Case, raw, where, written)
     named = [key for key in overrides if key.rpartition(".")[2] == "case"]
-    for key in named:  # which stage, before what changes in it
+    for key in named:  # the case of a stage comes before changes of its keys
         data = _override(data, key, overrides[key], written)
     take_stages(data, where, folder, load_case)
     for key, value in overrides.items():
@@ -187,8 +187,8 @@ def _override(data: dict[str, Any], key: str, value: object, written: Written) -
 
 
 def whole_key(key: str, data: Mapping[str, Any], where: str) -> str:
-    """A key of a setting with stages by number; one of the case's only stage may come without
-    "stage.". InputError if it is neither that nor a key of the case."""
+    """The full key of an override, with stages by number. Keys of the only stage may come without
+    "stage.". Raises InputError for an unknown key."""
     refuse_earlier_key(key, where)
     first, stages = key.partition(".")[0], data.get("stages", ())
     if first in ("stage", "stages"):
@@ -218,23 +218,21 @@ def with_list(raw: Mapping[str, Any], where: str) -> Mapping[str, Any]:
     if "stages" in raw:
         raise InputError(where, "stage", "is given beside [[stages]]", "keep one of the two forms")
     if not isinstance(only, dict):
-        raise InputError(
-            where, "stage", "is not a section", "write it as [stage], or several as [[stages]]"
-        )
+        problem = "is not a section"
+        raise InputError(where, "stage", problem, "write it as [stage], or several as [[stages]]")
     rest = {key: value for key, value in raw.items() if key != "stage"}
     return {**rest, "stages": [{"name": "stage", **only}]}
 
 
 def _find(source: str | Path) -> tuple[str, str, Path, str]:
-    """Text, how to name it in messages, folder for relative paths, name of the case."""
+    """Text of a case, its source for messages, folder for relative paths, name of the case."""
     path = Path(source)
     if path.suffix or len(path.parts) != 1 or os.path.isfile(path):
         return read_text(path), str(source), path.parent, path.stem
-    if str(source) in bundled_cases():  # which a folder of that name does not hide
+    if str(source) in bundled_cases():  # takes precedence over a folder of that name
         return bundled_text(str(source)), str(source), Path(), str(source)
     if os.path.exists(path):
         return read_text(path), str(source), path.parent, path.stem
     hint = nearest(str(source), bundled_cases())
-    raise InputError(
-        str(source), "case", "is neither a file nor a bundled case", f"give a .toml file, or {hint}"
-    )
+    problem = "is neither a file nor a bundled case"
+    raise InputError(str(source), "case", problem, f"give a .toml file, or {hint}")

@@ -1,4 +1,4 @@
-"""Load cases of a rating: what members carry, and for how long; in a case, a CSV, or in series."""
+"""Load cases of a rating with their durations, in a case, a CSV table or time series."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _CHANNEL = re.compile(r"(-?)\s*([^\[\]()]+?)\s*(?:[\[(]([^\[\]()]*)[\])])?")
 
 
 class Channel(NamedTuple):
-    """A channel of a file. sign: factor on its values; unit: "" for the file's."""
+    """A channel of a file. sign: factor on its values; unit: "" for the unit in the file."""
 
     sign: float
     name: str
@@ -34,7 +34,7 @@ class Channel(NamedTuple):
 
 
 def channel_of(text: str) -> Channel | None:
-    """The channel that "NAME", "-NAME" or "NAME [unit]" names; None where it is none of these."""
+    """The channel named by "NAME", "-NAME" or "NAME [unit]"; None for other text."""
     match = _CHANNEL.fullmatch(text.strip())
     return Channel(-1.0 if match[1] else 1.0, match[2], match[3] or "") if match else None
 
@@ -43,16 +43,16 @@ YEAR = 8784.0  # h, of a leap year
 
 
 def files_named(pattern: str) -> list[str]:
-    """Files of a pattern such as "dlc12/*.outb"; none for one with a zero byte."""
+    """Files that match a pattern such as "dlc12/*.outb"; none for a pattern with a zero byte."""
     return [] if "\0" in pattern else glob(pattern, recursive=True)
 
 
 class DesignLoadCase(Section):
-    """Files that stand for some hours of each year.
+    """Files that represent some hours of each year.
 
-    name: of the design load case. files: a file, or a pattern such as "dlc12/*.outb", from the
-    case's folder. hours_per_year: shared by the files in proportion to their durations. extreme:
-    whether only its extreme loads count, without duration.
+    name: of the design load case. files: a file, or a pattern such as "dlc12/*.outb", relative to
+    the case's folder. hours_per_year: divided between the files in proportion to their durations.
+    extreme: whether only its extreme loads count, without duration.
     """
 
     name: str
@@ -68,7 +68,7 @@ class DesignLoadCase(Section):
             self._require_set(["hours_per_year"], "is missing", remedy)
 
     def paths(self, where: str) -> list[Path]:
-        """The files, in the order of their names; InputError where there is none."""
+        """The files in the order of their names; InputError if there are none."""
         paths = sorted(Path(name) for name in files_named(self.files))
         if not paths:
             problem = f"'{self.files}' names no file"
@@ -77,24 +77,25 @@ class DesignLoadCase(Section):
 
 
 class LoadSeries(Section):
-    """Series of OpenFAST (.out, .outb), CSV or netCDF files, sorted into bins of torque, speed and
-    loads on the first input.
+    """Time series in OpenFAST (.out, .outb), CSV or netCDF files, sorted into bins of torque, speed
+    and loads on the first input.
 
-    A channel is "NAME", "-NAME" with opposite sign, or "NAME [unit]" where the file gives no unit.
+    A channel is "NAME", "-NAME" with opposite sign, or "NAME [unit]" if the file gives no unit.
 
     years: design life. design_load_cases: files and their hours. time, torque, speed: channels;
     torque acts on the first input from outside, both positive about +z. force, moment: channels of
-    the loads on the first input along x, y, z, of a moment x, y; "" for none. azimuth: channel of
-    the angle by which the axes of force and moment have turned about z, where these are the
-    rotor's; a load is binned in fixed axes. start: time to skip at the beginning of each file.
-    torque_step, speed_step, force_step, moment_step: widths of the bins, whose edges are whole
-    multiples; left out, a twentieth of rated torque, a quarter of rated speed, for moments half of
-    rated torque.
+    the force on the first input along x, y, z and of the moment about x, y; "" for none. azimuth:
+    channel of the angle by which the axes of force and moment have turned about z, if these are the
+    rotor's axes; loads are binned in fixed axes. start: time to skip at the beginning of each file.
+    torque_step, speed_step, force_step, moment_step: widths of the bins, whose edges are integer
+    multiples; if left out, a twentieth of rated torque, a quarter of rated speed, for moments half
+    of rated torque.
 
-    damage  the torque that does the damage of all samples of the bin by n |T|^exponent
-    edge    the upper edge of torque and loads, on the safe side
+    damage  the torque with the same damage as all samples of the bin by n |T|^exponent
+    edge    the upper edge of torque and loads, which is conservative
 
-    value: torque and loads of a bin. exponent: 6.6 is that of flanks of case-hardened gears.
+    value: torque and loads of a bin. exponent: of the damage sum; 6.6 for flanks of case-hardened
+    gears.
     """
 
     years: float = Field(gt=0.0, le=100.0)
@@ -131,13 +132,13 @@ class LoadSeries(Section):
         names = [case.name for case in self.design_load_cases]
         for k, name in enumerate(names):
             if name in names[:k]:
-                problem = f"{echo(name)} is there twice"
-                raise Refusal(f"design_load_cases.{k}.name", problem, "give each its own name")
+                problem = f"{echo(name)} occurs twice"
+                raise Refusal(f"design_load_cases.{k}.name", problem, "give each a unique name")
 
     @property
     def channels(self) -> dict[str, tuple[Channel, str]]:
-        """Channels and their dimensions by what they are of: time, torque, speed, azimuth, force_x
-        … moment_y; those that are named."""
+        """Channels that are given, with their dimensions, by quantity: time, torque, speed,
+        azimuth, force_x … moment_y."""
         texts = {
             "time": (self.time, "time"),
             "torque": (self.torque, "torque"),
@@ -155,7 +156,7 @@ class LoadSeries(Section):
         return self.years * sum(case.hours_per_year or 0.0 for case in self.design_load_cases)
 
 
-SUM_OF_HOURS = 1e-3  # by which hours may miss their stated total; tables are printed with 4 digits
+SUM_OF_HOURS = 1e-3  # relative tolerance of total hours, since tables are printed with 4 digits
 _PLAIN = ("name", "hours", "cycles", "extreme", "back_driven")  # titles without a unit
 SHARE = "share"  # title of hours as shares of the total
 AXES = ("x", "y", "z")
@@ -165,11 +166,11 @@ FLAGS = {"1": True, "true": True, "yes": True, "0": False, "false": False, "no":
 
 class MemberState(Section):
     """State of one member in a load case. Speeds and torques of ports that are left out follow the
-    first given one, in rated proportion; a load that is left out is that of ``loads``.
+    first given one in rated proportion; a load that is left out is taken from ``loads``.
 
     speed: of a port. torque: on the member of a port from outside, positive about +z. power: into
-    the train at a port, for the torque power / speed. force, moment: along x, y, z on any member;
-    about the axis of a port that is the torque. frame: whose axes these are.
+    the train at a port, which gives the torque power / speed. force, moment: along x, y, z on any
+    member; the moment about the axis of a port is its torque. frame: axes of force and moment.
     """
 
     speed: Speed | None = Field(default=None, ge=-1e4, le=1e4)
@@ -184,9 +185,9 @@ class MemberState(Section):
 
 
 class OtherMember(MemberState):
-    """A port other than the first input, or any member with a load.
+    """State of a port other than the first input, or of any member with a load.
 
-    member: its name.
+    member: name of the member.
     """
 
     member: Member
@@ -196,10 +197,10 @@ class LoadCase(MemberState):
     """A steady state with its duration, or an extreme one without. Its keys speed to frame are
     those of the first input.
 
-    name: unique, shown in tables. hours: in the whole life. cycles: turns of the first input in
-    place of hours. extreme: whether it is a static load that has no duration. back_driven: whether
-    power intentionally flows against its rated sense, as when a motor brakes. members: other ports,
-    and loads on other members. source, line: file and line that it was read from.
+    name: unique, shown in tables. hours: in the whole life. cycles: revolutions of the first input,
+    in place of hours. extreme: whether the load is static and has no duration. back_driven: whether
+    power intentionally flows against its rated direction, as when a motor brakes. members: other
+    ports, and loads on other members. source, line: file and line from which it was read.
     """
 
     name: str = ""
@@ -221,19 +222,21 @@ class LoadCase(MemberState):
         self._keep_one("cycles", "hours")
 
     def states(self, first: str) -> Iterator[tuple[str, str, MemberState]]:
-        """Key before those of a state, its member and the state; ``first``: the first input's."""
+        """Prefix of the keys, member and state of each member; ``first``: member of the first
+        input."""
         yield "", first, self
         for k, other in enumerate(self.members):
             yield f"members[{k}].", other.member, other
 
 
 class Spectrum(Section):
-    """Load cases of a table, beside those of ``load_cases``.
+    """Load cases of a table, in addition to those of ``load_cases``.
 
     file: CSV with a row for each load case under titles that are keys of ``load_cases``: name,
     hours or cycles, extreme and back_driven (1 or 0), speed_rpm, torque_knm or power_mw, force_x_kn
-    … moment_z_knm, frame; for other members after their name: stage.sun.torque_nm; in place of
-    hours share, of total_hours. total_hours: sum of the hours of all load cases, for a check.
+    … moment_z_knm, frame; for other members with their name in front: stage.sun.torque_nm; in place
+    of hours also share, of total_hours. total_hours: sum of the hours of all load cases, for a
+    check.
     """
 
     file: str | None = None
@@ -241,8 +244,7 @@ class Spectrum(Section):
 
 
 def check_load_cases(case: Case) -> None:
-    """Refusal unless load cases have names of their own, members that can carry what they say, and
-    the hours that are stated."""
+    """Check names, members and total hours of the load cases of a case; raises Refusal."""
     for key in ("load_cases", "load_series"):
         if getattr(case, key) and (case.output is None or not case.inputs):
             raise Refusal(key, "is given for a case without inputs and output", "add them")
@@ -250,7 +252,7 @@ def check_load_cases(case: Case) -> None:
     for k, load_case in enumerate(case.load_cases):
         if load_case.name and load_case.name in names:
             problem = f"{echo(load_case.name)} is also the name of number {names[load_case.name]}"
-            raise Refusal(f"load_cases.{k}.name", problem, "give each its own name")
+            raise Refusal(f"load_cases.{k}.name", problem, "give each a unique name")
         names[load_case.name] = k + 1
         _check_members(case, k, load_case)
     total = case.spectrum.total_hours
@@ -258,11 +260,8 @@ def check_load_cases(case: Case) -> None:
     hours += [case.load_series.hours] if case.load_series else []
     timed = all(c.cycles is None for c in case.load_cases)
     if total is not None and hours and timed and abs(sum(hours) / total - 1.0) > SUM_OF_HOURS:
-        raise Refusal(
-            "spectrum.total_hours",
-            f"is {total:g}, but the hours of {len(hours)} load cases add up to {sum(hours):g}",
-            "correct the hours or the total",
-        )
+        problem = f"is {total:g}, but the hours of {len(hours)} load cases add up to {sum(hours):g}"
+        raise Refusal("spectrum.total_hours", problem, "correct the hours or the total")
 
 
 def _check_members(case: Case, k: int, load_case: LoadCase) -> None:
@@ -282,12 +281,12 @@ def _check_members(case: Case, k: int, load_case: LoadCase) -> None:
             problem = f"is given for {member}, which is neither input nor output"
             raise Refusal(f"{key}{stated[0]}", problem, f"name one of {', '.join(ports)}")
         if member in ports and state.moment is not None and state.moment[2] != 0.0:
-            problem = f"has a part about the axis of {member}, which is the torque of a port"
-            raise Refusal(f"{key}moment", problem, "put it into torque, and 0 here")
+            problem = f"has a component about the axis of {member}, which is the torque of a port"
+            raise Refusal(f"{key}moment", problem, "give it as torque, and 0 here")
 
 
 def take_spectrum(data: dict[str, Any], written: Written) -> None:
-    """Rows of the table that SI data of a case name become load cases, behind those of the case."""
+    """Append the rows of the spectrum's table to the load cases in SI data of a case."""
     spectrum = data.get("spectrum")
     if not isinstance(spectrum, dict) or not isinstance(spectrum.get("file"), str):
         return
@@ -301,8 +300,8 @@ def take_spectrum(data: dict[str, Any], written: Written) -> None:
 def read_load_cases(
     path: Path, before: int, written: Written, total: float | None = None
 ) -> Iterator[dict[str, Any]]:
-    """SI data of a load case for each row of a CSV file. before: load cases that come before it;
-    total: hours that shares are of."""
+    """SI data of a load case for each row of a CSV file. before: number of load cases before the
+    first row; total: total hours, for shares."""
     where = str(path)
     header, rows, separator = read_cells(path, "load spectrum")
     columns = [_column(title, where) for title in header]
@@ -317,7 +316,7 @@ def read_load_cases(
         require_titles(cells, header, where, number)
         if len(cells) < len(header):
             problem = f"has {len(cells)} cells under {len(header)} titles"
-            remedy = "is it cut short? Between separators a cell may be empty"
+            remedy = "is the file complete? Cells between separators may be empty"
             raise InputError(where, f"line {number}", problem, remedy)
         row: dict[str, Any] = {"source": where, "line": number}
         at = f"load_cases.{before}"
@@ -341,7 +340,7 @@ def read_load_cases(
                 value = quantity.to_si(value, suffix) if quantity else value
                 if suffix == SHARE:
                     if not isinstance(total, float | int):
-                        raise InputError(*key, "is of no total", "give spectrum.total_hours")
+                        raise InputError(*key, "needs a total", "give spectrum.total_hours")
                     value *= total
                 if axis:
                     vector = list(state.get(name, (0.0, 0.0, 0.0)))
@@ -358,7 +357,7 @@ def read_load_cases(
 
 
 def _state(row: dict[str, Any], member: str, at: str) -> tuple[dict[str, Any], str]:
-    """Where a row keeps values of a member ("": of the first input), and the path to them."""
+    """Data of a member's state in a row ("" for the first input), and the path to it."""
     if not member:
         return row, at
     members: dict[str, Any] = row.setdefault("members", {})
@@ -367,8 +366,8 @@ def _state(row: dict[str, Any], member: str, at: str) -> tuple[dict[str, Any], s
 
 
 def _column(title: str, where: str) -> tuple[str, str, str, str]:
-    """Member ("" for the first input), key, axis and unit that a title names; all "" for a title
-    that begins with #."""
+    """Member ("" for the first input), key, axis and unit of a title; all "" if it begins with
+    #."""
     if title.startswith("#"):
         return "", "", "", ""
     member, _, key = title.rpartition(".")
@@ -381,10 +380,8 @@ def _column(title: str, where: str) -> tuple[str, str, str, str]:
         name, _, axis = named[0].partition("_")
         return member, name, axis, named[1]
     keys = [k for k in _titles() if not member or k not in _PLAIN]
-    raise InputError(
-        where, f"column {echo(title)}", "is not known",
-        f"{nearest(key, keys)}; a title that begins with # is left alone",
-    )  # fmt: skip
+    remedy = f"{nearest(key, keys)}; titles that begin with # are ignored"
+    raise InputError(where, f"column {echo(title)}", "is not known", remedy)
 
 
 def _titles() -> list[str]:

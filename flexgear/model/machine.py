@@ -1,4 +1,4 @@
-"""Machines at inputs and output, and histories over time, written in a case or read from a CSV."""
+"""Machines at inputs and output, and histories of torque, speed and loads over time."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import scipy  # which loads its parts as they are named
+import scipy  # loads its submodules on first use
 from numpy.typing import ArrayLike
 from pydantic import Field
 
@@ -30,7 +30,7 @@ LOAD_COLUMNS = {f"force_{axis}": "force" for axis in "xyz"} | {
 
 def read_time_series(path: Path, what: Followed) -> tuple[Points, Points]:
     """Times (s) and torques (N m) or speeds (rad/s) of a CSV file with the columns time_s and
-    torque_nm, or time_s and speed_rpm; other columns are left alone."""
+    torque_nm, or time_s and speed_rpm; other columns are ignored."""
     times, series = _series(path, f"{what} series", {what: what}, {})
     return times, series[what]
 
@@ -41,7 +41,7 @@ def read_load_series(path: Path) -> tuple[Points, tuple[Points, ...], tuple[Poin
     times, series = _series(path, "load series", {}, LOAD_COLUMNS)
     if not series:
         raise InputError(
-            str(path), "load series", "has no component",
+            str(path), "load series", "has no column of a force or moment",
             "head a column force_x_n, force_y_n, force_z_n, moment_x_nm, moment_y_nm or "
             "moment_z_nm",
         )  # fmt: skip
@@ -53,7 +53,8 @@ def read_load_series(path: Path) -> tuple[Points, tuple[Points, ...], tuple[Poin
 def _series(
     path: Path, series: str, needed: dict[str, str], optional: dict[str, str]
 ) -> tuple[Points, dict[str, Points]]:
-    """Rising times, and the columns that there are."""
+    """Increasing times, and values by column, of a CSV file. needed, optional: dimensions by
+    column."""
     where = str(path)
     times: list[float] = []
     columns = [{"time": "time"}, *({name: d} for name, d in needed.items())]
@@ -61,10 +62,8 @@ def _series(
     histories: dict[str, list[float]] = {name: [] for name in titles if name != "time"}
     for number, values in rows:
         if times and values["time"] <= times[-1]:
-            raise InputError(
-                where, f"line {number}, {titles['time']}", "does not rise",
-                "put the rows in order of time, each time once",
-            )  # fmt: skip
+            remedy = "put the rows in order of time, each time once"
+            raise InputError(where, f"line {number}, {titles['time']}", "does not increase", remedy)
         times.append(values["time"])
         for name, column in histories.items():
             column.append(values[name])
@@ -73,23 +72,23 @@ def _series(
     return tuple(times), {name: tuple(column) for name, column in histories.items()}
 
 
-_SAME_TIME = 1e-12  # of a time; a step at 1 s counts from the first instant after 1 s
-_MOST: dict[Followed, tuple[float, str]] = {"torque": (1e9, "1e9 N m"), "speed": (1e4, "1e4 rad/s")}
+_TIME_TOLERANCE = 1e-12  # relative; a step at 1 s acts from the first instant after 1 s
+_MAX: dict[Followed, tuple[float, str]] = {"torque": (1e9, "1e9 N m"), "speed": (1e4, "1e4 rad/s")}
 
 
 class TimeHistory(Section):
     """A torque or a speed over time; the rated one if left out.
 
     constant  ``torque`` or ``speed`` at all times
-    steps     ``torques[k]`` or ``speeds[k]`` for times[k] < t <= times[k+1]; the first holds before
-    ramp      straight lines between the points of time, constant outside
-    soft      half cosines between the points of time, constant outside: without jump and kink
+    steps     ``torques[k]`` or ``speeds[k]`` for times[k] < t <= times[k+1], before that the first
+    ramp      straight lines between the points, constant outside
+    soft      half cosines between the points, constant outside: without jumps and kinks
     csv       as ramp, the points read from ``file``, columns time_s and torque_nm or speed_rpm;
-              between points of a speed a smooth curve without overshoot (Fritsch, Butland 1984), as
-              every kink of a given speed is a jump of its torque
+              between points of a speed a smooth curve without overshoot (Fritsch, Butland 1984),
+              since a kink of a prescribed speed is a jump of its torque
 
-    kind: form of the history. torque, speed: of a constant one. times: of its points, rising.
-    torques, speeds: at these times. file: CSV of the points.
+    kind: form of the history. torque, speed: value of a constant history. times: times of the
+    points, increasing. torques, speeds: values at these times. file: CSV of the points.
     """
 
     kind: Literal["constant", "steps", "ramp", "soft", "csv"] = "constant"
@@ -102,7 +101,7 @@ class TimeHistory(Section):
 
     @property
     def followed(self) -> Followed:
-        """Quantity of the history."""
+        """Quantity of the history, "torque" or "speed"."""
         return "torque"
 
     def _check(self) -> None:
@@ -116,16 +115,14 @@ class TimeHistory(Section):
             columns = "time_s and torque_nm" if what == "torque" else "time_s and speed_rpm"
             raise Missing("file", "is missing", f"name a CSV file with {columns}")
         if len(self.times) != len(self.values) or not self.times:
-            raise Refusal(
-                "times",
-                f"{len(self.times)} times and {len(self.values)} {what}s",
-                f"a history of kind {self.kind!r} needs as many times as {what}s",
-            )
+            problem = f"{len(self.times)} times and {len(self.values)} {what}s"
+            remedy = f"a history of kind {self.kind!r} needs as many times as {what}s"
+            raise Refusal("times", problem, remedy)
         if np.any(np.diff(self.times) <= 0):
-            raise Refusal("times", "do not rise", "put them in order, each once")
-        most, limit = _MOST[what]
-        if max(abs(x) for x in self.values) > most:
-            raise Refusal(f"{what}s", f"are beyond {limit}", "check the unit")
+            raise Refusal("times", "do not increase", "put them in order, each once")
+        limit, limit_text = _MAX[what]
+        if max(abs(x) for x in self.values) > limit:
+            raise Refusal(f"{what}s", f"are beyond {limit_text}", "check the unit")
 
     @property
     def is_series(self) -> bool:
@@ -134,7 +131,7 @@ class TimeHistory(Section):
 
     @property
     def is_steep(self) -> bool:
-        """Whether it may change fast: a series with kinks, or of a file."""
+        """Whether the history may change fast: a ramp, or the points of a file."""
         return self.is_series and self.kind != "soft"
 
     @property
@@ -143,28 +140,28 @@ class TimeHistory(Section):
         return self.torques if self.followed == "torque" else self.speeds
 
     def steady(self, rated: float) -> float:
-        """Torque or speed of a constant history: as given, or the rated one."""
-        level = self.torque if self.followed == "torque" else self.speed
-        return rated if level is None else level
+        """Torque or speed of a constant history, the rated value if none is given."""
+        value = self.torque if self.followed == "torque" else self.speed
+        return rated if value is None else value
 
     def at(self, time: ArrayLike, rated: float) -> Array:
-        """Torque, N m, or speed, rad/s, at the times given, s; same shape."""
+        """Torque, N m, or speed, rad/s, at times (any shape), s; same shape."""
         t = np.asarray(time, dtype=float)
         if self.kind == "constant":
             return np.full(t.shape, self.steady(rated))
         times, values = np.asarray(self.times), np.asarray(self.values)
         if self.kind == "steps":
-            at = np.searchsorted(times + _SAME_TIME * np.abs(times), t, side="left") - 1
+            at = np.searchsorted(times + _TIME_TOLERANCE * np.abs(times), t, side="left") - 1
             return values[np.clip(at, 0, len(values) - 1)]
         return self._curve(t)[0]
 
     def rate_at(self, time: ArrayLike) -> Array:
-        """Rate of change, N m/s or rad/s², at times away from jumps and kinks; same shape."""
+        """Rate of change, N m/s or rad/s², at times (any shape) without jumps and kinks."""
         t = np.asarray(time, dtype=float)
         return self._curve(t)[1] if self.is_series else np.zeros(t.shape)
 
     def _curve(self, t: Array) -> tuple[Array, Array]:
-        """Values between the points of time and their rates, at times (…) beside kinks."""
+        """Values and rates of a ramp, soft or csv history at times t (…), without kinks."""
         times, values = np.asarray(self.times), np.asarray(self.values)
         within = (t > times[0]) & (t < times[-1])
         if self._smooth:
@@ -186,17 +183,17 @@ class TimeHistory(Section):
         return self.kind == "csv" and self.followed == "speed" and len(self.times) > 1
 
     def change_times(self) -> tuple[float, ...]:
-        """Times at which it jumps, s."""
+        """Times at which the history jumps, s."""
         return self.times[1:] if self.kind == "steps" else ()
 
     def kinks(self) -> tuple[float, ...]:
-        """Times at which its rate jumps, s."""
+        """Times at which the rate of the history jumps, s."""
         if self._smooth:
             return (self.times[0], self.times[-1])
         return self.times if self.kind in ("ramp", "csv") else ()
 
 
-_OF_LAW = {  # keys of one law alone
+_KEYS_OF_LAW = {
     "controller": ("kp", "ki", "least_torque", "most_torque"),
     "brake": ("brake_torque", "brake_exponent"),
 }
@@ -205,16 +202,17 @@ _OF_LAW = {  # keys of one law alone
 class Machine(TimeHistory):
     """Machine at a port; torques act on the member, torques and speeds are positive about +z.
 
-    torque      the torque of the history, whatever the speed
-    speed       the speed of the history, whatever torque it takes; a result is the torque
-    controller  T = kp (ω_s − ω) + ki ∫ (ω_s − ω) dt with the set speed ω_s of the history, from
-                least_torque to most_torque, where the integral stands; it starts where it has to
+    torque      the torque of the history at any speed
+    speed       the speed of the history; the torque is a result
+    controller  T = kp (ω_s − ω) + ki ∫ (ω_s − ω) dt with the set speed ω_s of the history, limited
+                to least_torque and most_torque, where the integral is held; the initial integral
+                gives the torque of the initial equilibrium
     brake       T = −brake_torque sign(ω) |ω/ω_rated|^brake_exponent; brake_torque that of statics
                 if left out
 
-    law: what it follows. kp, ki: gains of a controller on speed and on angle. least_torque,
-    most_torque: limits of a controller. brake_torque: at rated speed. brake_exponent: of the speed
-    in a brake's torque.
+    law: law of the machine. kp, ki: gains of a controller on speed and on angle. least_torque,
+    most_torque: limits of a controller. brake_torque: at rated speed. brake_exponent: exponent of
+    the speed in a brake's torque.
     """
 
     law: Literal["torque", "speed", "controller", "brake"] = "torque"
@@ -227,28 +225,27 @@ class Machine(TimeHistory):
 
     @property
     def followed(self) -> Followed:
-        """Quantity of its history."""
+        """Quantity of the history: "speed" for the laws speed and controller, else "torque"."""
         return "speed" if self.follows_speed else "torque"
 
     @property
     def follows_speed(self) -> bool:
-        """Whether a speed is held or controlled."""
+        """Whether the machine prescribes or controls a speed."""
         return self.law in ("speed", "controller")
 
     @classmethod
     def required(cls, data: Mapping[str, Any]) -> list[Missing]:
-        """A controller has a gain."""
-        lacks = data.get("law") == "controller" and data.get("kp") is None
-        return [Missing("kp", "is missing for a controller")] if lacks else []
+        """``kp`` for a controller."""
+        missing = data.get("law") == "controller" and data.get("kp") is None
+        return [Missing("kp", "is missing for a controller")] if missing else []
 
     def _check(self) -> None:
-        for law, keys in _OF_LAW.items():
+        for law, keys in _KEYS_OF_LAW.items():
             if self.law != law:
                 self._refuse_set(keys, f"is given, but law is {self.law!r}", f'set law = "{law}"')
         if self.law == "speed" and self.kind == "steps":
-            raise Refusal(
-                "kind", "a speed cannot jump: no torque is large enough", 'use kind = "soft"'
-            )
+            problem = "a speed cannot jump: no torque is large enough"
+            raise Refusal("kind", problem, 'use kind = "soft"')
         least, most = self.least_torque, self.most_torque
         if least is not None and most is not None and not least < most:
             raise Refusal("least_torque", "is not below most_torque", "lower it")
@@ -256,10 +253,10 @@ class Machine(TimeHistory):
 
 
 def refuse_infinite_slope(brake_exponent: float) -> None:
-    """Refusal of a brake torque T ~ |ω|^exponent with infinite slope at zero speed, which no time
-    step can follow."""
+    """Raise Refusal for a brake torque T ~ |ω|^exponent with infinite slope at zero speed, which
+    cannot be integrated."""
     if 0.0 < brake_exponent < 1.0:
-        problem = "between 0 and 1 the torque rises infinitely fast at rest"
+        problem = "between 0 and 1 the slope of the torque is infinite at zero speed"
         raise Refusal("brake_exponent", problem, "0 or ≥ 1")
 
 
@@ -269,10 +266,11 @@ def machine_of(drive: TimeHistory) -> Machine:
 
 
 def machines_of(case: Case) -> tuple[Machine | None, ...]:
-    """Machines at the ports of a case; None: one that follows the first input's torque in the rated
-    proportion, or has its own rated torque where the first input follows no torque.
+    """Machines at the ports of a case.
 
-    ``drive`` is another name for the first input's; the output brakes unless it says otherwise.
+    The machine of the first input is ``drive`` if it has none; that of the output is a brake if it
+    has none. None stands for an input whose torque is in rated proportion to that of the first
+    input, or its rated torque if the first input follows no torque.
     """
     machines = [port.machine for port in case.inputs]
     if machines and machines[0] is None:
@@ -288,7 +286,7 @@ def machines_of(case: Case) -> tuple[Machine | None, ...]:
 
 
 def series_of(case: Case) -> tuple[str, ...]:
-    """Members whose machine or load follows a series of a case that may be steep."""
+    """Members whose machine or load has a history that may change fast."""
     ports = zip(case.ports, machines_of(case), strict=True)
     members = [port.member for port, machine in ports if machine is not None and machine.is_steep]
     members += [load.member for load in case.loads if load.is_history]
@@ -296,7 +294,7 @@ def series_of(case: Case) -> tuple[str, ...]:
 
 
 def check_machines(case: Case) -> None:
-    """Each end has one machine, and one end at least follows a torque or a law."""
+    """Check that the first input has one machine, and that a port does not follow a speed."""
     if not case.inputs:
         return
     first = case.inputs[0].machine
@@ -307,28 +305,22 @@ def check_machines(case: Case) -> None:
     if first is not None and keys:
         raise Refusal(f"drive.{keys[0]}", "is given beside inputs.0.machine", "keep one of them")
     if first is not None and first.law != "torque" and case.drive.steps.torques:
-        raise Refusal(
-            "drive.steps.torques",
-            f"are drops of a torque, but the first input follows the law {first.law!r}",
-            'take them out, or set its law = "torque"',
-        )
+        problem = f"are drops of a torque, but the first input follows the law {first.law!r}"
+        raise Refusal("drive.steps.torques", problem, 'take them out, or set its law = "torque"')
     if case.output is None:
         return
     machines = machines_of(case)
     if all(machine is not None and machine.follows_speed for machine in machines):
-        raise Refusal(
-            "output.machine.law",
-            "all ports follow a speed, so nothing says how much torque goes through the train",
-            'let one of them follow law = "torque" or "brake"',
-        )
+        problem = "all ports follow a speed, so the torque of the train is undetermined"
+        remedy = 'let one of them follow law = "torque" or "brake"'
+        raise Refusal("output.machine.law", problem, remedy)
 
 
 class TorqueDrops(Section):
-    """Torque drops that ``flexgear run`` computes, one by one: from ``start``, for ``duration``;
-    then the torque is rated again and the run goes on for ``after``. Times that are left out follow
-    from the case.
+    """Torque drops, each of which ``flexgear run`` computes as a separate transient: from ``start``
+    for ``duration``, then rated torque for ``after``. Times that are left out follow from the case.
 
-    torques: one for each drop. start: of the drop. duration: of the drop. after: time after the
+    torques: torque of each drop. start: of the drop. duration: of the drop. after: time after the
     drop.
     """
 
@@ -339,14 +331,14 @@ class TorqueDrops(Section):
 
     @property
     def times(self) -> tuple[float, float, float]:
-        """start, duration, after, s, where they are known (``coupling.pace.timed_drops``)."""
+        """start, duration, after, s, of drops with all times (``coupling.pace.timed_drops``)."""
         assert self.start is not None and self.duration is not None and self.after is not None
         return self.start, self.duration, self.after
 
 
 class TorqueHistory(TimeHistory):
-    """Machine of the first input, which follows a torque; inputs without a machine of their own
-    follow in their rated proportion.
+    """Torque history of the first input; torques of inputs without a machine are in rated
+    proportion to it.
 
     steps (the section): torque drops that ``flexgear run`` computes in addition to steady running.
     """
@@ -354,7 +346,7 @@ class TorqueHistory(TimeHistory):
     steps: TorqueDrops = TorqueDrops()
 
     def drop(self, torque: float, start: float, duration: float, rated: float) -> TorqueHistory:
-        """The drive of one torque drop: ``torque`` for ``duration`` s from ``start`` s on."""
+        """The history of one torque drop: ``torque`` for ``duration`` s from ``start`` s."""
         before = self.steady(rated)
         return self.model_copy(
             update={

@@ -29,13 +29,13 @@ class Tool(Section):
     """A rack (hob, planing tool) or a shaper cutter; its height over the reference line is the
     gear's dedendum, its tip radius the gear's root_fillet.
 
-    teeth: of a shaper cutter, z_0; left out, sun, planet, pinion and gear are cut by a rack, and a
-    ring by a cutter of half of its teeth. profile_shift: x_0 of the cutter, which falls with every
-    regrinding. tip_diameter: d_a0 of the cutter; the root circle then follows from it, not from
-    dedendum. protuberance: pr_P0, by which the tip rounding protrudes beyond the tool's flank,
-    along its normal; protuberance_angle: of the flank between both to the middle line of the tool's
-    tooth. grinding_allowance: q, ground off each flank after cutting, along its normal, but not off
-    the root; at most the protuberance.
+    teeth: number of teeth z_0 of a shaper cutter; if left out, sun, planet, pinion and gear are cut
+    by a rack, and a ring by a cutter with half of its teeth. profile_shift: x_0 of the cutter,
+    which decreases with every regrinding. tip_diameter: d_a0 of the cutter; the root circle then
+    follows from it, not from dedendum. protuberance: pr_P0, distance of the tip rounding beyond the
+    tool's flank, along the normal; protuberance_angle: between the protuberance flank and the
+    middle line of the tool's tooth. grinding_allowance: q, ground off each flank after cutting,
+    along its normal, but not off the root; at most the protuberance.
     """
 
     teeth: int | None = Field(default=None, ge=5, le=1000)
@@ -49,21 +49,21 @@ class Tool(Section):
         if self.grinding_allowance > self.protuberance:
             raise Refusal(
                 "grinding_allowance",
-                f"{1e3 * self.grinding_allowance:g} mm are ground off flanks that the protuberance "
-                f"frees by {1e3 * self.protuberance:g} mm, which leaves a step above the root",
-                "raise protuberance_mm, or leave both out where the root is ground with the flank",
+                f"{1e3 * self.grinding_allowance:g} mm exceed the protuberance of "
+                f"{1e3 * self.protuberance:g} mm, which leaves a step above the root",
+                "raise protuberance_mm, or leave both out if the root is ground with the flank",
             )
 
 
 class Gear(Section):
     """One gear; coefficients are multiples of the normal module.
 
-    teeth: their number, positive for the ring, too. profile_shift: coefficient of ISO 21771 with
-    the ring's tooth number negative: x > 0 makes the tooth of any gear thicker, moves the tip
-    circle of sun and planet outward and that of the ring towards its centre. addendum, dedendum:
-    coefficients of the tooth's height from the reference circle to tip and root. root_fillet:
-    radius of the tool's tip as a coefficient; a tip too narrow for it is fully round. tool: that
-    generates the teeth. bore_diameter: of the gear's hole, 0 for none.
+    teeth: number of teeth, positive for the ring, too. profile_shift: coefficient of ISO 21771 with
+    the ring's tooth number negative: x > 0 makes the tooth of any gear thicker, and moves the tip
+    circle of sun and planet outwards and that of the ring inwards. addendum, dedendum: coefficients
+    of the tooth's height from the reference circle to tip and root. root_fillet: radius of the
+    tool's tip as a coefficient; a tip that is too narrow for it is fully round. tool: tool that
+    generates the teeth. bore_diameter: of the gear, 0 for none.
     """
 
     teeth: int = Field(ge=5, le=2000)
@@ -76,7 +76,7 @@ class Gear(Section):
 
 
 def required_hand(data: Mapping[str, Any]) -> list[Missing]:
-    """``planet_hand`` where gears are helical: with the other hand it is another stage."""
+    """``planet_hand`` for helical gears, which has no default."""
     helix = data.get("helix_angle")
     if isinstance(helix, float) and helix > 0.0 and "planet_hand" not in data:
         remedy = 'add planet_hand = "right" or "left"'
@@ -85,11 +85,10 @@ def required_hand(data: Mapping[str, Any]) -> list[Missing]:
 
 
 def check_bore(name: str, gear: Gear, module: float) -> None:
-    """Refusal if the bore of an external gear reaches its root circle."""
+    """Raise Refusal if the bore of an external gear reaches its root circle."""
     if gear.bore_diameter >= module * (gear.teeth - 2 * gear.dedendum):
-        raise Refusal(
-            f"{name}.bore_diameter", "the bore is as large as the root circle", "lower it"
-        )
+        problem = "the bore is as large as the root circle"
+        raise Refusal(f"{name}.bore_diameter", problem, "lower it")
 
 
 Kinematics = Literal["fixed", "torsional", "planar", "axial", "spatial"]
@@ -98,25 +97,25 @@ Kinematics = Literal["fixed", "torsional", "planar", "axial", "spatial"]
 class Support(Bearing):
     """Springs to the housing, or of a planet to its pin.
 
-    tangential: acts against u = r θ and adds torsion = tangential r²; r is the base radius of a
-    gear, the centre distance for a carrier.
+    tangential: stiffness against u = r θ, which adds torsion = tangential r²; r is the base radius
+    of a gear, the centre distance for a carrier.
     """
 
     tangential: Stiffness = Field(default=0.0, ge=0.0, le=1e14)
 
     @property
     def holds_rotation(self) -> bool:
-        """Whether it has a stiffness against turning about the axis."""
+        """Whether the support has a stiffness against rotation about the axis."""
         return self.tangential > 0 or self.stiffness[5] > 0
 
 
 class Journal(Section):
-    """The oil film of a plain bearing between planet and pin, that of a short bearing.
+    """The oil film of a plain bearing between planet and pin, by the theory of short bearings.
 
-    diameter: of the pin. length: of the film, at most the diameter; films longer than half of it
-    carry less than is computed. clearance: radial gap, half of the difference of the diameters.
-    viscosity: dynamic, of the oil in the film; left out, density times operating viscosity of the
-    lubricant. least_film: thickness below which surfaces touch.
+    diameter: of the pin. length: of the film, at most the diameter; the load of films longer than
+    half of the diameter is overestimated. clearance: radial gap, half of the difference of the
+    diameters. viscosity: dynamic viscosity of the oil in the film; if left out, density times
+    operating viscosity of the lubricant. least_film: thickness below which surfaces touch.
     """
 
     diameter: Length = Field(gt=0.0, le=5.0)
@@ -127,7 +126,7 @@ class Journal(Section):
 
     def _check(self) -> None:
         if self.length > self.diameter:
-            remedy = "a film longer than the diameter is not one of a short bearing"
+            remedy = "the theory of short bearings needs a shorter film"
             raise Refusal("length", "is more than the diameter", remedy)
         if self.least_film >= 0.5 * self.clearance:
             raise Refusal("least_film", "is not below half of the clearance", "lower it")
@@ -136,8 +135,8 @@ class Journal(Section):
 class PlanetBearing(Support):
     """Bearing between planet and pin.
 
-    journal: a plain bearing; radial is then the stiffness where surfaces touch, and in modes and
-    other linear analyses.
+    journal: oil film of a plain bearing; radial is then the stiffness of touching surfaces, also
+    used in modes and other linear analyses.
     """
 
     journal: Journal | None = None
@@ -146,15 +145,15 @@ class PlanetBearing(Support):
         if self.journal is None:
             return
         if self.rollers is not None or self.clearance > 0:
-            remedy = "take one of both out; the film has a clearance of its own"
-            raise Refusal("journal", "stands beside rollers or clearance", remedy)
+            remedy = "keep one of them; the clearance of the film is journal.clearance"
+            raise Refusal("journal", "is given beside rollers or clearance", remedy)
         if min(self.stiffness[:2]) <= 0 or self.full is not None:
-            remedy = "give radial, and no full matrix"
-            raise Refusal("radial", "is needed beside a journal: of surfaces that touch", remedy)
+            problem = "is needed beside a journal, as the stiffness of touching surfaces"
+            raise Refusal("radial", problem, "give radial, and no full matrix")
 
 
 class LumpedInertia(Section):
-    """Mass properties; those that are left out are those of a steel disc or ring of the member's
+    """Mass properties; those that are left out follow from a steel disc or ring of the member's
     size.
 
     mass: of the lumped body. support: springs to the housing, or a list of them: bearings at their
@@ -190,20 +189,20 @@ class LumpedInertia(Section):
             problem = f"{self.kinematics!r} does not tilt, so its supports would share no moment"
             raise Refusal("kinematics", problem, 'take "spatial", or one support')
 
-    def _refuse_lumped(self, instead: str) -> None:
-        """Refusal where a member that is an FE body has keys of a lumped one."""
-        problem = "is that of a lumped body, but fe is given"
+    def _refuse_lumped(self, supports: str) -> None:
+        """Raise Refusal if an FE body has keys of a lumped one; supports: its keys for supports."""
+        problem = "is for a lumped body, but fe is given"
         lumped = (*LumpedInertia.model_fields, "rim_thickness")
         keys = [key for key in type(self).model_fields if key in lumped and key != "support"]
         self._refuse_set(keys, problem, "keep one")
-        self._refuse_set(["support"], problem, f"use {instead}")
+        self._refuse_set(["support"], problem, f"use {supports}")
 
 
 class GearMember(LumpedInertia, Gear):
     """A lumped gear.
 
-    base_diameter: replaces the one from module and teeth. rim_thickness: of a ring, outside its
-    root circle; serves to derive mass and inertia, and to rate its roots. allowable_root_stress:
+    base_diameter: replaces that from module and teeth. rim_thickness: of a ring, outside its root
+    circle; for mass and inertia, and for the rating of its roots. allowable_root_stress:
     permissible stress σ_FP of ISO 6336-3, limit of the computed root stress.
     allowable_flank_pressure: permissible contact stress σ_HP of ISO 6336-2, limit of the computed
     flank pressure. rating: steel, surface and accuracy.
@@ -217,7 +216,7 @@ class GearMember(LumpedInertia, Gear):
 
 
 class PlanetGear(GearMember):
-    """A planet: a lumped gear, or an FE body from its teeth down to its bore, which has its mass.
+    """A planet: a lumped gear, or an FE body from its teeth to its bore.
 
     fe: the FE body in place of the lumped one. modifications: of its flanks.
     """
@@ -248,10 +247,10 @@ class SunGear(MatedGear):
 
 
 class RingGear(MatedGear):
-    """A ring: a lumped gear, or an FE body with its own mass and supports. These stand on the
-    housing, or on a hub where the ring turns.
+    """A ring: a lumped gear, or an FE body. The supports of an FE ring connect it to the housing,
+    or to a hub if the ring rotates.
 
-    fe: the FE body in place of the lumped one. hub: that carries an FE ring that turns.
+    fe: the FE body in place of the lumped one. hub: hub of a rotating FE ring.
     """
 
     fe: Ring | None = None
@@ -259,18 +258,17 @@ class RingGear(MatedGear):
 
     def _check(self) -> None:
         if self.fe is None:
-            problem = "is that of an FE ring, but the ring is lumped"
+            problem = "is for an FE ring, but the ring is lumped"
             self._refuse_set(["hub"], problem, "take it out, or give the ring fe")
         else:
             self._refuse_lumped("its bolts, fits and splines")
 
 
 class CarrierMember(LumpedInertia):
-    """A carrier: a lumped body, or an FE body on two bearings, those of its seats on the drive side
-    and on the far side.
+    """A carrier: a lumped body, or an FE body on two bearings.
 
-    fe: the FE body in place of the lumped one. bearing_drive, bearing_far: between its seat on the
-    drive side, on the far side, and the housing.
+    fe: the FE body in place of the lumped one. bearing_drive, bearing_far: bearing between the
+    housing and the seat on the drive side, on the far side.
     """
 
     fe: Carrier | None = None

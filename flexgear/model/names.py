@@ -1,4 +1,4 @@
-"""Names of members, bodies and gear meshes: text to the user, fields to the program."""
+"""Names of members, bodies, nodes and gear meshes: text with fields."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from pydantic import AfterValidator
 SIDES = ("left", "right")  # halves of a double-helical stage
 GEAR_MESH, SHAFT, PLANET_PASS = "gear mesh", "shaft", "planet pass"  # kinds of excitation
 _PASS = f" {PLANET_PASS}"
-MOUNT = "mount"  # kind of the nodes of an FE housing that stand on the ground
+MOUNT = "mount"  # kind of the nodes of an FE housing with springs to the ground
 _NUMBERED = re.compile(rf"(.+?)(?:_({'|'.join(SIDES)}))?_(\d+)")
 
 
 class _Name(str):
-    """Text that has its parts as fields, too."""
+    """Text whose parts are also fields."""
 
     def __new__(cls, text: str, **fields: Any) -> Self:
         name = super().__new__(cls, text)
@@ -24,9 +24,9 @@ class _Name(str):
 
 
 class MemberName(_Name):
-    """A member of a stage, "<stage>.<part>"; "<stage>.planet" stands for all of its planets.
+    """A member of a stage, "<stage>.<part>"; "<stage>.planet" means all of its planets.
 
-    ``of`` makes it from its fields, ``parse`` from text, whose part is "" where it has no dot.
+    ``of`` creates a name from fields, ``parse`` from text; part is "" if the text has no dot.
     """
 
     stage: str
@@ -69,8 +69,8 @@ class SupportName(_Name):
 class BodyName(_Name):
     """A body: "<stage>.<part>", "<stage>.planet_<number from 1>", "<stage>.ring_<side>", "housing".
 
-    stage: "" of the housing; planet: from 0, −1 of other bodies; side: half of a double-helical
-    ring, or "".
+    stage: "" for the housing; planet: index from 0, −1 for other bodies; side: half of a
+    double-helical ring, or "".
     """
 
     stage: str
@@ -87,7 +87,7 @@ class BodyName(_Name):
 
     @property
     def alike(self) -> Self:
-        """Name shared by equal bodies: "<stage>.planet" for a planet, itself for any other body."""
+        """Name for all equal bodies: "<stage>.planet" for a planet, this name for other bodies."""
         return self if self.planet < 0 else self.of(self.stage, self.part)
 
     @classmethod
@@ -103,7 +103,7 @@ class BodyName(_Name):
 class NodeName(_Name):
     """A node of a body: "<kind>_<number>", of one half "<kind>_<side>_<number>", or "<kind>".
 
-    side: half of a double-helical ring, or ""; number: from 1, 0 where there is none.
+    side: half of a double-helical ring, or ""; number: from 1, 0 for a name without number.
     """
 
     kind: str
@@ -130,7 +130,8 @@ class NodeName(_Name):
 class GroupName(_Name):
     """Gear meshes of all planets of a stage, of one kind and side: "<stage> <kind>[ <side>]".
 
-    kind: "ring" or "sun"; side: half of a double-helical stage, or ""; part: both, "sun left".
+    kind: "ring" or "sun"; side: half of a double-helical stage, or ""; part: kind and side, such as
+    "sun left".
     """
 
     stage: str
@@ -151,8 +152,8 @@ class GroupName(_Name):
 
 
 class GearMeshName(_Name):
-    """A planet against ring or sun: "<group> <planet from 1>"; group: gear meshes that share the
-    load."""
+    """A gear mesh of one planet with ring or sun: "<group> <planet from 1>"; group: gear meshes
+    that share the load."""
 
     group: GroupName
     stage: str
@@ -181,12 +182,11 @@ class FlankName(_Name):
 
 
 class ExcitationName(_Name):
-    """An excitation of a train, "<cause> x <order>": the gear meshes of a stage, by its name; the
-    rotation of a member, "<stage>.<part>"; planets that pass a point of the ring, "<stage> planet
-    pass".
+    """An excitation of a train, "<cause> x <order>".
 
-    kind: GEAR_MESH, SHAFT or PLANET_PASS; stage; part: of a shaft, else ""; order: of the cause's
-    frequency, as printed.
+    The cause is "<stage>" for its gear meshes, "<stage>.<part>" for the rotation of a member, or
+    "<stage> planet pass" for the planets passing a point of the ring. kind: GEAR_MESH, SHAFT or
+    PLANET_PASS; part: of a shaft, else ""; order: multiple of the cause's frequency, as printed.
     """
 
     kind: str

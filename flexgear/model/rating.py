@@ -1,4 +1,4 @@
-"""What gears are rated by: steels, surfaces, accuracy of each gear, and the rules of a case."""
+"""Data for the rating of gears: steel, surface and accuracy of each gear, rules of a case."""
 
 from __future__ import annotations
 
@@ -18,28 +18,30 @@ SteelKind = Literal[
     "case_hardened", "induction_hardened", "nitrided", "nitrided_through_hardening",
     "nitrocarburised", "through_hardened", "through_hardened_carbon",
 ]  # fmt: skip
-RZ_OVER_RA = 6.0  # of gear flanks, as text books on ISO 6336-2 take it
+RZ_OVER_RA = 6.0  # for gear flanks, in text books on ISO 6336-2
 
 
 class GearRating(Section):
-    """Data of one gear for its load capacity. Without a needed key flank or root has no verdict.
+    """Data of one gear for its load capacity. If a required key is missing, flank or root is not
+    rated.
 
     steel: case_hardened, induction_hardened (or by flame, flank and root), nitrided (nitriding
     steel), nitrided_through_hardening (through-hardening steel, gas nitrided), nitrocarburised,
     through_hardened (alloy steel) or through_hardened_carbon (plain carbon steel). grade: quality
     of material and heat treatment, ISO 6336-5. vickers_hardness: of the surface (HB is about 0.95
     HV). core_rockwell_hardness: HRC below a hardened case. flank_strength: allowable stress number
-    σ_Hlim in place of that by steel, grade and hardness. root_strength: σ_Flim, likewise.
-    yield_strength: σ_0.2 of a through-hardened gear, for its notch sensitivity.
+    σ_Hlim in place of that by steel, grade and hardness. root_strength: σ_Flim in place of that by
+    steel, grade and hardness. yield_strength: σ_0.2 of a through-hardened gear, for its notch
+    sensitivity.
 
-    flank_rz, root_rz: mean peak-to-valley roughness. flank_ra, root_ra: mean roughness in its
-    place, R_z = 6 R_a. accuracy_grade: of ISO 1328-1. pitch_deviation, profile_deviation: single
-    pitch deviation f_pt and profile form deviation f_fα in place of those of the grade;
-    helix_deviation: helix slope deviation f_Hβ, likewise. rim_factor: Y_B in place of that of the
-    rim's thickness. mean_stress_ratio: M for roots loaded in both senses; left out, that of
-    ISO 6336-3, annex B: 0.8 - 0.15 Y_S case-hardened, 0.4 induction-hardened, else 0.3.
-    face_width: of a gear that is wider than its gear mesh; of what it has more, one module at
-    either end bears in its root.
+    flank_rz, root_rz: mean peak-to-valley roughness R_z. flank_ra, root_ra: mean roughness R_a, in
+    place of R_z = 6 R_a. accuracy_grade: of ISO 1328-1. pitch_deviation, profile_deviation,
+    helix_deviation: single pitch deviation f_pt, profile form deviation f_fα, helix slope deviation
+    f_Hβ in place of that of the grade. rim_factor: Y_B in place of that of the rim's thickness.
+    mean_stress_ratio: M for roots loaded in both directions; if left out, that of ISO 6336-3,
+    annex B: 0.8 - 0.15 Y_S case-hardened, 0.4 induction-hardened, else 0.3. face_width: of a gear
+    that is wider than its gear mesh; up to one module of the excess at either end counts for the
+    root.
     """
 
     steel: SteelKind | None = None
@@ -110,8 +112,8 @@ class ForcedFactors(Section):
 class GearMeshFactors(ForcedFactors):
     """Factors of some gear meshes, in place of those for all.
 
-    stage: its name, every stage if left out. kind: sun (pinion and gear, too) or ring, both if left
-    out.
+    stage: name of the stage, all stages if left out. kind: sun (also pinion and gear) or ring, both
+    if left out.
     """
 
     stage: str | None = None
@@ -121,30 +123,31 @@ class GearMeshFactors(ForcedFactors):
 class Rating(ForcedFactors):
     """Rules by which the gears of a case are rated.
 
-    edition: of ISO 6336, 2006 with deviations of ISO 1328-1:1995, or 2019 with those of 2013.
-    application_factor: K_A; 1 where the load spectrum includes all overloads. limits: a set of
-    least safeties and factors: "none" has 1 for all; "wind" has S_H 1.25, S_F 1.56, K_v 1.05 and
-    K_Hβ 1.15, as literature quotes IEC 61400-4:2012. least_flank_safety: S_Hmin. least_root_safety:
-    S_Fmin. least_dynamic_factor: lowest K_v. least_face_load_factor: lowest K_Hβ; each in place of
-    that of the set. flank_long_life_factor, root_long_life_factor: Z_NT and Y_NT at 1e10 cycles,
-    0.85, or up to 1 for the best material, manufacture and experience. profile_modification_factor:
-    f_ZCa of the edition of 2019, in Z_B and Z_D of helical gears: 1.2 without profile modification,
-    1.07 with one by experience, 1 with one that a computed load distribution has proven, as manuals
-    of gear programs describe it; 1 is assumed where it is left out. limited_pitting: whether some
-    pits are allowed (not on nitrided flanks). static_factors: whether factors of lubricant,
-    roughness, notch and size hold for any number of cycles ("constant"), or go over to those of
-    static stress below the knee of the curve ("interpolated", ISO 6336-2 and -3 method B).
+    edition: of ISO 6336: 2006 with deviations of ISO 1328-1:1995, or 2019 with those of 2013.
+    application_factor: K_A; 1 if the load spectrum includes all overloads. limits: set of minimum
+    safeties and factors: "none" has 1 for all; "wind" has S_H 1.25, S_F 1.56, K_v 1.05 and K_Hβ
+    1.15, as literature quotes IEC 61400-4:2012. least_flank_safety: S_Hmin in place of that of the
+    set. least_root_safety: S_Fmin in place of that of the set. least_dynamic_factor: lowest K_v in
+    place of that of the set. least_face_load_factor: lowest K_Hβ in place of that of the set.
+    flank_long_life_factor, root_long_life_factor: Z_NT and Y_NT at 1e10 cycles, 0.85, or up to 1
+    for the best material, manufacture and experience. profile_modification_factor: f_ZCa of the
+    edition of 2019, in Z_B and Z_D of helical gears: 1.2 without profile modification, 1.07 with a
+    modification by experience, 1 with one that is verified by a computed load distribution, as
+    manuals of gear programs describe it; 1 if left out. limited_pitting: whether some pits are
+    allowed (not on nitrided flanks). static_factors: whether factors of lubricant, roughness, notch
+    and size hold for any number of cycles ("constant"), or approach those of static stress below
+    the knee of the curve ("interpolated", ISO 6336-2 and -3 method B).
 
-    deviations: manufacturing errors of the trains from which load factors are taken: "stated", the
-    case's errors alone; "worst", these and f_ma = √Σf_Hβ² of the gears' accuracy grades on planets'
-    flanks, with either sign towards sun and ring, the worst of five trains; "drawn", the worst of
-    samples that ``tolerance`` draws. deviation_samples: number of samples.
+    deviations: manufacturing errors of the trains for which load factors are computed: "stated",
+    only the case's errors; "worst", these and f_ma = √Σf_Hβ² of the gears' accuracy grades on
+    planets' flanks, with either sign towards sun and ring, the worst of five trains; "drawn", the
+    worst of samples drawn by ``tolerance``. deviation_samples: number of samples.
 
     dynamic_factor: K_v by ISO 6336-1 method B, or by transients of the train at the speed and
-    torque of every load case (seconds each); deviations of teeth are then those of the case's
-    errors alone. gear_meshes: load factors of some gear meshes alone. gear_mesh_cycles: gear-mesh
-    cycles of each stage, at most, over which load factors are computed, spread over a turn of the
-    carrier; positions_per_gear_mesh: equilibria in each.
+    torque of every load case (seconds each), with the case's errors as deviations of teeth.
+    gear_meshes: load factors of some gear meshes. gear_mesh_cycles: largest number of gear-mesh
+    cycles of each stage for load factors, spread over a revolution of the carrier;
+    positions_per_gear_mesh: equilibria in each cycle.
     """
 
     edition: Literal[2006, 2019] = 2019
@@ -167,25 +170,27 @@ class Rating(ForcedFactors):
     positions_per_gear_mesh: int = Field(default=8, ge=2, le=1000)
 
     def forced(self, stage: str, kind: str) -> ForcedFactors:
-        """Prescribed factors of the gear meshes "sun" or "ring" of a stage; the last statement that
-        names them counts."""
+        """Prescribed factors of the gear meshes "sun" or "ring" of a stage.
+
+        The last entry of ``gear_meshes`` that applies to them takes precedence.
+        """
         stated = self._stated(ForcedFactors.model_fields)
-        for some in self.gear_meshes:
-            if some.stage in (None, stage) and some.kind in (None, kind):
-                stated |= some._stated(ForcedFactors.model_fields)
+        for factors in self.gear_meshes:
+            if factors.stage in (None, stage) and factors.kind in (None, kind):
+                stated |= factors._stated(ForcedFactors.model_fields)
         return ForcedFactors(**stated)
 
     def least(self, name: str) -> float:
-        """Lowest allowed "flank_safety" S_Hmin, "root_safety" S_Fmin, "dynamic_factor" K_v,
-        "face_load_factor" K_Hβ: by key, else by the set ``limits``."""
+        """Minimum of "flank_safety", "root_safety", "dynamic_factor" or "face_load_factor": the key
+        if it is given, else the value of the set ``limits``."""
         stated: float | None = getattr(self, f"least_{name}")
         return LIMITS[self.limits][name] if stated is None else stated
 
 
 def check_rating(case: Case) -> None:
-    """Refusal for factors of a stage that the case does not have."""
+    """Raise Refusal for factors of a stage that the case does not have."""
     names = [stage.name for stage in case.stages]
-    for k, some in enumerate(case.rating.gear_meshes):
-        if some.stage not in (None, *names):
-            key = f"rating.gear_meshes.{k}.stage"
-            raise Refusal(key, f"{echo(some.stage)} is no stage", nearest(str(some.stage), names))
+    for k, factors in enumerate(case.rating.gear_meshes):
+        if factors.stage not in (None, *names):
+            key, problem = f"rating.gear_meshes.{k}.stage", f"{echo(factors.stage)} is no stage"
+            raise Refusal(key, problem, nearest(str(factors.stage), names))

@@ -1,7 +1,7 @@
-"""From TOML text and overrides to plain data in SI, and how keys name sections and stages.
+"""Conversion of TOML text and overrides to plain data in SI.
 
-``to_si`` walks a section and what the user wrote side by side, converts units by the endings of
-the keys and remembers how each key was written, so that a later complaint can name it.
+``to_si`` converts units by the endings of the keys and records how each key was written, so that
+later messages can name it.
 """
 
 from __future__ import annotations
@@ -27,31 +27,32 @@ from flexgear.model.section import (
 )
 from flexgear.model.units import ALL_SUFFIXES, Quantity
 
-MOST_NESTED = 32  # lists and sections in one another
-MOST_WHOLE = 2**63
-UNSET = object()  # in place of a value: the key goes
+MAX_NESTING = 32  # levels of lists and sections
+MAX_INTEGER = 2**63
+UNSET = object()  # value of an override that deletes its key
 
 
-# how the user wrote the fields: SI path "stage.face_width" -> (where, key, unit, value)
+# how the user wrote each field: SI path "stage.face_width" -> (where, key, unit, value)
 Written = dict[str, tuple[str, str, str, Any]]
 
 
 def parse_toml(text: str, where: str, key: str = "TOML") -> dict[str, Any]:
-    """Parses TOML with ``tomllib.loads``; InputError for invalid text, with the line of a syntax
-    error, and for lists nested too deep."""
-    deep = InputError(where, key, f"lists are nested more than {MOST_NESTED} deep", "flatten them")
+    """Parse TOML; InputError for invalid text, with the line of a syntax error, and for lists that
+    are nested too deeply."""
+    problem = f"lists are nested more than {MAX_NESTING} deep"
+    too_deep = InputError(where, key, problem, "flatten them")
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as fault:
         problem = str(fault).splitlines()[0]
         raise InputError(where, key, problem, "correct the syntax there") from None
-    except ValueError:  # Python reads no whole numbers of more than 4 300 digits
+    except ValueError:  # Python reads no integers of more than 4 300 digits
         problem = "a whole number has thousands of digits"
         raise InputError(where, key, problem, "correct it") from None
     except RecursionError:
-        raise deep from None
+        raise too_deep from None
     level: list[Any] = [data]
-    for _ in range(MOST_NESTED):
+    for _ in range(MAX_NESTING):
         level = [
             inner
             for outer in level
@@ -59,12 +60,12 @@ def parse_toml(text: str, where: str, key: str = "TOML") -> dict[str, Any]:
             if isinstance(inner, (dict, list))
         ]
     if level:
-        raise deep
+        raise too_deep
     return data
 
 
 def nearest(word: str, words: Sequence[str]) -> str:
-    """ "did you mean x?" and the accepted words where they are few."""
+    """ "did you mean x?" for the nearest word, else the accepted words, for messages."""
     close = get_close_matches(word, words, n=1, cutoff=0.6)
     some = ", ".join(words[:12]) + (" …" if len(words) > 12 else "")
     if not close:
@@ -75,10 +76,8 @@ def nearest(word: str, words: Sequence[str]) -> str:
 def match_key(
     section: type[Section], key: str, where: str, path: str, bare_si: bool = False
 ) -> tuple[str, str]:
-    """Field and unit suffix ("" for none) that a TOML key names; InputError otherwise.
-
-    bare_si: whether quantities may come without a unit, in SI.
-    """
+    """Field and unit suffix ("" for none) of a TOML key; InputError for an unknown key or unit.
+    bare_si: whether keys without a unit are accepted for quantities in SI."""
     names = sorted(section.model_fields, key=len, reverse=True)
     for name in names:
         quantity = quantity_of(section, name)
@@ -94,9 +93,8 @@ def match_key(
             if suffix in quantity.suffixes:
                 return name, suffix
             if suffix in ALL_SUFFIXES:
-                raise InputError(
-                    where, path, f"_{suffix} is not a unit of {quantity.dimension}", f"write {good}"
-                )
+                problem = f"_{suffix} is not a unit of {quantity.dimension}"
+                raise InputError(where, path, problem, f"write {good}")
     raise InputError(where, path, "is not a known key", _suggest(section, key))
 
 
@@ -121,19 +119,19 @@ def to_si(
     at: str = "",
     bare_si: bool = False,
 ) -> dict[str, Any]:
-    """Data of one section with field names as keys and SI values.
+    """Data of a section with field names as keys and SI values.
 
-    path: how the user names the section ("stage.sun."), at: the same with field names; bare_si: see
-    ``match_key``.
+    path: prefix of the section's keys as the user writes them ("stage.sun."); at: the same prefix
+    with field names; bare_si: see ``match_key``.
     """
     if not isinstance(data, Mapping):
         name = path.rstrip(".") or "case"
         raise InputError(where, name, "is not a section", f"write it as [{name}] with keys below")
-    out: dict[str, Any] = {}
+    converted: dict[str, Any] = {}
     for key, value in data.items():
         full = f"{path}{key}"
         name, suffix = match_key(section, str(key), where, full, bare_si)
-        if name in out:
+        if name in converted:
             earlier = written[at + name][1]
             raise InputError(where, full, f"is given twice, also as {earlier}", "keep one of them")
         written[at + name] = (where, full, suffix, value)
@@ -142,42 +140,47 @@ def to_si(
         if inner is not None and is_list(section, name) and not single:
             if not isinstance(value, list):
                 raise InputError(where, full, "is not a list", f"write [[{full}]] for each")
-            out[name] = tuple(
+            converted[name] = tuple(
                 to_si(inner, v, where, written, f"{full}[{k}].", f"{at}{name}.{k}.", bare_si)
                 for k, v in enumerate(value)
             )
         elif inner is not None:
             if not isinstance(value, Mapping):
-                raise _no_section(section, key, full, where)
-            out[name] = to_si(inner, value, where, written, f"{full}.", f"{at}{name}.", bare_si)
+                raise _not_a_section(section, key, full, where)
+            inner_at = f"{at}{name}."
+            converted[name] = to_si(inner, value, where, written, f"{full}.", inner_at, bare_si)
         elif quantity is not None and suffix:
-            out[name] = _numbers(value, quantity, suffix, is_list(section, name), where, full)
+            several = is_list(section, name)
+            converted[name] = _numbers(value, quantity, suffix, several, where, full)
         else:
-            out[name] = _tuples(value, where, full)
-    return out
+            converted[name] = _tuples(value, where, full)
+    return converted
 
 
-def _no_section(section: type[Section], key: str, full: str, where: str) -> InputError:
-    """For a value at the key of a section; a key beside it that is spelled alike may be meant."""
-    plain = [n for n in section.model_fields if section_of(section, n) is None]
-    alike = get_close_matches(key, plain, n=1, cutoff=0.8)
-    meant = f"did you mean {usual_key(section, alike[0])}? Or " if alike else ""
-    remedy = f"{meant}write it as [{full}] with keys below"
+def _not_a_section(section: type[Section], key: str, full: str, where: str) -> InputError:
+    """InputError for a value at the key of a section; it suggests a similar key with a value."""
+    names = [n for n in section.model_fields if section_of(section, n) is None]
+    similar = get_close_matches(key, names, n=1, cutoff=0.8)
+    suggestion = f"did you mean {usual_key(section, similar[0])}? Or " if similar else ""
+    remedy = f"{suggestion}write it as [{full}] with keys below"
     return InputError(where, full, "is not a section", remedy)
 
 
 def _tuples(value: Any, where: str, key: str) -> Any:
-    """Lists as tuples; InputError for whole numbers beyond what arrays can hold."""
+    """Lists as tuples; InputError for integers that are too large for arrays."""
     if isinstance(value, list):
         return tuple(_tuples(v, where, key) for v in value)
-    if isinstance(value, int) and abs(value) >= MOST_WHOLE:
+    if isinstance(value, int) and abs(value) >= MAX_INTEGER:
         raise InputError(where, key, f"{echo(value)} is too large", "correct it")
     return value
 
 
-def _numbers(value: Any, quantity: Quantity, suffix: str, many: bool, where: str, key: str) -> Any:
+def _numbers(
+    value: Any, quantity: Quantity, suffix: str, several: bool, where: str, key: str
+) -> Any:
+    """A number, or nested tuples of numbers if the field is a list (several), in SI."""
     if isinstance(value, list):
-        if not many:
+        if not several:
             raise InputError(where, key, "is a list", "give one number")
         return tuple(_numbers(v, quantity, suffix, True, where, key) for v in value)
     if isinstance(value, bool) or not isinstance(value, (int, float)):
@@ -190,8 +193,8 @@ def _numbers(value: Any, quantity: Quantity, suffix: str, many: bool, where: str
 
 @dataclass(frozen=True)
 class FieldPath:
-    """The field that a dotted key names: names of fields and numbers of list elements on the way to
-    it; its section and its name there; unit of the key, "" for none."""
+    """A field by its dotted key. path: names of fields and indices of list elements. section, name:
+    section and name of the field. suffix: unit of the key, "" for none."""
 
     path: tuple[str | int, ...]
     section: type[Section]
@@ -200,29 +203,29 @@ class FieldPath:
 
     @property
     def is_element(self) -> bool:
-        """Whether the key ends in the number of an element of a list."""
+        """Whether the key ends in the index of a list element."""
         return isinstance(self.path[-1], int)
 
     @property
     def is_section(self) -> bool:
-        """Whether there are keys below it."""
+        """Whether the field is a section."""
         return section_of(self.section, self.name) is not None
 
 
 def field_path(root: type[Section], key: str, where: str) -> FieldPath:
-    """Of a key such as "stages.0.face_width_mm" or "stages.0.errors.pin_radial_um.2"; InputError
-    where there is no such field. Whole numbers pick an element of a list."""
+    """The field of a key such as "stages.0.face_width_mm" or "stages.0.errors.pin_radial_um.2".
+    Integers are indices of list elements. Raises InputError if there is no such field."""
     section: type[Section] | None = root
     owner, parts, path, name, suffix = root, key.split("."), list[str | int](), "", ""
     for k, part in enumerate(parts):
-        seen = ".".join(parts[:k])
-        if is_place(part) and path and isinstance(path[-1], str):
+        prefix = ".".join(parts[:k])
+        if is_index(part) and path and isinstance(path[-1], str):
             if not is_list(owner, name):
-                raise InputError(where, key, f"{seen} is not a list", "cut the number")
+                raise InputError(where, key, f"{prefix} is not a list", "delete the number")
             path.append(int(part))
             continue
         if section is None:
-            raise InputError(where, key, f"{seen} has no keys below it", "cut it")
+            raise InputError(where, key, f"{prefix} has no keys below it", f"end it at {prefix}")
         owner = section
         name, suffix = match_key(owner, part, where, ".".join(parts[: k + 1]))
         path.append(name)
@@ -233,8 +236,8 @@ def field_path(root: type[Section], key: str, where: str) -> FieldPath:
 def override_data(
     root: type[Section], key: str, value: object, written: Written
 ) -> tuple[tuple[str | int, ...], Any]:
-    """SI path and value of one override such as "stages.0.face_width_mm" = "400" or 400; for "" or
-    None ``UNSET``: the key, section or list element that ``changed`` then takes out."""
+    """SI path and value of an override such as "stages.0.face_width_mm" = "400" or 400. The value
+    is ``UNSET`` for "" or None, for which ``changed`` deletes key, section or list element."""
     where = "--set"
     field = field_path(root, key, where)
     if value is None or (isinstance(value, str) and not value):
@@ -252,7 +255,7 @@ def override_data(
 
 
 def lists_of(value: object) -> Any:
-    """Values of Python as a TOML file gives them: lists for sequences and arrays, plain numbers."""
+    """A Python value as parsed TOML: lists for sequences and arrays, Python numbers."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if isinstance(value, Mapping):
@@ -260,13 +263,13 @@ def lists_of(value: object) -> Any:
     return [lists_of(v) for v in value] if isinstance(value, list | tuple | range) else value
 
 
-def is_place(part: str) -> bool:
-    """Whether a part of a key counts elements of a list."""
+def is_index(part: str) -> bool:
+    """Whether a part of a key is the index of a list element."""
     return part.isascii() and part.isdigit() and len(part) < 10
 
 
 def _value(text: str, where: str, key: str) -> Any:
-    """The text as a TOML value where it is one, else as a word."""
+    """The text parsed as a TOML value, or unchanged if it is not valid TOML."""
     try:
         tomllib.loads(f"x = {text}")
     except tomllib.TOMLDecodeError:
@@ -285,23 +288,25 @@ def changed(
     name: str = "",
     planets: Any = 1,
 ) -> Any:
-    """Nested SI data with one value at ``path``, or without what is there for ``UNSET``; sections
-    on the way are made, list elements are not, but those of planets. name: of the key that holds
-    ``data``; planets: of the stage that does."""
+    """Nested SI data with the value at ``path`` changed, or deleted for ``UNSET``.
+
+    Missing sections are created, missing list elements only in lists of planets. name: key of
+    ``data``; planets: number of planets of its stage.
+    """
     part, *rest = path
     if isinstance(part, int):
         data = each_planet(name, () if data is None else data, planets)
         elements = list(data) if isinstance(data, (list, tuple)) else [data]
         if part >= len(elements):
             problem = f"{name} has {len(elements)} elements"
-            raise InputError(where, key, problem, "elements are counted from 0")
+            raise InputError(where, key, problem, "elements count from 0")
         if rest:
             elements[part] = changed(elements[part], rest, value, where, key)
         else:
             elements[part : part + 1] = () if value is UNSET else (value,)
         return tuple(elements)
     if isinstance(data, tuple) and data:
-        problem, remedy = f"{name} is a list", f"name one of it: {name}.0.{part}"
+        problem, remedy = f"{name} is a list", f"name an element: {name}.0.{part}"
         raise InputError(where, key, problem, remedy)
     section = dict(data or {})
     planets = section.get("planets", planets)
@@ -315,32 +320,28 @@ def changed(
 
 
 def numbered(key: str, data: Mapping[str, Any], where: str) -> list[str]:
-    """Parts of a dotted key with stages by number: stage.planets -> stages, 0, planets.
-
-    data: that of the case, with ``stages``. where: named in an InputError.
-    """
+    """Parts of a dotted key with stages by number: stage.planets -> stages, 0, planets. data: data
+    of the case, with ``stages``. where: source of the key for InputError."""
     stages = data.get("stages", ())
     if key == "stage":
         raise InputError(where, key, "is a section, not a key", "name a key of it: stage.planets")
     parts = key.split(".")
     if parts[0] == "stage":
         if len(stages) != 1:
-            raise InputError(
-                where, key, f"there are {len(stages)} stages", "write stages.NAME. or stages.0."
-            )
+            problem = f"there are {len(stages)} stages"
+            raise InputError(where, key, problem, "write stages.NAME. or stages.0.")
         return ["stages", "0", *parts[1:]]
-    if parts[0] == "stages" and len(parts) > 1 and not is_place(parts[1]):
+    if parts[0] == "stages" and len(parts) > 1 and not is_index(parts[1]):
         names = [s.get("name") or f"stage_{k}" for k, s in enumerate(stages, 1)]
         if parts[1] not in names:
-            raise InputError(
-                where, key, f"no stage is named {echo(parts[1])}", nearest(parts[1], names)
-            )
+            problem = f"no stage is named {echo(parts[1])}"
+            raise InputError(where, key, problem, nearest(parts[1], names))
         return ["stages", str(names.index(parts[1])), *parts[2:]]
     return parts
 
 
 def of_only_stage(fault: InputError) -> InputError:
-    """A fault of a file with [stage], whose keys it names as that file does."""
+    """The InputError with "stage" for "stages[0]", for files with [stage]."""
     texts = (fault.key, fault.problem, fault.remedy)
-    named = (t.replace("stages[0]", "stage").replace("stages.0", "stage") for t in texts)
-    return InputError(fault.where, *named)
+    renamed = (t.replace("stages[0]", "stage").replace("stages.0", "stage") for t in texts)
+    return InputError(fault.where, *renamed)

@@ -17,13 +17,12 @@ End = Literal["+z", "-z"]
 
 
 class Bolts(Section):
-    """Bolts that hold the ring; stiffness of one bolt with its clamped joint to the housing.
+    """A bolt circle of the ring. Stiffness is that of one bolt with its clamped joint to the
+    housing. Bolt k is at first_angle + 2πk/number; radial and tangential are its local directions.
 
-    Bolt k is at first_angle + 2πk/number; radial and tangential are the bolt's own directions.
-
-    number: bolts of the circle. circle_diameter: of the bolt circle. diameter: of a bolt or its
-    hole, the patch that it acts on. holes: true meshes the holes. first_angle: of bolt 0 from the x
-    axis. stiffness_radial, stiffness_tangential, stiffness_axial: of one bolt along its directions.
+    number: bolts of the circle. circle_diameter: of the bolt circle. diameter: of the area on which
+    a bolt acts, or of its hole. holes: true meshes the holes. first_angle: of bolt 0 from the x
+    axis. stiffness_radial, stiffness_tangential, stiffness_axial: of one bolt in these directions.
     stiffness_tilt: about the radial and the tangential direction. stiffness_twist: about the bolt.
     end: bolted face; ``end`` of the ring if left out.
     """
@@ -47,8 +46,8 @@ class Fit(Section):
     The node has springs in all six directions, isotropic across the axis.
 
     z: middle of the band from mid-face. half_width: half of the band's width. stiffness_radial:
-    across the axis. stiffness_axial: along it. stiffness_tilt: about a diameter. stiffness_torsion:
-    about the axis.
+    across the axis. stiffness_axial: along the axis. stiffness_tilt: about a diameter.
+    stiffness_torsion: about the axis.
     """
 
     z: Length = Field(ge=-2.0, le=2.0)
@@ -65,24 +64,23 @@ class Fit(Section):
 
 
 class Spline(Fit):
-    """An outer spline or lugs: a fit that takes the ring's torque."""
+    """An outer spline or lugs: a fit that transmits the ring's torque."""
 
     def _check(self) -> None:
         if self.stiffness_torsion == 0.0:
-            problem = "is zero, so the spline takes no torque"
+            problem = "is zero, so the spline transmits no torque"
             raise Refusal("stiffness_torsion", problem, "give it a stiffness, or make it a fit")
 
 
 class Ring(FeMeshSource):
-    """Ring gear as a body.
+    """Ring gear as an FE body.
 
-    rim_thickness: outside the root circle of the
-    teeth. tie: whether tooth nodes act on the root or the flank of their teeth. tie_kind: averaging
-    (RBE3) or rigid (RBE2) tie of a node to its surface. tooth_shapes: whether the rim bends along
-    the face within a tooth, where slices have FE influences and nodes act on roots: auto, where its
-    static effect exceeds 2 %. fits: bands of
-    the outer diameter in the housing. splines: bands that take torque. bolts: one circle, or a list
-    of them; end: the bolted face of circles without ``end``.
+    rim_thickness: outside the root circle of the teeth. tie: whether tooth nodes act on the root or
+    the flank of their teeth. tie_kind: averaging (RBE3) or rigid (RBE2) tie of a node to its
+    surface. tooth_shapes: whether deformation of the rim along the face within a tooth is included,
+    if slices have FE influences and nodes act on roots: auto, if its static effect exceeds 2 %.
+    fits: bands of the outer diameter in the housing. splines: bands that transmit torque. bolts:
+    one circle, or a list of circles; end: the bolted face of circles without ``end``.
     """
 
     usual_modes: ClassVar[int] = 120
@@ -102,12 +100,12 @@ class Ring(FeMeshSource):
         return (self.bolts,) if isinstance(self.bolts, Bolts) else self.bolts
 
     def first_bolt(self, circle: Bolts) -> int:
-        """Number of a circle's first bolt: bolts are numbered through all circles."""
-        before = self.bolt_circles[: self.bolt_circles.index(circle)]
-        return 1 + sum(other.number for other in before)
+        """Number of a circle's first bolt; bolts of all circles are numbered consecutively."""
+        earlier = self.bolt_circles[: self.bolt_circles.index(circle)]
+        return 1 + sum(other.number for other in earlier)
 
     def bolted_end(self, circle: Bolts) -> End:
-        """The face in which a circle's bolts act."""
+        """The face at which a circle's bolts act."""
         return circle.end or self.end or "+z"
 
     def _check(self) -> None:
@@ -123,12 +121,9 @@ class Ring(FeMeshSource):
         if any(torsion):
             return
         if isinstance(self.bolts, Bolts):
-            raise Refusal(
-                "bolts.stiffness_tangential",
-                "is zero, so nothing takes the ring's torque",
-                "give the bolts a stiffness",
-            )
-        problem = "nothing takes the ring's torque"
+            problem = "is zero, so nothing supports the ring's torque"
+            raise Refusal("bolts.stiffness_tangential", problem, "give the bolts a stiffness")
+        problem = "nothing supports the ring's torque"
         raise Refusal("bolts", problem, "add [ring.fe.bolts] or [[ring.fe.splines]]")
 
 
@@ -136,10 +131,10 @@ class Ring(FeMeshSource):
 class RingSupport:
     """Six springs between one node of the ring and the housing.
 
-    node: its name; group: of the FE mesh's surface that it is tied to, "" for a disc in an end
-    face; place: (x, y, z) m, z being that of the end face, or mid-band; angle: of the springs' axes
-    about z, rad; stiffness: radial, tangential, axial N/m, about these three axes N m/rad; end,
-    diameter: of a bolt.
+    node: name of the node; group: surface of the FE mesh to which it is tied, "" for a disc in an
+    end face; place: (x, y, z) of the node at the end face or mid-band, m; angle: of the springs'
+    axes about z, rad; stiffness: radial, tangential, axial, N/m, and about these axes, N m/rad;
+    end, diameter: of a bolt.
     """
 
     node: NodeName
@@ -152,9 +147,9 @@ class RingSupport:
 
 
 def ring_supports(ring: Ring, face_width: float) -> list[RingSupport]:
-    """Fits, splines, then bolts circle by circle, numbered through."""
-    out = [_band(NodeName.of("fit", k), band) for k, band in enumerate(ring.fits, 1)]
-    out += [_band(NodeName.of("spline", k), band) for k, band in enumerate(ring.splines, 1)]
+    """Supports of a ring: fits, splines, and the bolts of all circles; face_width in m."""
+    supports = [_band(NodeName.of("fit", k), band) for k, band in enumerate(ring.fits, 1)]
+    supports += [_band(NodeName.of("spline", k), band) for k, band in enumerate(ring.splines, 1)]
     for b in ring.bolt_circles:
         end, arm = ring.bolted_end(b), 0.5 * b.circle_diameter
         z = math.copysign(0.5 * face_width, 1.0 if end == "+z" else -1.0)
@@ -162,7 +157,7 @@ def ring_supports(ring: Ring, face_width: float) -> list[RingSupport]:
         for k in range(b.number):
             node = NodeName.of("bolt", ring.first_bolt(b) + k, digits=2)
             angle = b.first_angle + 2 * math.pi * k / b.number
-            out.append(
+            supports.append(
                 RingSupport(
                     node=node,
                     group=node if b.holes else "",
@@ -173,7 +168,7 @@ def ring_supports(ring: Ring, face_width: float) -> list[RingSupport]:
                     diameter=b.diameter,
                 )
             )
-    return out
+    return supports
 
 
 def _band(node: NodeName, fit: Fit) -> RingSupport:

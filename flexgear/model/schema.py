@@ -1,4 +1,8 @@
-"""Keys of case files: meaning, unit, limits; as rows and as a JSON schema."""
+"""Keys of case files with meaning, unit and limits, as rows and as a JSON schema.
+
+Meanings are read from the docstrings of sections, in which "name: " after a full stop, semicolon
+or bracket begins the description of a field.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +25,7 @@ _WORD = re.compile(r"^([a-z][a-z0-9_-]*) {2,}(\S.*)$", re.MULTILINE)
 
 
 def meaning(section: type[Section], name: str) -> str:
-    """Meaning of a field from the docstrings, "" where none states it."""
+    """Meaning of a field from the docstrings, "" if there is none."""
     description = section.model_fields[name].description
     for cls in _sources(section):
         description = description or _meanings(cls).get(name)
@@ -29,13 +33,13 @@ def meaning(section: type[Section], name: str) -> str:
 
 
 def prose(section: type[Section]) -> str:
-    """The part of a section's docstring about the section as a whole."""
+    """The part of a section's docstring that describes the section, without fields."""
     paragraphs = _paragraphs(section)
     return "\n\n".join(p for p in (_before_keys(section, p) for p in paragraphs) if p)
 
 
 def words(section: type[Section], name: str) -> dict[str, str]:
-    """Words that a field accepts, with their meanings where a docstring lists them."""
+    """Words that a field accepts, with their meanings, if a docstring lists them."""
     annotation = str(section.model_fields[name].annotation)
     meanings: dict[str, str] = {}
     for cls in reversed(_sources(section)):
@@ -46,7 +50,7 @@ def words(section: type[Section], name: str) -> dict[str, str]:
 
 
 def _sources(section: type[Section]) -> tuple[type[Section], ...]:
-    """The section, those it inherits from, and those whose fields it repeats (``same_as``)."""
+    """The section, its base sections, and the sections in ``same_as``, whose fields it repeats."""
     classes = [c for c in section.__mro__ if issubclass(c, Section) and c is not Section]
     return (*classes, *(other for cls in classes for other in getattr(cls, "same_as", ())))
 
@@ -71,14 +75,14 @@ def _heads(section: type[Section], text: str) -> list[re.Match[str]]:
 
 
 def _names(head: re.Match[str]) -> dict[str, str]:
-    """Fields of such a match, each with its remark."""
+    """Fields in a match of ``_HEAD``, each with its remark in brackets."""
     parts = (re.fullmatch(r"(\w+)(?: \((.*)\))?", p) for p in re.findall(_NAME, head[1]))
     return {p[1]: p[2] or "" for p in parts if p}
 
 
 @cache
 def _meanings(section: type[Section]) -> dict[str, str]:
-    """Fields described by the section's own docstring, with their meanings."""
+    """Meanings of fields in the docstring of a section, by field."""
     meanings: dict[str, str] = {}
     for paragraph in _paragraphs(section):
         text = " ".join(paragraph.split())
@@ -96,7 +100,7 @@ def _is_list(paragraph: str) -> bool:
 
 @cache
 def _listed(section: type[Section]) -> dict[str, str]:
-    """Words listed by the section's own docstring, with their meanings."""
+    """Meanings of words in the docstring of a section, by word."""
     meanings: dict[str, str] = {}
     for paragraph in filter(_is_list, _paragraphs(section)):
         word = ""
@@ -109,15 +113,17 @@ def _listed(section: type[Section]) -> dict[str, str]:
     return meanings
 
 
-# fields that reading a file sets
+# fields that are set when a file is read
 NOT_WRITTEN = {(Case, "source"), (LoadCase, "source"), (LoadCase, "line")}
 
 
 @dataclass(frozen=True)
 class Key:
-    """One field of a section, in the words of a case file. schema: JSON schema of its value in SI.
-    inner: the section that it holds; several: a list of them, or one where one_too. meaning:
-    without unit and range."""
+    """A key of a section.
+
+    schema: JSON schema of its value in SI. inner: section that it holds, several: a list of
+    sections, one_too: or a single one. meaning: description without unit and range.
+    """
 
     name: str
     quantity: Quantity | None
@@ -137,7 +143,7 @@ class Key:
 
     @property
     def default(self) -> Any:
-        """Default in SI; None where the key has none that can be written."""
+        """Default in SI; None if there is none that can be written in TOML."""
         return self.schema.get("default")
 
     def in_unit(self, suffix: str) -> dict[str, Any]:
@@ -169,23 +175,20 @@ def keys(section: type[Section]) -> Iterator[Key]:
 
 
 def sections(root: type[Section] = Case) -> list[type[Section]]:
-    """The section and all below it, each once, in the order of first use."""
+    """The section and all nested sections, each once, in the order of first use."""
     classes: list[type[Section]] = []
-    rest = [root]
-    while rest:
-        annotation = rest.pop(0)
-        if annotation in classes:
-            continue
-        classes.append(annotation)
-        rest = [
-            inner for name in annotation.model_fields if (inner := section_of(annotation, name))
-        ] + rest
+    stack = [root]
+    while stack:
+        section = stack.pop(0)
+        if section not in classes:
+            classes.append(section)
+            inner = (section_of(section, name) for name in section.model_fields)
+            stack = [*filter(None, inner), *stack]
     return classes
 
 
 def _writable(schema: dict[str, Any]) -> dict[str, Any]:
-    """A field's schema without null, which TOML cannot write, and without titles and
-    descriptions."""
+    """A field's schema without null, which TOML lacks, and without titles and descriptions."""
     choices = [choice for choice in schema.get("anyOf", ()) if choice != {"type": "null"}]
     content = {k: v for k, v in schema.items() if k not in ("title", "description", "anyOf")}
     if content.get("default", 0) in (None, "", []):
@@ -210,7 +213,7 @@ def _scaled(schema: Any, quantity: Quantity, suffix: str, key: str = "") -> Any:
 
 
 Schema = dict[str, Any]
-_PART = "-part"  # a section that may lack what another case says
+_PART = "-part"  # suffix of sections without required keys, which another case may supply
 
 
 def json_schema() -> Schema:
@@ -254,8 +257,7 @@ def _whole(section: type[Section]) -> Schema:
 
 
 def _table(section: type[Section], of: str) -> Schema:
-    """Schema of a section's keys, none of them required. of: suffix of the definitions that it
-    refers to."""
+    """Schema of a section's keys, none of them required. of: suffix of referenced definitions."""
     properties: Schema = {}
     for key in keys(section):
         properties |= _spelled(key, of)
@@ -263,7 +265,7 @@ def _table(section: type[Section], of: str) -> Schema:
 
 
 def _spelled(key: Key, of: str) -> Schema:
-    """Every name of a key, one for each unit, with the schema of its value."""
+    """Schemas of a key by its spellings, one for each unit."""
     if key.inner is None:
         schemas = {}
         for written, suffix in key.spellings.items():

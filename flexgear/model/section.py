@@ -1,4 +1,4 @@
-"""What all sections of a case have in common."""
+"""Base class of the sections of a case, and properties of their fields."""
 
 from __future__ import annotations
 
@@ -30,42 +30,43 @@ class Section(BaseModel):
 
     @classmethod
     def required(cls, data: Mapping[str, Any]) -> list[Missing]:
-        """Keys that are missing in ``data`` (raw, SI) although its other keys make them
-        necessary."""
+        """Keys missing in ``data`` (raw, SI) that its other keys require."""
         return []
 
     def _check(self) -> None:
-        """Refusal of keys that do not fit one another; those of inherited sections come first."""
+        """Raise Refusal for contradictory keys; checks of base classes come first."""
 
     def _refuse_set(self, keys: Iterable[str], problem: str, remedy: str = "take it out") -> None:
-        """Refusal of the first of these keys whose value is not that of a key left out."""
+        """Raise Refusal for the first of these keys whose value is not the default."""
         for key in keys:
             if getattr(self, key) != type(self).model_fields[key].default:
                 raise Refusal(key, problem, remedy)
 
     def _require_set(self, keys: Iterable[str], problem: str, remedy: str = "") -> None:
-        """Missing for the first of these keys without a value."""
+        """Raise Missing for the first of these keys without a value."""
         for key in keys:
             if getattr(self, key) in (None, ""):
                 raise Missing(key, problem, remedy)
 
     def _stated(self, keys: Iterable[str] = ()) -> dict[str, Any]:
-        """Values of these keys, or of all, where they are not None."""
+        """Values that are not None of these keys, or of all keys."""
         values = {key: getattr(self, key) for key in keys or type(self).model_fields}
         return {key: value for key, value in values.items() if value is not None}
 
     def _keep_one(self, key: str, other: str, because: str = "") -> None:
-        """Refusal of a key that is given together with another one."""
+        """Raise Refusal if two keys are both given."""
         if getattr(self, key) is not None and getattr(self, other) is not None:
             raise Refusal(key, f"is given beside {other}{because}", "keep one of them")
 
     @model_validator(mode="wrap")
     @classmethod
     def _checked(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
-        """``required`` beside pydantic's own complaints, so that all can be named at once; every
-        class's ``_check`` of what has none."""
-        lacks = cls.required(data) if isinstance(data, Mapping) else []
-        if not lacks:
+        """Validate; then call ``_check`` of every base class.
+
+        Missing keys by ``required`` are reported together with pydantic's errors.
+        """
+        missing = cls.required(data) if isinstance(data, Mapping) else []
+        if not missing:
             section = handler(data)
             for base in reversed(cls.__mro__):
                 if "_check" in vars(base):
@@ -73,7 +74,7 @@ class Section(BaseModel):
             return section
         lines: list[InitErrorDetails] = [
             {"type": "value_error", "loc": (), "input": data, "ctx": {"error": key}}
-            for key in lacks
+            for key in missing
         ]
         try:
             handler(data)
@@ -83,7 +84,7 @@ class Section(BaseModel):
 
 
 def error_details(fault: ValidationError, *below: str) -> list[InitErrorDetails]:
-    """Complaints of a ValidationError to raise again, located below the fields named."""
+    """Errors of a ValidationError to raise again, with ``below`` in front of their locations."""
     return [
         {
             "type": line["type"],
@@ -96,7 +97,7 @@ def error_details(fault: ValidationError, *below: str) -> list[InitErrorDetails]
 
 
 class Refusal(ValueError):
-    """A check between several keys of one section failed; becomes an InputError when read."""
+    """Contradictory keys of a section; converted to InputError when a case is read."""
 
     def __init__(self, key: str, problem: str, remedy: str) -> None:
         self.key, self.problem, self.remedy = key, problem, remedy
@@ -105,7 +106,7 @@ class Refusal(ValueError):
 
 @contextmanager
 def below(key: str) -> Iterator[None]:
-    """Within it, the key of a Refusal stands below another one."""
+    """Context that puts ``key.`` in front of the key of a Refusal."""
     try:
         yield
     except Refusal as refusal:
@@ -113,7 +114,7 @@ def below(key: str) -> Iterator[None]:
 
 
 class Missing(Refusal):
-    """A key that another one makes necessary; all that are missing are named in one message."""
+    """A missing key that another key requires; one message names all missing keys."""
 
     def __init__(self, key: str, problem: str = "is missing", remedy: str = "") -> None:
         super().__init__(key, problem, remedy or f"add {key}")
@@ -130,19 +131,19 @@ OneOrMany = Annotated[
 
 
 def location(line: Any) -> list[str | int]:
-    """Where a complaint of a ValidationError is, by fields and numbers of list elements."""
+    """Location of an error of a ValidationError: names of fields and indices of list elements."""
     return [p for p in line["loc"] if isinstance(p, (str, int)) and p not in (_ONE, _MANY)]
 
 
 def raw_value(data: Any, *keys: str) -> Any:
-    """Value at nested keys of a section, parsed or not; None without one."""
+    """Value at nested keys of a section or of raw data; None if there is none."""
     for key in keys:
         data = data.get(key) if isinstance(data, Mapping) else getattr(data, key, None)
     return data
 
 
 def _walk(annotation: Any) -> list[Any]:
-    """The annotation and everything inside it (Optional, tuple, Annotated)."""
+    """The annotation and all annotations nested in it (Optional, tuple, Annotated)."""
     annotations = [annotation]
     for part in get_args(annotation):
         annotations += _walk(part)
@@ -151,7 +152,7 @@ def _walk(annotation: Any) -> list[Any]:
 
 @cache
 def quantity_of(section: type[Section], name: str) -> Quantity | None:
-    """The quantity a field states, or None for a bare number, a word or a sub-section."""
+    """The quantity of a field, None for a bare number, a word or a section."""
     field = section.model_fields[name]
     inside = [*field.metadata, *_walk(field.annotation)]
     return next((x for x in inside if isinstance(x, Quantity)), None)
@@ -159,7 +160,7 @@ def quantity_of(section: type[Section], name: str) -> Quantity | None:
 
 @cache
 def section_of(section: type[Section], name: str) -> type[Section] | None:
-    """The sub-section a field holds (directly or as a list), or None."""
+    """The section that a field holds, directly or in a list, else None."""
     inside = _walk(section.model_fields[name].annotation)
     return next((x for x in inside if isinstance(x, type) and issubclass(x, Section)), None)
 
@@ -173,19 +174,19 @@ def is_list(section: type[Section], name: str) -> bool:
 
 @cache
 def takes(section: type[Section], name: str, kind: type) -> bool:
-    """Whether a field, or a list that it holds, takes values of a plain type."""
+    """Whether a field, or the list that it holds, has values of this type."""
     return kind in _walk(section.model_fields[name].annotation)
 
 
 def takes_one(section: type[Section], name: str) -> bool:
-    """Whether a field that holds a list of sections takes a single one as well."""
+    """Whether a field that holds a list of sections also accepts a single section."""
     inside = _walk(section.model_fields[name].annotation)
     marks = (mark for x in inside for mark in getattr(x, "__metadata__", ()))
     return any(isinstance(mark, Tag) and mark.tag == _ONE for mark in marks)
 
 
 def accepted_keys(section: type[Section]) -> list[str]:
-    """Every key a section takes in TOML, the usual unit first."""
+    """All TOML keys of a section, for each field with its usual unit first."""
     keys: list[str] = []
     for name in section.model_fields:
         quantity = quantity_of(section, name)
@@ -194,13 +195,13 @@ def accepted_keys(section: type[Section]) -> list[str]:
 
 
 def usual_key(section: type[Section], name: str) -> str:
-    """The key of a field as the bundled cases write it."""
+    """The TOML key of a field with its usual unit."""
     quantity = quantity_of(section, name)
     return f"{name}_{quantity.suffixes[0]}" if quantity else name
 
 
 def limits_of(section: type[Section], name: str) -> tuple[float | None, float | None]:
-    """Plausible range of a field."""
+    """Lower and upper limit of a field in SI, None if there is none."""
     low = high = None
     for limit in section.model_fields[name].metadata:
         low = getattr(limit, "ge", getattr(limit, "gt", low))

@@ -1,4 +1,4 @@
-"""Sensors of a case: what each measures, where, and the recorder that samples all of them."""
+"""Sensors of a case, and the recorder that samples them."""
 
 from __future__ import annotations
 
@@ -18,31 +18,32 @@ if TYPE_CHECKING:
 
 Measured = Literal["acceleration", "velocity", "displacement", "strain", "speed", "torque"]
 MOTIONS = ("displacement", "velocity", "acceleration")  # by the order of their time derivative
-LEAST_RATE = 2.2  # of the band: the anti-alias filter needs room up to half of the sampling rate
-USUAL_RATE = 2.56  # of the band, as of most measuring systems
+LEAST_RATE = 2.2  # times the band, for the transition of the anti-alias filter
+USUAL_RATE = 2.56  # times the band, as in most measuring systems
 _ON_AXIS = 1e-9  # m
-_FARTHEST = 50.0  # m from the middle of the face
+_MAX_DISTANCE = 50.0  # m from the middle of the face
 
 
 class Sensor(Section):
-    """A sensor at one place; its signal is in SI units.
+    """A sensor at one point; its signal is in SI units.
 
-    On an FE mesh a sensor is where a ray from the axis leaves the body, or at the surface point
-    nearest to a given point. Positions are in the axes of the body at the start of the run.
+    On an FE mesh a sensor is at the point where a ray from the axis leaves the body, or at the
+    surface point nearest to a given point. Positions are in the axes of the body at the start of
+    the run.
 
-    name: in results. on: the body, such as "stage.ring", "stage.carrier", "stage.planet_2" or
-    "housing"; of a torque the member of an input or output, or a joint, bearing or spline as
-    results name it. measures: acceleration, velocity or displacement of the place; strain of the
-    surface; speed of rotation; torque about z. angle: of the ray to the place, from the x axis. z:
-    of the ray, from the middle of the face. place: x, y, z of a point; of a lumped body its centre
-    if left out. node: an interface node, on a body without FE mesh. tooth: of a ring, from 1, in
-    whose root fillet a strain gauge is, where a tangent makes 60° with the middle line of the tooth
+    name: name in results. on: body, such as "stage.ring", "stage.carrier", "stage.planet_2" or
+    "housing"; for a torque the member of an input or output, or the name of a joint, bearing or
+    spline in results. measures: acceleration, velocity or displacement of the point; strain of the
+    surface; speed of rotation; torque about z. angle: of the ray from the x axis. z: of the ray,
+    from the middle of the face. place: x, y, z of a point; the centre of a lumped body if left out.
+    node: interface node of a body without FE mesh. tooth: number, from 1, of the ring's tooth in
+    whose root fillet a strain gauge is, where the tangent is at 60° to the middle line of the tooth
     (ISO 6336-3). side: of that tooth, towards lower or higher angles; a planet that a carrier moves
-    to higher angles presses the -theta side. grid_angle: direction in which a strain gauge
-    measures, 0 along the circumference (in a root along the profile), 90° along the axis.
-    direction: of the motion, at that place. vector: any other direction, in the body's axes, of any
-    length. frame: "body" turns with the body; "fixed" is fixed in space, where a turning body
-    passes: the displacement seen by a probe, and its rates.
+    to higher angles loads the -theta side. grid_angle: direction of a strain gauge, 0 along the
+    circumference (in a root along the profile), 90° along the axis. direction: of the motion at the
+    point. vector: any other direction, in the body's axes, of any length. frame: "body" rotates
+    with the body; "fixed" is fixed in space, as a probe that measures the displacement of a passing
+    body.
     """
 
     name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]*$")
@@ -67,37 +68,37 @@ class Sensor(Section):
     def _check(self) -> None:
         places = [k for k in ("angle", "place", "node", "tooth") if getattr(self, k) is not None]
         if len(places) > 1:
-            raise Refusal(places[1], f"stands beside {places[0]}", "keep one of both")
+            raise Refusal(places[1], f"is given beside {places[0]}", "keep one of both")
         if self.tooth is None:
             self._refuse_set(["side"], "needs a tooth", "take it out, or give tooth")
         if self.measures == "strain" and self.angle is None and self.tooth is None:
-            raise Missing("angle", "is missing, and so is tooth", "say where the gauge is")
+            raise Missing("angle", "is missing, and so is tooth", "give the position of the gauge")
         if self.measures in ("speed", "torque") and places:
-            raise Refusal(places[0], f"is no part of a {self.measures}", "take it out")
+            raise Refusal(places[0], f"has no meaning for a {self.measures}", "take it out")
         if self.tooth is not None and self.measures != "strain":
-            raise Refusal("tooth", "is the place of a strain gauge", "give angle, place or node")
-        moves = self.measures in MOTIONS
-        if not moves:
+            raise Refusal("tooth", "is for strain gauges", "give angle, place or node")
+        is_motion = self.measures in MOTIONS
+        if not is_motion:
             motion_keys = ("direction", "vector", "frame")
-            self._refuse_set(motion_keys, f"is no part of a {self.measures}")
-        if moves and (self.direction is None) == (self.vector is None):
-            problem = "is missing" if self.direction is None else "stands beside vector"
+            self._refuse_set(motion_keys, f"has no meaning for a {self.measures}")
+        if is_motion and (self.direction is None) == (self.vector is None):
+            problem = "is missing" if self.direction is None else "is given beside vector"
             raise Refusal("direction", problem, 'give "radial", "x", …, or a vector, not both')
         if self.vector is not None and not 1e-100 < math.hypot(*self.vector) < 1e100:
             problem = f"is {math.hypot(*self.vector):g} long and so has no direction"
             raise Refusal("vector", problem, "give one that is not zero, such as [1, 0, 1]")
         on_axis = self.angle is None and self.node is None
         x, y, _ = place = self.place or (0.0, 0.0, 0.0)
-        if max(map(abs, place)) > _FARTHEST:
-            problem = f"lies {max(map(abs, place)):g} m off the middle of the face"
-            raise Refusal("place", problem, f"at most {_FARTHEST:g} m; check the unit")
+        if max(map(abs, place)) > _MAX_DISTANCE:
+            problem = f"is {max(map(abs, place)):g} m from the middle of the face"
+            raise Refusal("place", problem, f"at most {_MAX_DISTANCE:g} m; check the unit")
         if self.direction in ("radial", "tangential") and on_axis and math.hypot(x, y) < _ON_AXIS:
-            problem = f"{self.direction} has no sense on the axis"
-            raise Refusal("direction", problem, 'take "x", "y" or "z", or give a place off it')
+            problem = f"{self.direction} is undefined on the axis"
+            raise Refusal("direction", problem, 'use "x", "y" or "z", or another place')
 
 
 class Recorder(Section):
-    """One clock for all sensors.
+    """Sampling of all sensors.
 
     band: highest frequency that passes the anti-alias filter; the band of the modes if left out.
     sampling_rate: 2.56 times the band if left out.
@@ -112,7 +113,7 @@ class Recorder(Section):
 
 
 def check_rate(band: float, rate: float) -> None:
-    """Refusal where the anti-alias filter has no room between band and half the rate, Hz."""
+    """Raise Refusal if the sampling rate (Hz) is too low for a band (Hz)."""
     if rate < LEAST_RATE * band:
         raise Refusal(
             "sampling_rate",
@@ -123,11 +124,11 @@ def check_rate(band: float, rate: float) -> None:
 
 
 def check_sensors(case: Case) -> None:
-    """Refusal for sensors named alike, on no body of the case, or beside a ring's teeth."""
+    """Check names, bodies and positions of the sensors of a case; raises Refusal."""
     for k, sensor in enumerate(case.sensors):
         key = f"sensors.{k}"
         if sensor.name in [other.name for other in case.sensors[:k]]:
-            raise Refusal(f"{key}.name", f"{sensor.name} is there already", "name each once")
+            raise Refusal(f"{key}.name", f"{sensor.name} occurs twice", "give each a unique name")
         bodies = _bodies(case)
         if sensor.measures != "torque" and sensor.on not in bodies:
             raise Refusal(f"{key}.on", f"{echo(sensor.on)} is no body", nearest(sensor.on, bodies))
@@ -136,15 +137,15 @@ def check_sensors(case: Case) -> None:
 
 
 def _bodies(case: Case) -> list[str]:
-    """Names that a sensor's body may have."""
-    turning = [s for s in case.stages if s.planet is not None]
-    planets = [f"{s.name}.planet_{k}" for s in turning for k in range(1, s.planets + 1)]
+    """Names of the bodies on which a sensor may be."""
+    planetary = [s for s in case.stages if s.planet is not None]
+    planets = [f"{s.name}.planet_{k}" for s in planetary for k in range(1, s.planets + 1)]
     housing = ["housing"] if case.housing.kind != "rigid" else []
     return [*map(str, case.member_names()), *planets, *housing]
 
 
 def _check_gauge(case: Case, sensor: Sensor, key: str) -> None:
-    """A strain gauge needs an FE mesh; in a root it needs a ring's tooth."""
+    """Raise Refusal for a strain gauge on a body without FE mesh, or outside the ring's teeth."""
     at = MemberName.parse(sensor.on)
     body = getattr(case.member(sensor.on), "fe", None) if at.part in ("ring", "carrier") else None
     if body is None or getattr(body, "fe_mesh", "") == "reduced":
@@ -154,7 +155,7 @@ def _check_gauge(case: Case, sensor: Sensor, key: str) -> None:
     if at.part == "ring" and stage.double_helical:
         raise Refusal(f"{key}.on", "is an FE ring in two halves, without gauges", "take it out")
     if sensor.tooth is not None and (at.part != "ring" or stage.ring is None):
-        raise Refusal(f"{key}.tooth", "is that of a ring", "give angle")
+        raise Refusal(f"{key}.tooth", "is for rings", "give angle")
     if sensor.tooth is not None and stage.ring is not None and sensor.tooth > stage.ring.teeth:
         problem = f"is {sensor.tooth}"
         raise Refusal(f"{key}.tooth", problem, f"the ring has {stage.ring.teeth} teeth")

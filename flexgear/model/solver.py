@@ -1,8 +1,4 @@
-"""Numerical options.
-
-What is left out follows from the case (``coupling/pace.py``): nothing here is the number of one
-machine.
-"""
+"""Numerical options of a case; options that are left out follow from it (``coupling/pace.py``)."""
 
 from __future__ import annotations
 
@@ -13,29 +9,30 @@ from pydantic import Field
 from flexgear.model.section import Refusal, Section
 from flexgear.model.units import Frequency, Time
 
-MOST_REFINED = 12  # times that a step may be halved: every size keeps a receptance of its own
+MAX_STEP_HALVINGS = 12  # of the time step; a receptance is stored for each step size
 
 
 class Solver(Section):
-    """Of a whole case; None: derived.
+    """Numerical options of a case; those that are left out are derived.
 
     fidelity: fineness of the FE meshes; cyclic: whether a body whose FE mesh repeats by teeth or
-    pins is reduced sector by sector ("auto") or never ("off").
+    pins is reduced by sectors ("auto") or never ("off").
 
     gear_mesh_orders: highest order of the gear-mesh frequency that results resolve; steps, samples
-    and modes follow from it. time_step: of steady running, and under a series that a machine or
-    load follows unless step_time_step is given; output_interval: of the stored samples; duration:
-    of a transient. step_tolerance: error of a tooth load that one step may make, as a share of the
-    largest rated one; 0: steps of fixed sizes. With a tolerance steps are doubled and halved
-    between shortest_time_step and longest_time_step. shortest_time_step, longest_time_step: limits
-    of steps that follow a tolerance. modes_to: highest frequency kept; modes_accuracy: error of the
-    contact's flexibility that is allowed up to modes_band, a fraction; given both, modes_to is an
-    upper bound; with neither, rigid bodies keep all modes. modes_band: see modes_accuracy.
-    step_time_step: of steps near jumps of the torque, and under series; reduction_limit: frequency
-    up to which reduced bodies are compared with the unreduced ones; settle: start-up that figures
-    leave out, in place of the one detected from the motion; positions_per_gear_mesh: quasi-static
-    positions a gear-mesh cycle. line_loads_in_time: under face_load transients include the load
-    along the face slice by slice, as equilibria do.
+    and modes follow from it. time_step: time step of steady running, and of histories that a
+    machine or load follows unless step_time_step is given; output_interval: time between stored
+    samples; duration: of a transient. step_tolerance: largest error of a tooth load in one step, as
+    a fraction of the largest rated tooth load; 0: fixed time steps. With a tolerance, time steps
+    are doubled and halved between shortest_time_step and longest_time_step. shortest_time_step,
+    longest_time_step: limits of variable time steps. modes_to: highest frequency of the modes that
+    are used; modes_accuracy: largest relative error of the contact's flexibility up to modes_band;
+    if both are given, modes_to is an upper bound; with neither, rigid bodies keep all modes.
+    modes_band: see modes_accuracy. step_time_step: time step near jumps of the torque, and of
+    histories; reduction_limit: frequency up to which reduced bodies are compared with unreduced
+    ones; settle: start-up time excluded from results, in place of the time detected from the
+    motion; positions_per_gear_mesh: quasi-static positions per gear-mesh cycle. line_loads_in_time:
+    whether transients with face_load include the load along the face slice by slice, as equilibria
+    do.
     """
 
     fidelity: Literal["quick", "standard", "fine"] = "standard"
@@ -60,9 +57,7 @@ class Solver(Section):
         shortest, longest = self.shortest_time_step, self.longest_time_step
         if self.step_tolerance == 0.0 or shortest is None or longest is None:
             return
-        if not shortest <= longest <= shortest * 2**MOST_REFINED:
-            raise Refusal(
-                "shortest_time_step",
-                f"{shortest:g} s cannot be refined from steps of {longest:g} s",
-                f"at most longest_time_step_s, and at least 1/{2**MOST_REFINED} of it",
-            )
+        if not shortest <= longest <= shortest * 2**MAX_STEP_HALVINGS:
+            problem = f"{shortest:g} s cannot be refined from steps of {longest:g} s"
+            remedy = f"at most longest_time_step_s, and at least 1/{2**MAX_STEP_HALVINGS} of it"
+            raise Refusal("shortest_time_step", problem, remedy)

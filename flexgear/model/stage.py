@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from flexgear.model.bearings import Bearing
 from flexgear.model.bodies import Material
-from flexgear.model.gear_mesh import MOST_PLANETS, GearErrors, GearMesh, equal_spacing
+from flexgear.model.gear_mesh import MAX_PLANETS, GearErrors, GearMesh, equal_spacing
 from flexgear.model.member import (
     CarrierMember,
     Gear,
@@ -45,21 +45,21 @@ _GEOMETRY = dict.fromkeys(
 
 
 class Stage(Section):
-    """A stage: sun, equally or freely spaced planets, ring and carrier, or pinion and gear.
+    """A stage: sun, planets, ring and carrier, or pinion and gear.
 
     name: prefix of its members' names; stage_1, stage_2, … if left out. kind: planetary (sun,
     planet, ring, carrier) or parallel (pinion and gear). position: direction from pinion to gear in
     a parallel stage, from the x axis. half_gap: between the halves of a double-helical stage.
 
-    planets: their number. normal_module, pressure_angle: of the basic rack in the normal section.
-    helix_angle: at the reference cylinder, 0 for spur gears. face_width: common to all gears.
-    planet_hand: of the planets' helix; the ring has the same, the sun the other. center_distance:
-    of sun and planet; from teeth and profile shifts if left out. planet_positions: angles in the
-    carrier, equal spacing if left out. allow_unassemblable: accept tooth numbers that do not
-    assemble (as printed in some papers); the sun's teeth then fit every planet. backlash_ring,
-    backlash_sun: normal backlash of each gear mesh in addition to that of profile shifts at the
-    centre distance a; if left out 2/3 (0.06 mm + 0.0005 a + 0.03 m_n) after ISO/TR 10064-2, and
-    none with linear contact.
+    planets: number of planets. normal_module, pressure_angle: of the basic rack in the normal
+    section. helix_angle: at the reference cylinder, 0 for spur gears. face_width: common to all
+    gears. planet_hand: hand of the planets' helix; the ring has the same, the sun the opposite
+    hand. center_distance: of sun and planet; from teeth and profile shifts if left out.
+    planet_positions: angles in the carrier, equal spacing if left out. allow_unassemblable: accept
+    tooth numbers that do not assemble (as printed in some papers); the sun's teeth then suit every
+    planet. backlash_ring, backlash_sun: normal backlash of each gear mesh in addition to that of
+    profile shifts at the centre distance a; if left out 2/3 (0.06 mm + 0.0005 a + 0.03 m_n) after
+    ISO/TR 10064-2, and none with linear contact.
 
     sun, planet, ring, carrier: members of a planetary stage. pinion, gear: members of a parallel
     stage. planet_bearing: between each planet and its pin. gear_mesh: how tooth contact is
@@ -74,7 +74,7 @@ class Stage(Section):
 
     name: str = Field(default="", pattern=r"^([A-Za-z][A-Za-z0-9_-]*)?$")
     kind: Literal["planetary", "parallel"] = "planetary"
-    planets: int = Field(default=1, ge=1, le=MOST_PLANETS)  # 1 stands for a parallel stage only
+    planets: int = Field(default=1, ge=1, le=MAX_PLANETS)  # the default is for parallel stages
     normal_module: Length = Field(ge=2e-4, le=0.1)
     pressure_angle: Angle = Field(ge=math.radians(10), le=math.radians(35))
     helix_angle: Angle = Field(default=0.0, ge=0.0, le=math.radians(45))
@@ -104,7 +104,7 @@ class Stage(Section):
 
     @property
     def planet_angles(self) -> tuple[float, ...]:
-        """Angles of the planets in the carrier, rad; of the gear from the pinion if parallel."""
+        """Angles of the planets in the carrier, rad; in a parallel stage the gear's position."""
         if self.kind == "parallel":
             return (self.position,)
         if self.planet_positions is not None:
@@ -113,7 +113,7 @@ class Stage(Section):
 
     @property
     def gear_width(self) -> float:
-        """Width of the gears, m: both halves and the gap of a double-helical stage."""
+        """Total width of the gears, m, in a double-helical stage both halves and the gap."""
         return 2.0 * self.face_width + self.half_gap if self.double_helical else self.face_width
 
     @property
@@ -123,17 +123,22 @@ class Stage(Section):
 
     @property
     def half_offset(self) -> float:
-        """Mid-plane of the right half of a double-helical stage, m; the left one's is at −z."""
+        """Axial position of the middle of the right half of a double-helical stage, m.
+
+        That of the left half is its negative.
+        """
         return 0.5 * (self.half_gap + self.face_width)
 
     @property
     def planet_period(self) -> float:
-        """Smallest turn of the carrier, rad, after which planets stand where planets stood: the
-        planet spacing where that is one, else a part of a turn or all of it."""
-        place = [cmath.exp(1j * angle) for angle in self.planet_angles]
+        """Smallest rotation of the carrier that maps the planets onto planets, rad.
+
+        It is the planet spacing for equally spaced planets, at most a full revolution.
+        """
+        positions = [cmath.exp(1j * angle) for angle in self.planet_angles]
         for n in range(self.planets, 1, -1):
-            turn = cmath.exp(2j * math.pi / n)
-            if all(min(abs(p * turn - q) for q in place) < 1e-9 for p in place):
+            rotation = cmath.exp(2j * math.pi / n)
+            if all(min(abs(p * rotation - q) for q in positions) < 1e-9 for p in positions):
                 return 2.0 * math.pi / n
         return 2.0 * math.pi
 
@@ -143,7 +148,8 @@ class Stage(Section):
         return any(self.form(part) != "lumped" for part in (*self.members, "planet"))
 
     def form(self, part: str) -> Form:
-        """Form of a member of ``members`` or of "planet": lumped, FE body or beam."""
+        """Form of one of ``members`` or "planet": "lumped", "fe", or "beam" for a sun on a
+        shaft."""
         member = getattr(self, part)
         if getattr(member, "fe", None) is not None:
             return "fe"
@@ -151,7 +157,7 @@ class Stage(Section):
 
     @property
     def members(self) -> tuple[str, ...]:
-        """Members that turn about fixed axes, without the stage's name."""
+        """Parts of the stage that rotate about fixed axes."""
         return PLANETARY if self.kind == "planetary" else PARALLEL
 
     @property
@@ -171,12 +177,12 @@ class Stage(Section):
 
     @property
     def seat_bearings(self) -> dict[str, Bearing]:
-        """Bearings of an FE carrier on its seats, "drive" and "far"; none of a lumped carrier."""
+        """Bearings of an FE carrier by seat, "drive" and "far"; none for a lumped carrier."""
         seats = {side: getattr(self.carrier, f"bearing_{side}", None) for side in ("drive", "far")}
         return {side: seat for side, seat in seats.items() if seat is not None}
 
     def member(self, name: str) -> GearMember | CarrierMember:
-        """One of ``members`` or "planet"."""
+        """Section of one of ``members`` or "planet"; KeyError if the stage does not have it."""
         member = getattr(self, name)
         if member is None:
             raise KeyError(f"stage {self.name} has no {name}")
@@ -195,7 +201,7 @@ class Stage(Section):
         return [BodyName.of(self.name, part, side=side) for side in sides]
 
     def dump_geometry(self) -> dict[str, Any]:
-        """Plain SI data of its gears and their places alone."""
+        """Plain SI data of the stage's gears and their positions."""
         gear = dict.fromkeys(Gear.model_fields, True)
         return self.model_dump(include={**_GEOMETRY, "sun": gear, "planet": gear, "ring": gear})
 
@@ -203,44 +209,44 @@ class Stage(Section):
     def required(cls, data: Mapping[str, Any]) -> list[Missing]:
         """Parts and number of planets by the kind of the stage, the hand of helical gears."""
         kind = data.get("kind", "planetary")
-        lacks = [
+        missing = [
             Missing(name, f"is missing in a {kind} stage", f"add a section for the {name}")
             for name in _PARTS["parallel" if kind == "parallel" else "planetary"]
             if data.get(name) is None
         ]
         if kind == "planetary" and "planets" not in data:
-            lacks.append(Missing("planets", "is missing in a planetary stage"))
-        return lacks + required_hand(data)
+            missing.append(Missing("planets", "is missing in a planetary stage"))
+        return missing + required_hand(data)
 
     @model_validator(mode="before")
     @classmethod
-    def _plain_gear_meshes(cls, data: Any) -> Any:
-        """Gear meshes of lumped members are constant springs where nothing else is said."""
-        if not isinstance(data, dict) or _bends(data):
+    def _lumped_gear_meshes(cls, data: Any) -> Any:
+        """Set constant stiffness and linear contact as defaults in stages of lumped members."""
+        if not isinstance(data, dict) or _has_flexible_body(data):
             return data
         section = data.get("gear_mesh", {})
-        plain = {"model": "constant", "contact_law": "linear"}
+        defaults = {"model": "constant", "contact_law": "linear"}
         if isinstance(section, Mapping):
             if section.get("model") == "face_load":
-                plain["contact_law"] = "one-sided"
-            return {**data, "gear_mesh": {**plain, **section}}
+                defaults["contact_law"] = "one-sided"
+            return {**data, "gear_mesh": {**defaults, **section}}
         return data
 
     @model_validator(mode="before")
     @classmethod
     def _errors_of_each_planet(cls, data: Any) -> Any:
-        """A number in place of a list of planets holds for all of them."""
+        """Expand numbers in place of lists to one value for each planet."""
         errors = data.get("errors") if isinstance(data, dict) else None
         planets = data.get("planets", 1) if isinstance(data, dict) else None
         if not isinstance(errors, Mapping) or not isinstance(planets, int):
             return data
-        count = min(planets, MOST_PLANETS)  # the field refuses more
+        count = min(planets, MAX_PLANETS)  # the field refuses more
         return {**data, "errors": GearErrors.for_each(errors, count)}
 
     def _check(self) -> None:
         parts = _PARTS[self.kind]
         others = [name for name in (*_PARTS["planetary"], *PARALLEL) if name not in parts]
-        remedy = f"take it out; its parts are {', '.join(parts)}"
+        remedy = f"take it out; the parts are {', '.join(parts)}"
         self._refuse_set(others, f"is no part of a {self.kind} stage", remedy)
         if self.kind == "parallel":
             self._check_parallel()
@@ -263,17 +269,13 @@ class Stage(Section):
     def _check_planetary(self) -> None:
         self._check_gears()
         assert self.planet is not None and self.carrier is not None
-        turning = self.planet.kinematics
-        if turning == "fixed" or (turning == "torsional" and self.carrier.kinematics != "fixed"):
-            raise Refusal(
-                "planet.kinematics",
-                f"{turning!r} planets cannot follow the carrier",
-                "use planar, axial or spatial",
-            )
+        kinematics, carrier_fixed = self.planet.kinematics, self.carrier.kinematics == "fixed"
+        if kinematics == "fixed" or (kinematics == "torsional" and not carrier_fixed):
+            problem = f"{kinematics!r} planets cannot follow the carrier"
+            raise Refusal("planet.kinematics", problem, "use planar, axial or spatial")
         if min(self.planet_bearing.stiffness[:2]) <= 0:
-            raise Refusal(
-                "planet_bearing.radial", "is zero, so the planet is not held", "give a stiffness"
-            )
+            problem = "is zero, so the planet is not held"
+            raise Refusal("planet_bearing.radial", problem, "give a stiffness")
         if self.is_flexible:
             self._check_flexible()
         if self.planet.support != Support():
@@ -282,15 +284,13 @@ class Stage(Section):
             )
 
     def _check_gears(self) -> None:
-        """Teeth, bores and places of planetary gears fit one another."""
+        """Check planet positions, tooth numbers and face width of planetary gears."""
         assert self.sun is not None and self.planet is not None and self.ring is not None
         angles = self.planet_positions
         if angles is not None and len(angles) != self.planets:
-            raise Refusal(
-                "planet_positions",
-                f"{len(angles)} angles for {self.planets} planets",
-                "give one angle for each planet, or leave the key out for equal spacing",
-            )
+            problem = f"{len(angles)} angles for {self.planets} planets"
+            remedy = "give one angle for each planet, or leave the key out for equal spacing"
+            raise Refusal("planet_positions", problem, remedy)
         if self.ring.teeth <= self.planet.teeth:
             raise Refusal(
                 "ring.teeth",
@@ -298,32 +298,27 @@ class Stage(Section):
                 "about z_sun + 2 z_planet",
             )
         if self.face_width > 20 * self.normal_module * self.planet.teeth:
-            raise Refusal(
-                "face_width",
-                f"{self.face_width:g} m is more than 20 planet diameters",
-                "check the units of face width and module",
-            )
+            problem = f"{self.face_width:g} m is more than 20 planet diameters"
+            raise Refusal("face_width", problem, "check the units of face width and module")
 
     def _check_flexible(self) -> None:
-        """FE bodies and gears fit one another, and planets are held in all directions."""
+        """Check FE bodies against gears and against unsupported combinations."""
         assert self.planet is not None and self.ring is not None and self.carrier is not None
         if self.double_helical and self.planet.fe is not None:
-            problem = "is not there for planets with two halves of teeth"
+            problem = "is not available for planets with two halves of teeth"
             raise Refusal("planet.fe", problem, "take it out, or make the stage single-helical")
         if self.double_helical and self.ring.fe is not None and self.gear_mesh.root_stress == "fe":
-            problem = "is not there for an FE ring in two halves"
-            raise Refusal("gear_mesh.root_stress", problem, 'take "none", or a lumped ring')
+            problem = "is not available for an FE ring in two halves"
+            raise Refusal("gear_mesh.root_stress", problem, 'use "none", or a lumped ring')
         if self.planet.fe is not None and self.planet_bearing.journal is not None:
-            problem = "has its film in the bore of a planet that bends, which is not modelled"
+            problem = "is not available in the bore of a flexible planet"
             raise Refusal("planet_bearing.journal", problem, "take out planet.fe, or the journal")
         body, bore = self.carrier.fe, self.planet.bore_diameter
         if body is not None and 0.0 < bore <= body.pin_diameter:
             pin = body.pin_diameter * 1e3
-            raise Refusal(
-                "carrier.fe.pin_diameter",
-                f"a pin of {pin:g} mm does not go into the planets' bore of {bore * 1e3:g} mm",
-                "lower it, or raise stage.planet.bore_diameter_mm",
-            )
+            problem = f"a pin of {pin:g} mm does not fit in the planets' bore of {bore * 1e3:g} mm"
+            remedy = "lower it, or raise stage.planet.bore_diameter_mm"
+            raise Refusal("carrier.fe.pin_diameter", problem, remedy)
         if body is not None and body.plate_gap <= self.gear_width:
             halves = ", both halves and their gap" if self.double_helical else " face width"
             raise Refusal(
@@ -336,7 +331,7 @@ class Stage(Section):
             self._check_bands(self.ring.fe)
 
     def _check_bands(self, ring: Ring) -> None:
-        """Fits and splines lie on the ring's outside."""
+        """Check that fits and splines are within the face of the ring."""
         half = self.face_width / 2 * (1 + 1e-9)
         bands = [("fits", k, fit) for k, fit in enumerate(ring.fits)]
         bands += [("splines", k, spline) for k, spline in enumerate(ring.splines)]
@@ -344,24 +339,24 @@ class Stage(Section):
             if fit.band[0] < -half or fit.band[1] > half:
                 raise Refusal(
                     f"ring.fe.{name}.{k}.z",
-                    f"the band of ±{fit.half_width * 1e3:g} mm leaves the face of "
+                    f"the band of ±{fit.half_width * 1e3:g} mm extends beyond the face of "
                     f"±{half * 1e3:.1f} mm",
                     "move it or make it narrower",
                 )
 
     def _check_clearances(self) -> None:
-        """Bearings let no gear move by more than one module: beyond it gears lose contact."""
+        """Check that clearances of bearings are below one module, so that gears stay in mesh."""
         for key, support in self.bearings.items():
             if support.clearance >= self.normal_module:
                 raise Refusal(
                     f"{key}.clearance",
                     f"{1e3 * support.clearance:g} mm is as much as the module of "
-                    f"{1e3 * self.normal_module:g} mm: the teeth would come apart",
+                    f"{1e3 * self.normal_module:g} mm: the teeth would lose contact",
                     "check the unit; bearings have some hundredths of a millimetre",
                 )
 
 
-def _bends(data: Mapping[str, Any]) -> bool:
-    """Whether a stage's data, read or not yet read, have an FE body or a shaft."""
+def _has_flexible_body(data: Mapping[str, Any]) -> bool:
+    """Whether the data of a stage, validated or raw, have an FE body or a shaft."""
     bodies = (("ring", "fe"), ("planet", "fe"), ("carrier", "fe"), ("sun", "shaft"))
     return any(raw_value(data, *body) is not None for body in bodies)

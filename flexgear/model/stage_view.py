@@ -1,4 +1,4 @@
-"""A stage with all that its case says of it."""
+"""A stage together with the keys of its case that concern it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from flexgear.model.bodies import Carrier, FeMeshSource, Material, Shaft
 from flexgear.model.content import content_hash, digest_files
@@ -43,12 +43,13 @@ class BearingPlace:
         return "planet_bearing" if self.part == "planet" else self.labels[0]
 
 
-_PARALLEL_WORDS = {"sun": "pinion", "planet": "gear"}
+T = TypeVar("T")
+_PARALLEL_PARTS = {"sun": "pinion", "planet": "gear"}
 
 
 @dataclass(frozen=True)
 class StageView:
-    """One stage of a case: its gears and members, and the keys of the case that concern it."""
+    """A stage and its case."""
 
     case: Case
     stage: Stage
@@ -60,43 +61,39 @@ class StageView:
 
     @property
     def material(self) -> Material:
-        """Material of all its bodies."""
+        """Material of the stage's bodies."""
         return self.stage.material or self.case.material
 
     @property
     def ring_gear(self) -> RingGear:
-        """The ring of a planetary stage, lumped or FE; AttributeError where there is none."""
-        part: RingGear = _there(self.stage.ring, "ring")
-        return part
+        """The ring of a planetary stage, lumped or FE; AttributeError if there is none."""
+        return _required(self.stage.ring, "ring")
 
     @property
     def ring(self) -> Ring:
-        """The ring's FE body; AttributeError where it is lumped."""
-        part: Ring = _there(self.stage.ring and self.stage.ring.fe, "FE ring")
-        return part
+        """The ring's FE body; AttributeError if the ring is lumped."""
+        return _required(self.stage.ring.fe if self.stage.ring else None, "FE ring")
 
     @property
     def carrier(self) -> Carrier:
-        """The carrier's FE body; AttributeError where it is lumped."""
-        part: Carrier = _there(self.stage.carrier and self.stage.carrier.fe, "FE carrier")
-        return part
+        """The carrier's FE body; AttributeError if the carrier is lumped."""
+        return _required(self.stage.carrier.fe if self.stage.carrier else None, "FE carrier")
 
     @property
     def shaft(self) -> Shaft:
-        """The sun's shaft; AttributeError where there is none."""
-        part: Shaft = _there(self.stage.sun and self.stage.sun.shaft, "sun shaft")
-        return part
+        """The sun's shaft; AttributeError if there is none."""
+        return _required(self.stage.sun.shaft if self.stage.sun else None, "sun shaft")
 
     @property
     def fe_bodies(self) -> dict[BodyName, FeMeshSource]:
-        """Sections of its FE bodies; "<stage>.planet" is that of all planets."""
+        """Sections of the stage's FE bodies by name; "<stage>.planet" is that of all planets."""
         parts = ("ring", "planet", "carrier", "sun", "pinion", "gear")
         sections = {part: getattr(getattr(self.stage, part), "fe", None) for part in parts}
         return {BodyName.of(self.name, part): fe for part, fe in sections.items() if fe}
 
     @property
     def flexible_bodies(self) -> dict[BodyName, FeMeshSource | Shaft]:
-        """Sections of bodies that may be flexible: its FE bodies, and the shaft of its sun."""
+        """Sections of the stage's FE bodies and of the sun's shaft, by name."""
         shaft = self.stage.sun and self.stage.sun.shaft
         return self.fe_bodies | ({BodyName.of(self.name, "shaft"): shaft} if shaft else {})
 
@@ -141,29 +138,29 @@ class StageView:
         return [SupportName.of(body, "support", number) for body in bodies]
 
     def is_held(self, part: str) -> bool:
-        """Whether a member does not turn."""
+        """Whether a member is held."""
         return f"{self.name}.{part}" in self.case.held_members()
 
     def fe_tie(self, role: str) -> Literal["root", "flank"] | None:
-        """Where the contact nodes of "ring" or "planet" are tied to a flexible FE body; None for
-        other gears and for rigid bodies, which have no part of the teeth's compliance."""
+        """Surface to which contact nodes of "ring" or "planet" are tied; None for lumped gears and
+        for rigid FE bodies, whose FE model has no compliance of teeth."""
         body = getattr(getattr(self.stage, role), "fe", None)
         tie: Literal["root", "flank"] | None = body.tie if body and body.flexible else None
         return tie
 
     def with_rigid(self, parts: Collection[str]) -> StageView:
-        """The same stage with the FE bodies of some members rigid."""
+        """The stage with the FE bodies of some members made rigid."""
         changes = {f"stages.{self.name}.{part}.fe.flexible": False for part in parts}
         return self.with_(**changes) if changes else self
 
     @property
     def gear_mesh(self) -> GearMesh:
-        """Options of its gear meshes."""
+        """Options of the stage's gear meshes."""
         return self.stage.gear_mesh
 
     def bodies_hash(self) -> str:
-        """SHA-256, 64 hex digits, of the keys that its FE bodies depend on (stage geometry, ``fe``,
-        material, solver)."""
+        """SHA-256, 64 hex digits, of the keys on which the stage's FE bodies depend: geometry,
+        ``fe``, material, solver."""
         data: dict[str, Any] = {"stage": self.stage.dump_geometry()}
         data |= {body.part: {"fe": fe.model_dump()} for body, fe in self.fe_bodies.items()}
         digest_files(data)
@@ -171,39 +168,38 @@ class StageView:
         return content_hash(data)
 
     def with_(self, **changes: Any) -> StageView:
-        """The same stage of the case with these SI values changed (``Case.with_``)."""
+        """The stage in a copy of the case with SI values changed (``Case.with_``)."""
         return self.case.with_(**changes).view(self.name)
 
     def key(self, name: str = "") -> str:
-        """A key of the stage as messages write it: "stages.stage_2.planets"; the stage itself for
-        ""."""
+        """A key of the stage in messages: "stages.stage_2.planets", for "" the stage itself."""
         return stage_key(self.name, name)
 
     def part(self, role: str) -> str:
-        """ "sun", "planet" and "ring" as the stage calls them: pinion and gear if parallel."""
-        return _PARALLEL_WORDS.get(role, role) if self.stage.kind == "parallel" else role
+        """Part of the stage in the role "sun", "planet" or "ring": pinion or gear if parallel."""
+        return _PARALLEL_PARTS.get(role, role) if self.stage.kind == "parallel" else role
 
     def refuse(self, name: str, problem: str, remedy: str) -> InputError:
-        """InputError for a key of the stage, named as the case file writes it."""
+        """InputError for a key of the stage."""
         return InputError(self.case.source, self.key(name), problem, remedy)
 
 
-def _there(part: Any, what: str) -> Any:
+def _required(part: T | None, what: str) -> T:
     if part is None:
         raise AttributeError(f"the stage has no {what}")
     return part
 
 
 def stage_key(name: str, key: str) -> str:
-    """A key of a stage in the form of --set: "stages.stage_2.planets"; the stage itself for ""."""
-    alone = name in ("", "stage")  # written [stage]
-    return f"{'stage' if alone else f'stages.{name}'}.{key}".rstrip(".")
+    """A key of a stage in the form of --set, "stages.stage_2.planets"; for "" the stage itself."""
+    is_only = name in ("", "stage")  # written [stage]
+    return f"{'stage' if is_only else f'stages.{name}'}.{key}".rstrip(".")
 
 
 @contextmanager
 def inside(case: Case, stage: Stage) -> Iterator[None]:
-    """Context in which an InputError about FE bodies, with keys "stage.ring.fe", names the
-    stage."""
+    """Context that replaces "stage." in the keys of InputErrors about FE bodies by the stage's
+    name."""
     try:
         yield
     except InputError as fault:

@@ -1,8 +1,8 @@
-"""What a tolerance study draws: distributions of manufacturing errors (the section ``tolerance``).
+"""Distributions of manufacturing errors and flank modifications for tolerance studies (the section
+``tolerance``).
 
-Every error of the section ``errors`` can have a distribution of the same name; it then replaces the
-value there, and so do distributions of ground amounts those of ``modifications``. What belongs to
-planets is drawn for each planet on its own.
+A distribution replaces the value of the same name in ``errors`` or ``modifications``. Errors and
+modifications of planets are drawn for each planet separately.
 """
 
 from __future__ import annotations
@@ -27,20 +27,20 @@ OF_EITHER_SIGN = (
     "pin_tangential", "pin_radial", "planet_thickness", "ring_gear_mesh", "sun_gear_mesh",
     "sun_helix_slope", "ring_helix_slope", "planet_sun_helix_slope", "planet_ring_helix_slope",
 )  # fmt: skip
-LARGEST = 2e-3  # m
-TAIL = 8.0  # standard deviations that a normal distribution without limits may reach
+LARGEST = 2e-3  # m, limit of an error
+TAIL = 8.0  # standard deviations, assumed largest value of an unlimited normal distribution
 
 
 class SizeDistribution(Section):
     """Distribution of the size of an error.
 
-    normal    mean (0 if left out), standard_deviation, cut off at low and high where they are given
+    normal    with mean (0 if left out) and standard_deviation, truncated at low and high if given
     uniform   between low and high
     rayleigh  distance of a point whose two coordinates are normal with standard_deviation, as
-              eccentricities are; cut off at high
+              eccentricities are; truncated at high
 
-    distribution: its kind. mean, standard_deviation: of the normal one before it is cut off. low,
-    high: its ends.
+    distribution: kind of the distribution. mean, standard_deviation: of the normal distribution
+    before it is truncated. low, high: limits of the distribution.
     """
 
     distribution: Literal["normal", "uniform", "rayleigh"] = "normal"
@@ -51,16 +51,16 @@ class SizeDistribution(Section):
 
     @property
     def usual(self) -> tuple[float, float]:
-        """Usual range of values, two standard deviations on either side; m."""
+        """Usual range of values: the mean ± two standard deviations, m."""
         if self.distribution == "uniform":
             assert self.low is not None and self.high is not None
             return self.low, self.high
-        mean, reach = self.mean or 0.0, 2.0 * (self.standard_deviation or 0.0)
-        return (0.0 if self.distribution == "rayleigh" else mean - reach), mean + reach
+        mean, half = self.mean or 0.0, 2.0 * (self.standard_deviation or 0.0)
+        return (0.0 if self.distribution == "rayleigh" else mean - half), mean + half
 
     @property
     def largest(self) -> float:
-        """Largest size that can be drawn, but for tails beyond 8 standard deviations; m."""
+        """Largest size that can be drawn, within 8 standard deviations; m."""
         ends = [abs(x) for x in (self.low, self.high) if x is not None]
         if len(ends) == 2 or self.distribution == "uniform":
             return max(ends)
@@ -68,9 +68,9 @@ class SizeDistribution(Section):
         return min(tail, self.high) if self.distribution == "rayleigh" and self.high else tail
 
     def _check(self) -> None:
-        needed, foreign = _KEYS[self.distribution]
-        self._require_set(needed, f"is missing in a {self.distribution} distribution", "give it")
-        self._refuse_set(foreign, f"has no meaning in a {self.distribution} one")
+        required, unused = _KEYS[self.distribution]
+        self._require_set(required, f"is missing in a {self.distribution} distribution", "give it")
+        self._refuse_set(unused, f"has no meaning in a {self.distribution} distribution")
         low = 0.0 if self.distribution == "rayleigh" else self.low
         if low is not None and self.high is not None and not low < self.high:
             raise Refusal("high", "is not above the low end", "put them in order")
@@ -78,20 +78,17 @@ class SizeDistribution(Section):
             self._refuse_far_limits()
 
     def _refuse_far_limits(self) -> None:
-        """Limits in a tail, where hardly anything is left between them."""
+        """Raise Refusal for a limit that excludes nearly the whole normal distribution."""
         assert self.standard_deviation is not None
-        reach = TAIL * self.standard_deviation
+        tail = TAIL * self.standard_deviation
         for key, sign in (("low", 1), ("high", -1)):
             limit = getattr(self, key)
-            if limit is not None and sign * (limit - (self.mean or 0.0)) > reach:
-                raise Refusal(
-                    key,
-                    f"excludes everything within {TAIL:g} standard deviations of the mean",
-                    "check value and unit",
-                )
+            if limit is not None and sign * (limit - (self.mean or 0.0)) > tail:
+                problem = f"excludes everything within {TAIL:g} standard deviations of the mean"
+                raise Refusal(key, problem, "check value and unit")
 
 
-_KEYS = {  # needed, without meaning
+_KEYS = {  # required and unused keys
     "normal": (("standard_deviation",), ()),
     "uniform": (("low", "high"), ("mean", "standard_deviation")),
     "rayleigh": (("standard_deviation",), ("mean", "low")),
@@ -99,9 +96,9 @@ _KEYS = {  # needed, without meaning
 
 
 class PhaseDistribution(Section):
-    """Uniform distribution of a phase, over a whole turn if left out.
+    """Uniform distribution of a phase, by default over a full revolution.
 
-    distribution: its kind. low, high: its ends.
+    distribution: kind of the distribution. low, high: limits of the distribution.
     """
 
     distribution: Literal["uniform"] = "uniform"
@@ -114,7 +111,7 @@ class PhaseDistribution(Section):
 
 
 def _distributions_of(section: type[Section], *names: str) -> Any:
-    """A section with a distribution for each of these fields of another one."""
+    """A section class with a distribution for each of these fields of another section."""
     fields: dict[str, Any] = {
         name: (
             PhaseDistribution | None if name.endswith("_phase") else SizeDistribution | None,
@@ -126,20 +123,20 @@ def _distributions_of(section: type[Section], *names: str) -> Any:
 
 
 _ERRORS: Any = _distributions_of(GearErrors, *(n for n in GearErrors.model_fields if n != "seed"))
-_GROUND: Any = _distributions_of(
+_MODIFICATIONS: Any = _distributions_of(
     FlankModifications, "profile_crowning", "profile_slope", "lead_crowning", "twist", "tip_relief"
 )
 
 
 class ErrorDistributions(_ERRORS):
-    """Distributions of ``GearErrors``. Pitch deviations of single teeth are drawn anew for every
-    sample; their distribution here is that of their standard deviation."""
+    """Distributions of ``GearErrors``. For pitch deviations of single teeth, which are drawn anew
+    for every sample, the distribution is that of their standard deviation."""
 
     same_as: ClassVar = (GearErrors,)
 
     @property
     def given(self) -> dict[str, SizeDistribution | PhaseDistribution]:
-        """Errors that have a distribution, in the order of the fields."""
+        """The given distributions by error, in the order of the fields."""
         return self._stated()
 
     def _check(self) -> None:
@@ -152,31 +149,25 @@ class ErrorDistributions(_ERRORS):
 
 
 def _refuse_large(name: str, distribution: SizeDistribution) -> None:
-    """A size that nothing limits to what flanks can have."""
+    """Raise Refusal for a distribution that can exceed the largest error."""
     if distribution.largest > LARGEST:
-        raise Refusal(
-            f"{name}.standard_deviation",
-            f"lets errors reach {1e3 * distribution.largest:g} mm",
-            "give low and high, or check the unit",
-        )
+        problem = f"lets errors reach {1e3 * distribution.largest:g} mm"
+        raise Refusal(f"{name}.standard_deviation", problem, "give low and high, or check the unit")
 
 
 def _refuse_negative(name: str, distribution: SizeDistribution) -> None:
-    """A size that cannot be negative has no tail there."""
+    """Raise Refusal for a distribution that can be negative."""
     if distribution.distribution == "rayleigh" or (
         distribution.low is not None and distribution.low >= 0
     ):
         return
-    raise Refusal(
-        f"{name}.low",
-        "is not 0 or more, but this size has no sign",
-        'give it, or take distribution = "rayleigh"',
-    )
+    problem = "is not 0 or more, but this size cannot be negative"
+    raise Refusal(f"{name}.low", problem, 'give it, or use distribution = "rayleigh"')
 
 
-class FlankDistributions(_GROUND):
-    """Distributions of the amounts of ``FlankModifications``, and of that of its tip relief, whose
-    length and form are those of the case."""
+class FlankDistributions(_MODIFICATIONS):
+    """Distributions of amounts in ``FlankModifications``; for tip relief that of its amount, with
+    length and form of the case."""
 
     same_as: ClassVar = (FlankModifications,)
 
@@ -187,7 +178,7 @@ class FlankDistributions(_GROUND):
             _refuse_large(name, distribution)
 
 
-FLANKS = {  # gear and its flank by field of ``ModificationDistributions``
+FLANKS = {  # gear and flank by field of ``ModificationDistributions``
     "sun": ("sun", "drive"),
     "ring": ("ring", "drive"),
     "planet_sun": ("planet", "sun"),
@@ -198,9 +189,9 @@ FLANKS = {  # gear and its flank by field of ``ModificationDistributions``
 class ModificationDistributions(Section):
     """Distributions of flank modifications, for pairs with slices (``face_load``).
 
-    sun, ring: of the flank that carries the rated torque (in a parallel stage, sun: of the
-    pinion's). planet_sun, planet_ring: of the planets' flanks towards sun and ring (in a parallel
-    stage, planet_sun: of the gear's that carries).
+    sun, ring: of the flank that transmits the rated torque; in a parallel stage sun means the
+    pinion. planet_sun, planet_ring: of the planets' flanks towards sun and ring; in a parallel
+    stage planet_sun means the loaded flank of the gear.
     """
 
     sun: FlankDistributions = FlankDistributions()
@@ -210,7 +201,7 @@ class ModificationDistributions(Section):
 
     @property
     def given(self) -> dict[tuple[str, str], SizeDistribution]:
-        """Distributions by flank and name of the modification, in the order of the fields."""
+        """The given distributions by flank and modification, in the order of the fields."""
         return {
             (flank, name): distribution
             for flank in type(self).model_fields
@@ -221,8 +212,8 @@ class ModificationDistributions(Section):
 class OfStage(Section):
     """Distributions of one stage of a train, which replace those of all stages key by key.
 
-    stage: its name. errors: distributions of its errors. modifications: distributions of its flank
-    modifications.
+    stage: name of the stage. errors: distributions of its errors. modifications: distributions of
+    its flank modifications.
     """
 
     stage: str
@@ -233,11 +224,11 @@ class OfStage(Section):
 class Tolerance(Section):
     """A tolerance study.
 
-    samples: sets of parts that are drawn; seed: the same gives the same samples;
-    positions_per_gear_mesh: equilibria in each gear-mesh period, over one revolution of the
-    carrier; confidence: of the intervals about mean and quantiles. errors: distributions for all
-    stages that have the part; by_stage: for single stages. modifications: distributions of flank
-    modifications for all stages whose pairs have slices.
+    samples: number of sets of parts; seed: equal seeds give equal samples; positions_per_gear_mesh:
+    equilibria in each gear-mesh period, over one revolution of the carrier; confidence: of the
+    intervals about mean and quantiles. errors: distributions for all stages that have the part;
+    by_stage: distributions for single stages. modifications: distributions of flank modifications
+    for all stages whose pairs have slices.
     """
 
     samples: int = Field(default=1000, ge=2, le=10**7)
@@ -248,9 +239,11 @@ class Tolerance(Section):
     modifications: ModificationDistributions = ModificationDistributions()
     by_stage: tuple[OfStage, ...] = ()
 
-    def ground(self, stage: Stage) -> dict[tuple[str, str], SizeDistribution]:
-        """Distributions of modifications of a stage by flank and name; of its parts alone, and none
-        where its pairs have no slices."""
+    def modifications_of(self, stage: Stage) -> dict[tuple[str, str], SizeDistribution]:
+        """Distributions of modifications of a stage by flank and name.
+
+        There are none for parts that the stage does not have, or if its pairs have no slices.
+        """
         distributions = self.modifications.given
         for of_stage in self.by_stage:
             if of_stage.stage == stage.name:
@@ -274,56 +267,48 @@ class Tolerance(Section):
 
 
 def check_tolerance(case: Case) -> None:
-    """Stages that are named exist and have the parts; Refusal otherwise."""
+    """Check stages and parts of the distributions of a case; raises Refusal."""
     seen: set[str] = set()
     for k, of_stage in enumerate(case.tolerance.by_stage):
         at, names = f"tolerance.by_stage.{k}", [s.name for s in case.stages]
         if of_stage.stage not in names:
-            raise Refusal(
-                f"{at}.stage", f"no stage is {echo(of_stage.stage)}", nearest(of_stage.stage, names)
-            )
+            problem = f"no stage is {echo(of_stage.stage)}"
+            raise Refusal(f"{at}.stage", problem, nearest(of_stage.stage, names))
         if of_stage.stage in seen:
-            raise Refusal(f"{at}.stage", f"{of_stage.stage} is named twice", "put them together")
+            raise Refusal(f"{at}.stage", f"{of_stage.stage} is named twice", "combine them")
         seen.add(of_stage.stage)
-        foreign = [key for key in of_stage.errors.given if key in NOT_PARALLEL]
-        if case.stage(of_stage.stage).kind == "parallel" and foreign:
-            raise Refusal(
-                f"{at}.errors.{foreign[0]}",
-                "is an error of a part that a parallel stage does not have",
-                "use sun_… for the pinion and planet_… for the gear",
-            )
-    _check_ground(case)
+        unused = [key for key in of_stage.errors.given if key in NOT_PARALLEL]
+        if case.stage(of_stage.stage).kind == "parallel" and unused:
+            problem = "is an error of a part that a parallel stage does not have"
+            remedy = "use sun_… for the pinion and planet_… for the gear"
+            raise Refusal(f"{at}.errors.{unused[0]}", problem, remedy)
+    _check_modifications(case)
 
 
-def _check_ground(case: Case) -> None:
-    """Modifications are drawn of pairs with slices, tip relief of flanks that have one."""
-    drawn = [case.tolerance.ground(stage) for stage in case.stages]
+def _check_modifications(case: Case) -> None:
+    """Raise Refusal for distributions of modifications without slices or without tip relief."""
+    drawn = [case.tolerance.modifications_of(stage) for stage in case.stages]
     modifications = {"tolerance.modifications": case.tolerance.modifications.given}
     for k, of_stage in enumerate(case.tolerance.by_stage):
         modifications[f"tolerance.by_stage.{k}.modifications"] = of_stage.modifications.given
     for at, tolerances in modifications.items():
         for key in tolerances:
             if not any(key in section for section in drawn):
-                raise Refusal(
-                    f"{at}.{key[0]}.{key[1]}",
-                    "needs a stage that has this flank, and slices along the face",
-                    'set gear_mesh.model = "face_load", or take it out',
-                )
+                problem = "needs a stage that has this flank, and slices along the face"
+                remedy = 'set gear_mesh.model = "face_load", or take it out'
+                raise Refusal(f"{at}.{key[0]}.{key[1]}", problem, remedy)
     for stage, section in zip(case.stages, drawn, strict=True):
         for flank, name in section:
-            part, side = ground_flank(stage, flank)
+            part, side = modified_flank(stage, flank)
             relief = getattr(stage, part).modifications.of(side).tip_relief
             if name == "tip_relief" and relief is None:
-                raise Refusal(
-                    f"tolerance.modifications.{flank}.tip_relief",
-                    f"has no tip relief in {part}.modifications whose amount could be drawn",
-                    f"give {part}.modifications.tip_relief its amount and length",
-                )
+                problem = f"has no tip relief in {part}.modifications whose amount could be drawn"
+                remedy = f"give {part}.modifications.tip_relief its amount and length"
+                raise Refusal(f"tolerance.modifications.{flank}.tip_relief", problem, remedy)
 
 
-def ground_flank(stage: Stage, flank: str) -> tuple[str, str]:
-    """Gear of a stage and its flank, as ``modifications`` call them, of a field of
-    ``ModificationDistributions``."""
+def modified_flank(stage: Stage, flank: str) -> tuple[str, str]:
+    """Part and flank in ``modifications`` for a field of ``ModificationDistributions``."""
     part, side = FLANKS[flank]
     if stage.kind == "parallel":
         return ("gear" if part == "planet" else "pinion"), "drive"

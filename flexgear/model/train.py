@@ -1,4 +1,4 @@
-"""What joins the stages of a train, drives, brakes and loads them: joints, ports, given loads."""
+"""Joints between stages, ports (inputs and output), and loads on members."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ from flexgear.model.units import (
 
 
 class Joint(Springs):
-    """Two members that turn together: springs, or a hollow shaft as a beam.
+    """A connection of two members that rotate together: springs, or a hollow shaft as a beam.
 
-    first, second: member names such as "stage_1.carrier". tangential: acts against u = r θ with
-    the r of ``first`` (base radius, or centre distance of a carrier): torsion += tangential r².
-    length, outer_diameter, inner_diameter: a shaft in place of the springs. damping: of a damper
-    between both members' rotations about the axis.
+    first, second: member names such as "stage_1.carrier". tangential: stiffness against u = r θ
+    with the r of ``first`` (base radius, or centre distance of a carrier): torsion += tangential
+    r². length, outer_diameter, inner_diameter: a shaft in place of the springs. damping: of a
+    damper between both members' rotations about the axis.
     """
 
     first: Member
@@ -47,7 +47,7 @@ class Joint(Springs):
 
     @property
     def is_shaft(self) -> bool:
-        """Whether it is a beam."""
+        """Whether the joint is a shaft."""
         return self.length is not None
 
     def _check(self) -> None:
@@ -62,20 +62,17 @@ class Joint(Springs):
         if self.outer_diameter is not None and self.inner_diameter >= self.outer_diameter:
             raise Refusal("inner_diameter", "is not below outer_diameter", "lower it")
         if not self.is_shaft and self.tangential <= 0 and self.stiffness[5] <= 0:
-            raise Refusal(
-                "torsion",
-                "is zero, so the joint passes no torque",
-                "give torsion, tangential, or a shaft's length and outer_diameter",
-            )
+            remedy = "give torsion, tangential, or a shaft's length and outer_diameter"
+            raise Refusal("torsion", "is zero, so the joint transmits no torque", remedy)
 
 
 class Port(Section):
     """A port: torque enters or leaves the train at its member.
 
-    member: its name, such as "stage_1.carrier". speed: rated. torque: rated, on the member.
-    inertia: polar inertia added to the member. mass, tilt_inertia (about a diameter), bearing: of
-    the body behind the spline at the end of a sun's shaft. machine: in transients. damping: drag
-    torque over speed of the member against the housing.
+    member: name of the member, such as "stage_1.carrier". speed: rated speed. torque: rated torque
+    on the member. inertia: polar inertia added to the member. mass, tilt_inertia (about a
+    diameter), bearing: of the body behind the spline at the end of a sun's shaft. machine: machine
+    in transients. damping: drag torque over speed of the member against the housing.
     """
 
     member: Member
@@ -90,18 +87,18 @@ class Port(Section):
 
 
 class Input(Port):
-    """A driven member. speed and torque (that of the drive on the member) are positive about +z.
+    """A driven member. Speed and torque of the drive on the member are positive about +z. The
+    number of given speeds and torques at inputs and output must be that which the train leaves
+    free. [drive] is the machine of the first input.
 
-    power: into the train, stands for the torque power / speed, so it needs the speed. Of all speeds
-    and torques over inputs and output exactly as many are given as the train leaves free. [drive]
-    is the machine of the first input.
+    power: into the train, in place of the torque power / speed; needs the speed.
     """
 
     power: Power | None = Field(default=None, ge=-1e9, le=1e9)
 
     @property
     def given_torque(self) -> float | None:
-        """Torque on the member, N m, from torque or power; None if neither is given."""
+        """Given torque on the member or that from power, N m; None if neither is given."""
         if self.power is not None and self.speed is not None:
             return self.power / self.speed
         return self.torque
@@ -111,7 +108,7 @@ class Input(Port):
             return
         self._keep_one("power", "torque")
         if not self.speed:
-            problem = "has no speed to go with it" if self.speed is None else "has speed zero"
+            problem = "needs a speed" if self.speed is None else "has speed zero"
             raise Refusal("power", problem, "give speed, or torque in place of power")
 
 
@@ -119,7 +116,7 @@ class Output(Port):
     """The loaded member: torque of the load on the member, positive about +z.
 
     brake_exponent: T ~ |ω|^exponent in transients. brake_torque: T at rated speed in transients,
-    that of statics if left out. A machine replaces the brake.
+    that of statics if left out; machine replaces the brake.
     """
 
     brake_torque: Torque | None = Field(default=None, gt=0.0, le=1e9)
@@ -127,7 +124,7 @@ class Output(Port):
 
     @property
     def given_torque(self) -> float | None:
-        """Torque on the member, N m; None if it follows from the others."""
+        """Given torque on the member, N m; None if it follows from those of the inputs."""
         return self.torque
 
     def _check(self) -> None:
@@ -137,24 +134,24 @@ class Output(Port):
             self._refuse_set(brake, "is given beside output.machine", "give it there")
 
 
-_NONE = (0.0, 0.0, 0.0)
+_ZERO = (0.0, 0.0, 0.0)
 
 
 class MemberLoad(Section):
-    """A force and a moment on a member, in fixed axes or the carrier's: constant, or a history.
+    """A force and a moment on a member, constant or a history, in fixed axes or the carrier's.
 
-    A history follows straight lines between its points and is constant outside. Statics, modes and
-    the power flow of the rated state take its value at t = 0.
+    A history is linear between its points and constant outside. Statics, modes and the power flow
+    of the rated state use its value at t = 0.
 
-    member: its name. force, moment: constant ones along x, y, z. frame: whose axes these are.
-    times: of the points of a history, rising. forces, moments: x, y, z at each of these times; zero
-    if left out. file: CSV of the points, a column time_s and some or all of the columns force_x_n,
-    force_y_n, force_z_n, moment_x_nm, moment_y_nm, moment_z_nm.
+    member: name of the member. force, moment: constant components along x, y, z. frame: axes of
+    force and moment. times: times of the points of a history, increasing. forces, moments: x, y, z
+    at each of these times; zero if left out. file: CSV of the points, a column time_s and some or
+    all of the columns force_x_n, force_y_n, force_z_n, moment_x_nm, moment_y_nm, moment_z_nm.
     """
 
     member: Member
-    force: tuple[Force, Force, Force] = _NONE
-    moment: tuple[Torque, Torque, Torque] = _NONE
+    force: tuple[Force, Force, Force] = _ZERO
+    moment: tuple[Torque, Torque, Torque] = _ZERO
     frame: Literal["fixed", "carrier"] = "fixed"
     times: tuple[Time, ...] = ()
     forces: tuple[tuple[Force, Force, Force], ...] = Field(default=())
@@ -163,24 +160,24 @@ class MemberLoad(Section):
 
     @property
     def is_history(self) -> bool:
-        """Whether the load is given as points over time, not constant."""
+        """Whether the load varies with time."""
         return bool(self.times)
 
     @property
     def points(self) -> Array:
-        """Force N and moment N m (T, 6) at ``times``; one row of a constant load."""
+        """Force, N, and moment, N m, (T, 6) at ``times``; (1, 6) for a constant load."""
         if not self.times:
             return np.array([[*self.force, *self.moment]])
-        none = (_NONE,) * len(self.times)
-        return np.hstack([self.forces or none, self.moments or none])
+        zeros = (_ZERO,) * len(self.times)
+        return np.hstack([self.forces or zeros, self.moments or zeros])
 
     @property
     def first(self) -> Array:
-        """Force and moment (6,) at t = 0, which statics take."""
+        """Force, N, and moment, N m, (6,) at t = 0, for statics."""
         return self.at(0.0)
 
     def at(self, time: ArrayLike) -> Array:
-        """Force N and moment N m (…, 6) at times (…), s."""
+        """Force, N, and moment, N m, (…, 6) at times (…), s."""
         t, points = np.asarray(time, dtype=float), self.points
         if not self.times:
             return np.broadcast_to(points[0], (*t.shape, 6))
@@ -190,24 +187,23 @@ class MemberLoad(Section):
         if not (self.times or self.forces or self.moments or self.file):
             return
         for key in ("force", "moment"):
-            if getattr(self, key) != _NONE:
+            if getattr(self, key) != _ZERO:
                 raise Refusal(key, "is given beside a history", "keep one of them")
         if not self.times:
             raise Missing("times", "is missing", "give the times of the points, or a CSV file")
         if not self.forces and not self.moments:
             raise Missing("forces", "is missing", "give forces or moments at these times")
         for key in ("forces", "moments"):
-            if (many := len(getattr(self, key))) not in (0, len(self.times)):
-                raise Refusal(
-                    key, f"has {many} points for {len(self.times)} times", "give one at each time"
-                )
+            if (count := len(getattr(self, key))) not in (0, len(self.times)):
+                problem = f"has {count} points for {len(self.times)} times"
+                raise Refusal(key, problem, "give one at each time")
         if np.any(np.diff(self.times) <= 0):
-            raise Refusal("times", "do not rise", "put them in order, each once")
+            raise Refusal("times", "do not increase", "put them in order, each once")
 
 
 def varying(loads: Sequence[MemberLoad]) -> tuple[tuple[int, int, float], ...]:
-    """Load histories, in this order: load, component and its largest size, of
-    the components of histories that are ever more than zero."""
+    """Components of load histories that are not zero: index of the load, index of the component,
+    largest absolute value."""
     return tuple(
         (k, int(c), float(np.abs(load.points[:, c]).max()))
         for k, load in enumerate(loads)
@@ -217,6 +213,7 @@ def varying(loads: Sequence[MemberLoad]) -> tuple[tuple[int, int, float], ...]:
 
 
 def load_histories(loads: Sequence[MemberLoad], time: Array) -> Array:
-    """Load histories (k, L) at times (k,), s: components over their largest size."""
+    """Load histories (k, L) at times (k,), s: the L components of ``varying`` over their largest
+    absolute values."""
     columns = [loads[k].at(time)[:, c] / size for k, c, size in varying(loads)]
     return np.column_stack(columns) if columns else np.zeros((len(time), 0))

@@ -1,7 +1,7 @@
-"""Units: every dimension, the suffixes a TOML key may end in, and their factor to SI.
+"""Dimensions, the unit suffixes of TOML keys, and their factors to SI.
 
-A field of a section states its quantity once (``face_width: Length``); the ending of the TOML key
-(``face_width_mm``) says in which unit the number is written. This is the only place that converts.
+The type of a field states its dimension (``face_width: Length``), the ending of the TOML key the
+unit of the number (``face_width_mm``). All conversions between units are in this module.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Annotated
 RPM = 30.0 / math.pi  # r/min per rad/s
 _DEG = math.pi / 180.0
 
-# suffix -> (multiply by, divide by): one of the two is 1, so that 430 mm is 0.43 to the last bit
+# suffix -> (factor, divisor): one of the two is 1, so that 430 mm is exactly 0.43
 _SUFFIXES: dict[str, dict[str, tuple[float, float]]] = {
     "length": {"mm": (1, 1e3), "m": (1, 1), "um": (1, 1e6), "cm": (1, 1e2)},
     "angle": {"deg": (_DEG, 1), "rad": (1, 1), "mrad": (1, 1e3)},
@@ -46,32 +46,32 @@ _SUFFIXES: dict[str, dict[str, tuple[float, float]]] = {
     "kinematic viscosity": {"mm2_per_s": (1, 1e6), "m2_per_s": (1, 1)},
     "dynamic viscosity": {"mpa_s": (1, 1e3), "pa_s": (1, 1)},
     "temperature": {"c": (1, 1)},
-    "6 x 6 matrix": {"si": (1, 1)},  # N/m, N/rad, N m/m and N m/rad side by side
+    "6 x 6 matrix": {"si": (1, 1)},  # entries in N/m, N/rad, N m/m and N m/rad
 }
 
-_ZERO = {"c": 273.15}  # of a scale that does not begin at zero, in SI
+_OFFSET = {"c": 273.15}  # zero of the scale in SI
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """Marks a field: its TOML key ends in a unit of this dimension."""
+    """Annotation of fields whose TOML key ends in a unit of this dimension."""
 
     dimension: str
 
     @property
     def suffixes(self) -> tuple[str, ...]:
-        """Endings a key may have, the usual one first."""
+        """Unit suffixes of keys, the usual one first."""
         return tuple(_SUFFIXES[self.dimension])
 
     def to_si(self, value: float, suffix: str) -> float:
-        """A number written in the unit ``suffix``, in SI."""
+        """A value in the unit ``suffix`` converted to SI."""
         times, over = _SUFFIXES[self.dimension][suffix]
-        return value * times / over + _ZERO.get(suffix, 0.0)
+        return value * times / over + _OFFSET.get(suffix, 0.0)
 
     def from_si(self, value: float, suffix: str) -> float:
-        """An SI number in the unit ``suffix``."""
+        """A value in SI converted to the unit ``suffix``."""
         times, over = _SUFFIXES[self.dimension][suffix]
-        return (value - _ZERO.get(suffix, 0.0)) * over / times
+        return (value - _OFFSET.get(suffix, 0.0)) * over / times
 
 
 DIMENSIONS = frozenset(_SUFFIXES)
@@ -96,16 +96,16 @@ def unit_name(suffix: str) -> str:
     return "/".join(" ".join(_PRINTED.get(part, part) for part in side) for side in sides)
 
 
-_WORDS = {"sec": "s", "r/min": "rpm", "1/min": "rpm", "degrees": "deg"}  # as other programs write
+_SYNONYMS = {"sec": "s", "r/min": "rpm", "1/min": "rpm", "degrees": "deg"}  # in other programs
 
 
 def suffix_of(text: str, dimension: str) -> str | None:
-    """Suffix of a unit as another program writes it ("(kN-m)" -> knm); None for one that is not of
-    the dimension."""
-    plain = "".join(sign for sign in text.lower() if sign not in " ()[]·-*")
+    """Suffix of a unit as other programs write it ("(kN-m)" -> knm); None for a unit of another
+    dimension."""
+    unit = "".join(sign for sign in text.lower() if sign not in " ()[]·-*")
     suffixes = Quantity(dimension).suffixes
-    spelled = {unit_name(s).lower().replace(" ", ""): s for s in suffixes}
-    suffix = spelled.get(plain, _WORDS.get(plain, plain))
+    by_name = {unit_name(s).lower().replace(" ", ""): s for s in suffixes}
+    suffix = by_name.get(unit, _SYNONYMS.get(unit, unit))
     return suffix if suffix in suffixes else None
 
 

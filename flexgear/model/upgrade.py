@@ -1,8 +1,8 @@
-"""Case files of earlier versions: the only module that knows their form.
+"""Conversion of case files of earlier versions.
 
-Up to 0.2.0 a file had a ``kind``, and one flexible stage could be written in a form of its own,
-whose sections stood for keys of the stage and its ports as ``MOVES`` lists them. Its carrier was
-driven, its sun was the output and its ring was held unless the file said otherwise.
+Up to 0.2.0 a file had a ``kind``, and a single flexible stage could be written with top-level
+sections, which ``MOVES`` maps to keys of the stage and its ports. By default its carrier was the
+input, its sun the output, and its ring was held.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any
 from flexgear.model.errors import InputError
 from flexgear.model.read import parse_toml
 
-MOVES = (  # earlier key, present key; a key stands before those that it begins with
+MOVES = (  # earlier key, present key; longer keys come before their prefixes
     ("ring", "stage.ring.fe"),
     ("carrier", "stage.carrier.fe"),
     ("shaft", "stage.sun.shaft"),
@@ -37,16 +37,16 @@ MOVES = (  # earlier key, present key; a key stands before those that it begins 
     ("gear_mesh", "stage.gear_mesh"),
     ("errors", "stage.errors"),
 )
-_GONE = ("bearings", "inertia", "brake")  # sections all of whose keys have moved
-_SPLIT = (*_GONE, "drive")  # those whose keys go to several places
-_PORTS = {"inputs.0": "stage.carrier", "output": "stage.sun"}  # where a file says none
+_REMOVED = ("bearings", "inertia", "brake")  # sections of which all keys have moved
+_SPLIT = (*_REMOVED, "drive")  # sections whose keys move to several sections
+_PORTS = {"inputs.0": "stage.carrier", "output": "stage.sun"}  # default members
 _HEADER = re.compile(r"(\s*\[+)([^\]]*)(\]+)([ \t]*)(.*)", re.DOTALL)
 _LOADED = re.compile(r"loads\.\d+\.member")
 _IN_COMMENT = re.compile(r"(?<=\[)[a-z_.]+(?=\])")
 
 
 def present_key(key: str) -> str:
-    """Present name of an earlier key, "" for a key that has not changed."""
+    """Present name of an earlier key, "" for a key without change."""
     for earlier, present in MOVES:
         rest = key[len(earlier) :]
         if key.startswith(earlier) and (not rest or rest[0] in "._["):
@@ -55,18 +55,18 @@ def present_key(key: str) -> str:
 
 
 def earlier_keys(raw: Mapping[str, Any]) -> list[str]:
-    """Keys of a file that are of an earlier form."""
-    top = ["kind"] if "kind" in raw else []
+    """Keys of a file in an earlier form."""
+    earlier = ["kind"] if "kind" in raw else []
     if _is_train(raw):
-        return top
-    top += [key for key in raw if key in _GONE or present_key(key)]
+        return earlier
+    earlier += [key for key in raw if key in _REMOVED or present_key(key)]
     drive = raw.get("drive")
-    below = [f"drive.{key}" for key in drive] if isinstance(drive, Mapping) else []
-    return top + [key for key in below if present_key(key)]
+    of_drive = [f"drive.{key}" for key in drive] if isinstance(drive, Mapping) else []
+    return earlier + [key for key in of_drive if present_key(key)]
 
 
 def refuse_earlier_file(raw: Mapping[str, Any], where: str) -> None:
-    """InputError for a file of an earlier form."""
+    """Raise InputError for a file in an earlier form."""
     for key in earlier_keys(raw)[:1]:
         problem = "is of the form that cases had up to flexgear 0.2.0"
         raise InputError(where, key, problem, f"run flexgear upgrade {shlex.quote(where)}")
@@ -79,19 +79,19 @@ def refuse_earlier_file(raw: Mapping[str, Any], where: str) -> None:
 
 
 def refuse_earlier_key(key: str, where: str) -> None:
-    """InputError for a key of an earlier form in a setting, but for those of an only stage, which
-    may be named without it."""
+    """Raise InputError for an override with an earlier key, except for keys of the only stage,
+    which may come without "stage."."""
     present = present_key(key)
     if present and present != f"stage.{key}":
-        raise InputError(where, key, "is what a key was called up to 0.2.0", f"write {present}")
+        raise InputError(where, key, "is the name of a key up to 0.2.0", f"write {present}")
 
 
 def upgraded(text: str, where: str) -> str:
-    """The text of a case file in the present form, with its comments; unchanged where it is in it.
+    """The text of a case file converted to the present form, with its comments.
 
-    Lines stay in their order; keys whose section is gone stand where the first of them stood, or
-    at the end of the section that has them now. InputError where a key is given twice, under its
-    earlier and its present name, or is written in a way in which it cannot be moved.
+    Lines keep their order. Keys of removed sections are placed where the first of them was, or at
+    the end of their present section. Raises InputError if a key is given by both its earlier and
+    its present name, or in a form that cannot be moved.
     """
     raw = parse_toml(text, where)
     if not earlier_keys(raw):
@@ -101,7 +101,7 @@ def upgraded(text: str, where: str) -> str:
     present_entries: dict[str, Any] = {f"{port}.member": member for port, member in ports.items()}
     for key, value in _leaves(raw):
         name = key if train else present_key(key) or key
-        if name == key and key.partition(".")[0] in _GONE:
+        if name == key and key.partition(".")[0] in _REMOVED:
             raise InputError(where, key, "is not a known key", "correct it first")
         if name in present_entries:
             raise InputError(where, key, f"is given twice, also as {name}", "keep one of them")
@@ -128,12 +128,12 @@ def upgraded(text: str, where: str) -> str:
 
 
 def _is_train(raw: Mapping[str, Any]) -> bool:
-    """Whether a file of an earlier version has all but the kind in the present form."""
+    """Whether a file of an earlier version has the present form except for ``kind``."""
     return "stages" in raw or raw.get("kind") == "train"
 
 
 def _leaves(data: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Dotted keys and values of parsed TOML; elements of lists by number."""
+    """Dotted keys and values of parsed TOML; list elements by index."""
     items = enumerate(data) if isinstance(data, list) else data.items()
     for name, value in items:
         key = f"{path}{name}"
@@ -145,7 +145,7 @@ def _leaves(data: Any, path: str = "") -> Iterator[tuple[str, Any]]:
 
 @dataclass
 class _Part:
-    """A statement of a file with the path of its key, or a blank line or comment without one."""
+    """A statement of a file with the path of its key; blank lines and comments have no path."""
 
     text: str
     path: tuple[str, ...] = ()
@@ -155,7 +155,7 @@ class _Part:
     def is_comment(self) -> bool:
         return not self.path and bool(self.text.strip())
 
-    def __str__(self) -> str:  # headers in comments under their present names
+    def __str__(self) -> str:  # with present names of the headers in comments
         return _IN_COMMENT.sub(_present_header, self.text) if self.is_comment else self.text
 
 
@@ -174,7 +174,7 @@ class _Block:
 
 
 def _parts(text: str) -> Iterator[_Part]:
-    """Statements of a TOML file: as many lines as it takes for each to be TOML by itself."""
+    """Statements of a TOML file, each the smallest number of lines that is valid TOML."""
     pending = ""
     for line in text.splitlines(keepends=True):
         pending += line if line.endswith("\n") else f"{line}\n"
@@ -190,7 +190,7 @@ def _parts(text: str) -> Iterator[_Part]:
 
 
 def _path_of(data: Any) -> Iterator[str]:
-    """Names on the way to the only value."""
+    """Names of nested keys down to the only value."""
     while isinstance(data, dict) and data:
         ((name, data),) = data.items()
         yield name
@@ -216,7 +216,7 @@ def _blocks(text: str) -> list[_Block]:
 
 
 def _keyed(body: list[_Part]) -> Iterator[tuple[list[_Part], _Part]]:
-    """Each key with the comments right above it; other comments and blank lines alone."""
+    """Each key with the comments directly above it; other comments and blank lines singly."""
     above: list[_Part] = []
     for part in body:
         if part.is_comment:
@@ -231,8 +231,8 @@ def _keyed(body: list[_Part]) -> Iterator[tuple[list[_Part], _Part]]:
 
 
 def _rewritten(earlier: list[_Block], ports: Mapping[str, str]) -> list[_Block]:
-    """Sections with their keys under present names; ports: members of those that the file lacks."""
-    targets: dict[str, _Block] = {}  # sections that keys of others move to, by path
+    """Sections with present keys; ports: members of the ports that the file lacks."""
+    targets: dict[str, _Block] = {}  # sections to which keys move, by path
     blocks = [block for each in earlier for block in _split(each, targets)]
     for port, member in ports.items():
         if port not in targets:
@@ -253,14 +253,14 @@ def _rewritten(earlier: list[_Block], ports: Mapping[str, str]) -> list[_Block]:
 
 
 def _split(block: _Block, targets: dict[str, _Block]) -> list[_Block]:
-    """What a section has become: itself under its present name, and those its keys have moved to,
-    which ``targets`` gets."""
+    """A section with its present name, and the new sections to which its keys have moved. The new
+    sections are also added to ``targets``."""
     section = present_key(block.path) or block.path
     stays, target = _Block(section, _renamed(block.header, section), block.lead), None
     blocks, above = [stays], list[_Part]()
     keys = [f"{block.path}.{'.'.join(part.path)}" for part in block.body if part.path]
-    if gone := block.path in _SPLIT and all(map(present_key, keys)):
-        written = _HEADER.fullmatch(block.header)  # what was said of all of it goes with a key
+    if removed := block.path in _SPLIT and all(map(present_key, keys)):
+        written = _HEADER.fullmatch(block.header)  # its comments move with the first key
         above = [*block.lead, *([_Part(written[5])] if written and written[5].strip() else [])]
         stays.header, stays.lead = "", []
     for comments, part in _keyed(block.body):
@@ -269,9 +269,9 @@ def _split(block: _Block, targets: dict[str, _Block]) -> list[_Block]:
         if full == "kind":
             continue
         if not present or present == f"{section}{full[len(block.path) :]}":
-            place = stays.body if not gone or target is None else target.body
-            if not gone or part.is_comment:
-                place += [*comments, _load(part) if full == "loads.member" else part]
+            body = stays.body if not removed or target is None else target.body
+            if not removed or part.is_comment:
+                body += [*comments, _load(part) if full == "loads.member" else part]
             continue
         at, _, name = present.rpartition(".")
         if at not in targets:
@@ -285,20 +285,20 @@ def _split(block: _Block, targets: dict[str, _Block]) -> list[_Block]:
 
 
 def _load(part: _Part) -> _Part:
-    """The member of a load under its whole name, whose stage the earlier form might leave out."""
+    """The member of a load with its stage, which the earlier form could omit."""
     key, _, member = part.text.partition("=")
-    whole = re.sub(r"^(\s*[\"'])([^\"'.]+)(?=[\"'])", r"\1stage.\2", member)
-    return _Part(f"{key}={whole}", part.path)
+    full_name = re.sub(r"^(\s*[\"'])([^\"'.]+)(?=[\"'])", r"\1stage.\2", member)
+    return _Part(f"{key}={full_name}", part.path)
 
 
 def _renamed(header: str, path: str) -> str:
-    """The header with another path; its comment stays in its column where the path leaves room."""
+    """The header with another path; its comment stays in its column if the path is short enough."""
     written = _HEADER.fullmatch(header)
     if written is None or written[2].strip() == path:
         return header
     start, earlier, end, gap, rest = written.groups()
-    room = max(1, len(gap) + len(earlier) - len(path)) if gap else 0
-    return f"{start}{path}{end}{' ' * room}{_IN_COMMENT.sub(_present_header, rest)}"
+    blanks = max(1, len(gap) + len(earlier) - len(path)) if gap else 0
+    return f"{start}{path}{end}{' ' * blanks}{_IN_COMMENT.sub(_present_header, rest)}"
 
 
 def _present_header(header: re.Match[str]) -> str:

@@ -1,4 +1,4 @@
-"""Validation errors as one clear line: file, key, what is wrong and what would be right."""
+"""Conversion of pydantic's validation errors to InputError: file, key, problem, remedy."""
 
 from __future__ import annotations
 
@@ -38,16 +38,16 @@ _LIMITS = ("greater_than_equal", "greater_than", "less_than_equal", "less_than")
 def input_error(
     root: type[Section], fault: ValidationError, where: str, written: Written
 ) -> InputError:
-    """All missing keys of a ValidationError, or its first complaint, as an InputError."""
+    """The InputError for all missing keys of a ValidationError, or else for its first error."""
     missing = [line for line in fault.errors() if _is_missing(line)]
     if len(missing) > 1:
         return _all_missing(root, missing, where)
     first = (missing or fault.errors())[0]
     loc: list[Any] = list(location(first))
     too_few = first["type"] == "missing" and isinstance(loc[-1], int)
-    if too_few:  # numbers of a list of so many
+    if too_few:  # elements of a list of fixed length
         *loc, length = loc
-    spelled, owner, quantity = _place(root, loc)
+    spelled, owner, quantity = _spelled(root, loc)
     path = ".".join(str(p) for p in loc)
     where, key, suffix, _ = written.get(path, (where, spelled, "", None))
     kind, context = first["type"], first.get("ctx", {})
@@ -55,11 +55,11 @@ def input_error(
     if isinstance(cause, Refusal):
         parts = _below(loc, cause.key)
         path = ".".join(str(p) for p in parts)
-        where, key, _, _ = written.get(path, (where, _place(root, parts)[0], "", None))
+        where, key, _, _ = written.get(path, (where, _spelled(root, parts)[0], "", None))
         return InputError(where, key, cause.problem, cause.remedy)
     if too_few:
-        lacks = [line["loc"][-1] for line in fault.errors() if line["type"] == "missing"]
-        count = 1 + max(map(int, lacks))
+        indices = [line["loc"][-1] for line in fault.errors() if line["type"] == "missing"]
+        count = 1 + max(map(int, indices))
         return InputError(where, key, f"has {length} of {count} numbers", f"give {count} numbers")
     if kind == "missing":
         return InputError(where, key, "is missing", f"add {_addition(root, key)}")
@@ -71,9 +71,8 @@ def input_error(
         remedy = nearest(str(word), [*filter(None, words)])
         return InputError(where, key, f"{echo(word)} is unknown", remedy)
     if kind == "extra_forbidden":
-        return InputError(
-            where, key, "is not a known key", nearest(str(loc[-1]), list(owner.model_fields))
-        )
+        remedy = nearest(str(loc[-1]), list(owner.model_fields))
+        return InputError(where, key, "is not a known key", remedy)
     if kind in ("too_short", "too_long"):
         length = context["actual_length"]
         limits = {"at least": context.get("min_length"), "at most": context.get("max_length")}
@@ -82,27 +81,27 @@ def input_error(
         return InputError(where, key, problem, f"give {word} {limit if limit > 1 else 'one'}")
     if kind == "string_pattern_mismatch":
         remedy = "begin with a letter; letters, digits, - and _ may follow"
-        return InputError(where, key, f"{echo(first['input'])} is no name", remedy)
-    want = _TYPES.get(kind)
-    if want:
-        problem = f"{echo(lists_of(first['input']))} is not {want}"
-        return InputError(where, key, problem, f"give {want}")
+        return InputError(where, key, f"{echo(first['input'])} is not a valid name", remedy)
+    expected = _TYPES.get(kind)
+    if expected:
+        problem = f"{echo(lists_of(first['input']))} is not {expected}"
+        return InputError(where, key, problem, f"give {expected}")
     return InputError(where, key, first["msg"], "correct it")
 
 
 def _is_missing(line: Any) -> bool:
-    lacks = line["type"] == "missing" and isinstance(line["loc"][-1], str)
-    return lacks or isinstance(line.get("ctx", {}).get("error"), Missing)
+    required = line["type"] == "missing" and isinstance(line["loc"][-1], str)
+    return required or isinstance(line.get("ctx", {}).get("error"), Missing)
 
 
 def _all_missing(root: type[Section], lines: list[Any], where: str) -> InputError:
-    """One line for all keys that are missing, each once."""
+    """The InputError for several missing keys."""
     keys: dict[str, None] = {}
     remedies: dict[str, None] = {}
     for line in lines:
         loc: list[Any] = list(location(line))
         cause = line.get("ctx", {}).get("error")
-        keys[_place(root, _below(loc, cause.key) if cause else loc)[0]] = None
+        keys[_spelled(root, _below(loc, cause.key) if cause else loc)[0]] = None
         remedies[cause.remedy if cause else "add them"] = None
     if len(keys) == 1:
         key = next(iter(keys))
@@ -112,22 +111,20 @@ def _all_missing(root: type[Section], lines: list[Any], where: str) -> InputErro
 
 
 def _addition(root: type[Section], key: str) -> str:
-    """Text to add for a missing key: "planets = …", or "[stage.sun]" where it is a section."""
+    """Text that adds a missing key: "planets = …", or "[stage.sun]" for a section."""
     parts = [part.partition("[")[0] for part in key.split(".")]
     owner: type[Section] | None = root
     for part in parts[:-1]:
         owner = section_of(owner, part) if owner and part in owner.model_fields else None
-    if owner is None or parts[-1] not in owner.model_fields:
-        return f"{parts[-1]} = …"
-    if section_of(owner, parts[-1]) is None:
-        return f"{parts[-1]} = …"
-    several = is_list(owner, parts[-1]) and not takes_one(owner, parts[-1])
-    return f"[[{parts[-1]}]]" if several else f"[{key}]"
+    name = parts[-1]
+    if owner is None or name not in owner.model_fields or section_of(owner, name) is None:
+        return f"{name} = …"
+    several = is_list(owner, name) and not takes_one(owner, name)
+    return f"[[{name}]]" if several else f"[{key}]"
 
 
-def _place(root: type[Section], loc: list[Any]) -> tuple[str, type[Section], Quantity | None]:
-    """A location as the user would write it, the last key with its usual unit; the section of its
-    last field, and that field's quantity."""
+def _spelled(root: type[Section], loc: list[Any]) -> tuple[str, type[Section], Quantity | None]:
+    """A location as a user writes it, with usual units; section and quantity of its last field."""
     text, owner, inner, quantity = "", root, root, None
     for part in loc:
         if isinstance(part, int):
@@ -141,7 +138,7 @@ def _place(root: type[Section], loc: list[Any]) -> tuple[str, type[Section], Qua
 
 
 def _below(loc: list[Any], key: str) -> list[Any]:
-    """The location of a dotted key below a section's; numbers count elements of lists."""
+    """Location of a dotted key of the section at ``loc``; integers are indices of lists."""
     return [*loc, *(int(p) if p.isdigit() else p for p in key.split("."))]
 
 
@@ -156,15 +153,10 @@ def _out_of_range(
 ) -> InputError:
     name = next(p for p in reversed(loc) if isinstance(p, str))
     low, high = limits_of(owner, name)
-    value = float(first["input"])  # of bounded whole numbers; ``to_si`` refuses others
+    value = float(first["input"])
     if quantity is None or not suffix:
-        unit = f" {unit_name(quantity.suffixes[-1])}" if quantity else ""
-        return InputError(
-            where,
-            key,
-            f"{value:.6g} is outside {_span(low, high, '')}",
-            f"correct it{unit and ' (SI)'}",
-        )
+        problem = f"{value:.6g} is outside {_range_text(low, high, '')}"
+        return InputError(where, key, problem, f"correct it{' (SI)' if quantity else ''}")
     unit = unit_name(suffix)
     in_unit = quantity.from_si(value, suffix)
     limits = [None if x is None else quantity.from_si(x, suffix) for x in (low, high)]
@@ -174,12 +166,11 @@ def _out_of_range(
         if other != suffix and (low is None or si >= low) and (high is None or si <= high):
             remedy = f"check the unit: {name}_{other} = {in_unit:.6g}?"
             break
-    return InputError(
-        where, key, f"{in_unit:.6g} {unit} is outside {_span(limits[0], limits[1], unit)}", remedy
-    )
+    problem = f"{in_unit:.6g} {unit} is outside {_range_text(limits[0], limits[1], unit)}"
+    return InputError(where, key, problem, remedy)
 
 
-def _span(low: float | None, high: float | None, unit: str) -> str:
+def _range_text(low: float | None, high: float | None, unit: str) -> str:
     left = "-∞" if low is None else f"{low:.4g}"
     right = "∞" if high is None else f"{high:.4g}"
     return f"{left} … {right} {unit}".rstrip()

@@ -1,10 +1,9 @@
-"""Labelled datasets on disk, saved with the parameters that made them.
+"""Labelled datasets in netCDF files, with the parameters of their computation.
 
-`save` and `load` go through netCDF (HDF5). Angles and times are kept in double precision; other
-arrays with more than one axis are stored in single precision (1e-7 of the value) and compressed. A
-`DatasetFile` grows with time, sample by sample: it is made at once with all labels, units and
-encodings, and room for all samples. What is read back is what `save` would have written of the
-whole.
+Angles and times are stored in double precision, other arrays with more than one axis in single
+precision (1e-7 of the value) and compressed. A `DatasetFile` is written sample by sample: it is
+created with all labels, units, encodings and its final size, and its content is that of `save` for
+the whole dataset.
 """
 
 from __future__ import annotations
@@ -27,9 +26,9 @@ from flexgear.results.netcdf import Encoding, NewFile, read
 from flexgear.results.sinks import (
     CLOCKS,
     SENSOR_TIME,
-    Coming,
     DatasetSink,
-    Gathered,
+    MemorySink,
+    RunSize,
     as_stored,
     histories,
     is_single,
@@ -41,7 +40,7 @@ from flexgear.results.version import version
 def provenance(
     *, case: str, variant: str, content_hash: str, parameters: Mapping[str, Any], **more: Any
 ) -> dict[str, Any]:
-    """Attributes of every result: case, variant, version, content hash, all parameters."""
+    """Attributes of a result: case, variant, version, content hash, all parameters."""
     text = json.dumps(parameters, sort_keys=True, ensure_ascii=False)
     return {
         "title": f"flexgear {case}, {variant}",
@@ -49,20 +48,20 @@ def provenance(
         "variant": variant,
         "version": version(),
         "content_hash": content_hash,
-        # names of files that are no UTF-8 as JSON escapes them
+        # names of files may hold bytes that are no UTF-8
         "parameters": text.encode(errors="backslashreplace").decode(),
         **more,
     }
 
 
 def save(data: xr.Dataset, path: PathLike) -> Path:
-    """Write netCDF; the file appears whole or not at all."""
+    """Write a dataset to a netCDF file, compressed; the file appears complete or not at all."""
     return write_netcdf(data, path, encoding_of(data))
 
 
 def write_netcdf(data: xr.Dataset, path: PathLike, encoding: Encoding | None = None) -> Path:
-    """Write a dataset to a netCDF file, which appears whole or not at all. encoding: how each
-    variable is stored, uncompressed in its own precision if left out."""
+    """Write a dataset to a netCDF file, which appears complete or not at all. encoding: storage of
+    each variable, by default uncompressed in the variable's precision."""
     with atomic_file(path) as draft:
         NewFile(draft, data, encoding or {}, {}).close()
     return Path(path)
@@ -78,7 +77,7 @@ def encoding_of(data: xr.Dataset) -> Encoding:
     }
 
 
-# what h5py and xarray raise of files whose bytes are not what was written
+# exceptions of h5py and xarray for damaged files
 DAMAGED = (
     OSError, ValueError, TypeError, LookupError, RuntimeError, AttributeError, MemoryError,
     ArithmeticError,
@@ -86,14 +85,14 @@ DAMAGED = (
 
 
 def load(path: PathLike) -> xr.Dataset:
-    """Read a dataset into memory; an unreadable one raises an error of one line."""
+    """Read a dataset into memory; InputError if it cannot be read."""
     with readable(path), h5py.File(path) as file:
         return read(file, whole=True)
 
 
 @contextlib.contextmanager
 def readable(path: PathLike) -> Iterator[None]:
-    """Context in which an unreadable dataset raises an error of one line."""
+    """Context in which a dataset that cannot be read raises InputError."""
     if not Path(path).is_file():
         raise InputError(str(path), "dataset", "there is no such file", "check the path")
     try:
@@ -104,19 +103,19 @@ def readable(path: PathLike) -> Iterator[None]:
         raise InputError(str(path), "dataset", problem, "name a result of flexgear") from error
 
 
-CHUNK = 2**18  # bytes that are compressed together
-PLACES = "slot"  # axis of tooth pairs: mostly empty, so that compression is worth its time
-WHOLE = 2**25  # bytes of a file that is read whole
+_CHUNK_BYTES = 2**18  # that are compressed together
+_PAIR_AXIS = "slot"  # axis of tooth pairs, mostly empty, so that compression is effective
+MAX_IN_MEMORY = 2**25  # bytes of a file that is read into memory
 
 
 @contextlib.contextmanager
 def dataset_file(
     path: PathLike, names: Sequence[str] = (), *, in_memory: int = 0
 ) -> Iterator[DatasetFile]:
-    """A sink that writes ``path``; the file appears whole when the block ends, or not at all.
+    """A sink that writes ``path``, which appears when the block ends without error.
 
-    names: variables over time to be kept; none: all. in_memory: bytes up to which samples stay in
-    memory, too, for ``DatasetFile.dataset``.
+    names: variables over time that are written, all if empty. in_memory: bytes up to which samples
+    are also kept in memory, for ``DatasetFile.dataset``.
     """
     with atomic_file(path) as draft:
         file = DatasetFile(draft, names, in_memory)
@@ -127,15 +126,14 @@ def dataset_file(
 
 
 def reopened(path: PathLike) -> xr.Dataset:
-    """A dataset in memory, or read lazily where it is large."""
+    """A dataset read into memory, or lazily if the file is large."""
     with readable(path):
-        is_large = Path(path).stat().st_size > WHOLE
+        is_large = Path(path).stat().st_size > MAX_IN_MEMORY
     return open_lazily(path) if is_large else load(path)
 
 
 def open_lazily(path: PathLike) -> xr.Dataset:
-    """A dataset whose variables are read from the file each time they are wanted; labels and times
-    are in memory."""
+    """A dataset whose labels and times are in memory; other variables are read when accessed."""
     with readable(path):
         return read(h5py.File(path), whole=False)
 
@@ -146,31 +144,29 @@ class DatasetFile(DatasetSink):
     def __init__(self, path: Path, names: Sequence[str] = (), in_memory: int = 0) -> None:
         self._path, self._names, self._in_memory = path, tuple(names), in_memory
         self._file: NewFile | None = None
-        self._memory: Gathered | None = None  # the same, where it is small
+        self._memory: MemorySink | None = None  # a copy of small datasets
         self._samples = dict.fromkeys(CLOCKS, 0)
 
     def dataset(self, path: PathLike) -> xr.Dataset:
-        """The written dataset: from memory where it is small, else from the file, now at
-        ``path``."""
+        """The written dataset, from memory if it is small, else from the file, now at ``path``."""
         return open_lazily(path) if self._memory is None else self._memory.data
 
-    def begin(self, coming: Coming) -> None:
-        """Write everything but the samples. InputError for unknown names, and where the disk is too
-        small."""
-        pattern = chosen(coming.pattern, self._names)
-        coming = replace(coming, pattern=pattern)
-        self._refuse_too_much(coming)
-        counts = {clock: n for clock, n in coming.counts.items() if clock in pattern.dims}
+    def begin(self, run_size: RunSize) -> None:
+        """Create the file without samples; InputError for unknown names or a full disk."""
+        pattern = chosen(run_size.pattern, self._names)
+        run_size = replace(run_size, pattern=pattern)
+        self._refuse_too_much(run_size)
+        counts = {clock: n for clock, n in run_size.counts.items() if clock in pattern.dims}
         encoding = dict(encoding_of(pattern))
         for clock, count in counts.items():
             for name, variable in histories(pattern, clock).items():
-                if sample_size(variable, clock):  # there are trains without planets, supports
+                if sample_size(variable, clock):  # 0 without planets or supports
                     stored = encoding.get(name, {})
                     encoding[name] = _in_chunks(variable, clock, count, stored)
         self._file = NewFile(self._path, pattern, encoding, counts)
-        if coming.size <= self._in_memory:
-            self._memory = Gathered(as_stored)
-            self._memory.begin(coming)
+        if run_size.size <= self._in_memory:
+            self._memory = MemorySink(as_stored)
+            self._memory.begin(run_size)
 
     def append(self, data: xr.Dataset) -> None:
         """Write the next samples."""
@@ -194,17 +190,17 @@ class DatasetFile(DatasetSink):
         self.close()
 
     def close(self) -> None:
-        """Close the file in any state."""
+        """Close the file if it is open."""
         if self._file is not None:
             file, self._file = self._file, None
             file.close()
 
-    def _refuse_too_much(self, coming: Coming) -> None:
+    def _refuse_too_much(self, run_size: RunSize) -> None:
         free = shutil.disk_usage(self._path.parent).free
-        if coming.size > free:
+        if run_size.size > free:
             raise InputError(
-                "--out", f"{coming.samples} samples",
-                f"take {coming.size / 1e9:.3g} GB, and {free / 1e9:.3g} GB are free there",
+                "--out", f"{run_size.samples} samples",
+                f"take {run_size.size / 1e9:.3g} GB, and {free / 1e9:.3g} GB are free",
                 "save less often (solver.output_interval_ms), fewer signals (--save), or shorter",
             )  # fmt: skip
 
@@ -213,22 +209,21 @@ def _in_chunks(
     variable: xr.Variable, clock: str, count: int, stored: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Encoding of a variable of ``count`` samples, with chunks along ``clock``."""
-    rows = max(1, min(count, CHUNK // sample_size(variable, clock)))
+    rows = max(1, min(count, _CHUNK_BYTES // sample_size(variable, clock)))
     shape = tuple(rows if d == clock else n for d, n in variable.sizes.items())
-    if variable.dtype == np.float64 and PLACES not in variable.dims:
-        # three quarters would be left of motions and forces, for thrice the time of writing
+    if variable.dtype == np.float64 and _PAIR_AXIS not in variable.dims:
+        # compression saves a quarter of motions and forces, but triples the time of writing
         stored = {"dtype": stored["dtype"]} if "dtype" in stored else {}
     return {**stored, "chunks": shape}
 
 
 def chosen(data: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
-    """The dataset with only these of its variables over time (none: all). InputError for others."""
+    """The dataset with only these variables over time (all if empty); InputError for others."""
     every = {**histories(data), **histories(data, SENSOR_TIME)}
     over_time = [n for n in every if n in data.data_vars]
     for name in names:
         if name not in over_time:
-            raise InputError(
-                "--save", name, "is not saved by this run", f"take some of {', '.join(over_time)}"
-            )
-    left = [n for n in over_time if names and n not in names]
-    return data[[n for n in data.data_vars if n not in left]]
+            remedy = f"choose from {', '.join(over_time)}"
+            raise InputError("--save", name, "is not saved by this run", remedy)
+    dropped = [n for n in over_time if names and n not in names]
+    return data[[n for n in data.data_vars if n not in dropped]]

@@ -1,7 +1,7 @@
-"""Labelled datasets of trains: gear meshes, groups that share a load, bodies, modes.
+"""Labelled datasets of trains.
 
-A *gear mesh* here is a planet against ring or sun, both flanks taken together; a *group* is the
-gear meshes of all planets of a stage on one kind and side, which share its load.
+A *gear mesh* is that of one planet with ring or sun, with both flanks. A *group* consists of the
+gear meshes of all planets of a stage with the same kind and side, which share a load.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from flexgear.results.result_quantities import RESULT_QUANTITIES
 
 Labels = Mapping[str, Sequence[Any]]
 DIRECTIONS = ("radial", "tangential", "axial")
-GROUP = ("stage", "kind", "side")  # fields of names that stand beside an axis
+GROUP = ("stage", "kind", "side")  # fields of names that are coordinates of an axis
 GEAR_MESH = (*GROUP, "planet")
-BESIDE = {  # coordinates that stand beside an axis
+_COORDINATES = {  # further coordinates of an axis
     "flank": ("flank_stage", "flank_kind", "flank_side", "flank_planet", "flank_sense"),
     "tooth": ("tooth_stage", "tooth_side", "tooth_number", "tooth_angle"),
     "sensor": ("sensor_quantity", "sensor_unit"),
@@ -33,7 +33,7 @@ BESIDE = {  # coordinates that stand beside an axis
 def groups_of(
     gear_meshes: Sequence[GearMeshName], least: int = 2
 ) -> dict[GroupName, NDArray[np.int64]]:
-    """Places of the gear meshes of every group with at least so many planets, in their order."""
+    """Indices of the gear meshes of each group with at least ``least`` planets."""
     groups: dict[GroupName, list[int]] = {}
     for k, name in enumerate(gear_meshes):
         groups.setdefault(name.group, []).append(k)
@@ -41,7 +41,7 @@ def groups_of(
 
 
 def groups_in(data: xr.Dataset | xr.DataArray) -> dict[GroupName, NDArray[np.int64]]:
-    """Places of the gear meshes of every group of a dataset, of one planet, too."""
+    """Indices of the gear meshes of each group of a dataset, including groups of one planet."""
     columns = [data[n].to_numpy().tolist() for n in GEAR_MESH]
     return groups_of([GearMeshName.of(*fields) for fields in zip(*columns, strict=True)], 1)
 
@@ -49,7 +49,7 @@ def groups_in(data: xr.Dataset | xr.DataArray) -> dict[GroupName, NDArray[np.int
 def fields_of(
     names: Sequence[GearMeshName | GroupName], fields: Sequence[str], before: str = ""
 ) -> dict[str, list[Any]]:
-    """Coordinates beside labels of gear meshes or groups."""
+    """Coordinates with the fields of the names of gear meshes or groups."""
     return {f"{before}{field}": [getattr(name, field) for name in names] for field in fields}
 
 
@@ -61,10 +61,10 @@ def labelled_dataset(
     labels: Labels,
     gear_meshes: Sequence[GearMeshName] = (),
 ) -> xr.Dataset:
-    """Dataset from arrays by name; see ``result_quantities`` for names, axes and units.
+    """Dataset from arrays by name; names, axes and units are those of ``result_quantities``.
 
-    labels: of axes that are neither numbered from 1 nor gear meshes and groups, which follow from
-    ``gear_meshes``. FlexgearError for a variable that is not known or has wrong axes.
+    labels: of axes other than numbered ones, gear meshes and groups, whose labels follow from
+    ``gear_meshes``. Raises FlexgearError for unknown variables and wrong axes.
     """
     fixed: dict[str, Sequence[Any]] = {"dof": DOFS, "axis": AXES, "direction": DIRECTIONS}
     groups = list(groups_of(gear_meshes))
@@ -73,11 +73,13 @@ def labelled_dataset(
     variables = {name: variable(name, value, sample_dim) for name, value in arrays.items()}
     sizes = {str(d): n for v in variables.values() for d, n in v.sizes.items() if d != sample_dim}
     coords = {sample_dim: coordinate(sample_dim, sample_dim, samples)}
-    coords |= {d: coordinate(d, d, _ticks(d, n, every)) for d, n in sizes.items()}
+    coords |= {d: coordinate(d, d, _labels(d, n, every)) for d, n in sizes.items()}
     beside: dict[str, Mapping[str, Sequence[Any]]] = {
         "gear_mesh": fields_of(gear_meshes, GEAR_MESH),
         "group": fields_of(groups, GROUP, "group_"),
-        **{dim: {n: labels[n] for n in names if n in labels} for dim, names in BESIDE.items()},
+        **{
+            dim: {n: labels[n] for n in names if n in labels} for dim, names in _COORDINATES.items()
+        },
     }
     for dim, columns in beside.items():
         if dim in sizes:
@@ -86,7 +88,7 @@ def labelled_dataset(
 
 
 def variable(name: str, value: ArrayLike, sample_dim: str = "") -> xr.Variable:
-    """One variable of ``result_quantities`` with its unit, e.g. to add to a dataset."""
+    """A variable of ``result_quantities`` with its unit; FlexgearError for wrong axes."""
     if name not in RESULT_QUANTITIES:
         raise FlexgearError(f"'{name}' is not a variable of trains; see results/result_quantities")
     quantity, array = RESULT_QUANTITIES[name], np.asarray(value)
@@ -99,13 +101,14 @@ def variable(name: str, value: ArrayLike, sample_dim: str = "") -> xr.Variable:
 
 
 def coordinate(name: str, dim: str, values: ArrayLike) -> xr.Variable:
-    """One coordinate of ``result_quantities`` with its unit."""
+    """A coordinate of ``RESULT_COORDINATES`` with its unit."""
     declared = RESULT_COORDINATES[name]
-    about = {"units": declared.units, "long_name": declared.meaning}
-    return xr.Variable((dim,), np.asarray(values), about)
+    attrs = {"units": declared.units, "long_name": declared.meaning}
+    return xr.Variable((dim,), np.asarray(values), attrs)
 
 
-def _ticks(dim: str, size: int, labels: Labels) -> ArrayLike:
+def _labels(dim: str, size: int, labels: Labels) -> ArrayLike:
+    """Labels of an axis, by default numbers from 1."""
     if dim not in labels:
         if RESULT_COORDINATES[dim].units != "1":
             raise FlexgearError(f"the labels of axis '{dim}' are missing")

@@ -1,10 +1,9 @@
-"""netCDF-4 files, written and read through HDF5 alone.
+"""Reading and writing of netCDF-4 files by h5py.
 
 A netCDF-4 file is an HDF5 file in which axes are dimension scales (netCDF-4 file format
-specification, Unidata). Of xarray's engines h5netcdf looks every axis of every variable up again
-and again (half a second for a file of a run, of which there are twenty), and the netCDF library in
-C ends the process with a fault where two threads use it, if only to let go of files. h5py may be
-used by any thread. What is written here, both engines read.
+specification, Unidata). xarray's engine h5netcdf takes half a second for each of the twenty files
+of a run, and the netCDF library in C crashes if two threads use it, even for closing files. h5py
+can be used by any thread. Both engines read the files written here.
 """
 
 from __future__ import annotations
@@ -23,34 +22,35 @@ from xarray.core import indexing
 from flexgear.model.errors import InputError
 
 Encoding = Mapping[str, Mapping[str, Any]]
-BARE = "This is a netCDF dimension but not a netCDF variable."
-COORDINATES = "coordinates"  # attribute that names those beside the axes
-OF_THE_FORMAT = {
+NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable."  # begins a scale's name
+COORDINATES = "coordinates"  # attribute with the names of coordinates that are not axes
+FORMAT_ATTRIBUTES = {
     "CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST", "_Netcdf4Dimid", "_Netcdf4Coordinates",
     "_nc3_strict", "_NCProperties", "_FillValue", COORDINATES,
 }  # fmt: skip
-WIDE = ("v110", "v114")  # versions of HDF5 whose attributes may be longer than 64 kB
+HDF5_VERSIONS = ("v110", "v114")  # whose attributes may be longer than 64 kB
 
 
 class NewFile:
-    """A new file with a dataset, open for appending. path: an existing file is overwritten.
-    encoding: dtype and keywords of ``h5py.Group.create_dataset`` by variable. long: final length of
-    axes along which values are appended later."""
+    """A new file with a dataset, open for writing; an existing file is overwritten.
+
+    encoding: dtype and keywords of ``h5py.Group.create_dataset`` by variable. lengths: final length
+    of axes along which values are written later.
+    """
 
     def __init__(
-        self, path: Path, data: xr.Dataset, encoding: Encoding, long: Mapping[str, int]
+        self, path: Path, data: xr.Dataset, encoding: Encoding, lengths: Mapping[str, int]
     ) -> None:
         self._disk = _Disk(path)
-        self._file = h5py.File(self._disk, "w", libver=WIDE, track_order=True)
+        self._file = h5py.File(self._disk, "w", libver=HDF5_VERSIONS, track_order=True)
         try:
-            _fill(self._file, data, encoding, long)
+            _fill(self._file, data, encoding, lengths)
         except BaseException:
             self._close()
             raise
 
     def put(self, name: str, values: NDArray[Any], rows: slice | None = None) -> None:
-        """Write values of a variable, or some rows of it along its first axis. OSError where the
-        disk refuses."""
+        """Write values of a variable, or of rows along its first axis; OSError if writing fails."""
         self._file[name][... if rows is None else rows] = values
         self._disk.require()
 
@@ -59,7 +59,7 @@ class NewFile:
         set_attributes(self._file, attrs)
 
     def close(self) -> None:
-        """Close the file. OSError where the disk refused something."""
+        """Close the file; OSError if writing failed."""
         self._close()
         self._disk.require()
 
@@ -69,8 +69,8 @@ class NewFile:
 
 
 class _Disk:
-    """The file object that HDF5 writes to. HDF5 is not told of a refused write, as it would repeat
-    it at the end of the process and crash; ``require`` raises the error instead."""
+    """File object for HDF5 that reports failed writes only by ``require``. HDF5 would repeat a
+    failed write at the end of the process and crash."""
 
     def __init__(self, path: Path) -> None:
         self._file = open(path, "w+b", buffering=0)  # noqa: SIM115 (closed by ``close``)
@@ -105,11 +105,13 @@ class _Disk:
             return size or 0
 
     def flush(self) -> None:
-        """Nothing to do: writes are not buffered."""
+        """Do nothing: writes are not buffered."""
 
 
-def _fill(file: h5py.File, data: xr.Dataset, encoding: Encoding, long: Mapping[str, int]) -> None:
-    sizes = {str(d): long.get(str(d), n) for d, n in data.sizes.items()}
+def _fill(
+    file: h5py.File, data: xr.Dataset, encoding: Encoding, lengths: Mapping[str, int]
+) -> None:
+    sizes = {str(d): lengths.get(str(d), n) for d, n in data.sizes.items()}
     auxiliary = {
         str(c): {*data.variables[c].dims} for c in data.coords if data.variables[c].dims != (c,)
     }
@@ -118,15 +120,15 @@ def _fill(file: h5py.File, data: xr.Dataset, encoding: Encoding, long: Mapping[s
     scales: dict[str, h5py.Dataset] = {}
     for k, (dim, size) in enumerate(sizes.items()):
         scales[dim] = scale = (
-            _stored(file, dim, data.variables[dim], sizes, encoding, long)
+            _stored(file, dim, data.variables[dim], sizes, encoding, lengths)
             if dim in data.variables
             else file.create_dataset(dim, (size,), ">f4", track_order=True)
         )
-        scale.make_scale(dim if dim in data.variables else f"{BARE} {size:9d}")
+        scale.make_scale(dim if dim in data.variables else f"{NO_VARIABLE} {size:9d}")
         scale.attrs["_Netcdf4Dimid"] = np.int32(k)
     for name in [n for n in map(str, data.variables) if n not in sizes]:
         variable = data.variables[name]
-        stored = _stored(file, name, variable, sizes, encoding, long)
+        stored = _stored(file, name, variable, sizes, encoding, lengths)
         for k, axis in enumerate(variable.dims):
             stored.dims[k].attach_scale(scales[str(axis)])
         if name not in coords:
@@ -144,15 +146,15 @@ def _stored(
     variable: xr.Variable,
     sizes: Mapping[str, int],
     encoding: Encoding,
-    long: Mapping[str, int],
+    lengths: Mapping[str, int],
 ) -> h5py.Dataset:
-    """Write a variable with its attributes; its values only where none of its axes grows with
-    time."""
+    """Create a variable with its attributes, and write its values unless it has an axis in
+    ``lengths``."""
     values, options = variable.to_numpy(), dict(encoding.get(name, {}))
-    text, truth = values.dtype.kind in "UO", values.dtype.kind == "b"
-    dtype = h5py.string_dtype() if text else options.pop("dtype", "i1" if truth else values.dtype)
+    text, boolean = values.dtype.kind in "UO", values.dtype.kind == "b"
+    dtype = h5py.string_dtype() if text else options.pop("dtype", "i1" if boolean else values.dtype)
     shape = tuple(sizes[str(d)] for d in variable.dims)
-    if set(long) & {*map(str, variable.dims)}:
+    if set(lengths) & {*map(str, variable.dims)}:
         options = options if all(shape) else {}  # a run may end before a sensor's first sample
         stored = file.create_dataset(name, shape, dtype, track_order=True, **options)
     else:
@@ -160,12 +162,12 @@ def _stored(
         stored = file.create_dataset(
             name, data=content, dtype=dtype, track_order=True, **(options if content.size else {})
         )
-    set_attributes(stored, {**variable.attrs, **({"dtype": "bool"} if truth else {})})
+    set_attributes(stored, {**variable.attrs, **({"dtype": "bool"} if boolean else {})})
     return stored
 
 
 def set_attributes(target: h5py.File | h5py.Dataset, attrs: Mapping[Any, Any]) -> None:
-    """Set attributes in the form of netCDF: text, lists of text, numbers as vectors."""
+    """Set attributes as netCDF stores them: texts, lists of texts, numbers as vectors."""
     attributes = target.attrs
     for name, value in attrs.items():
         if isinstance(value, str):
@@ -180,12 +182,13 @@ def set_attributes(target: h5py.File | h5py.Dataset, attrs: Mapping[Any, Any]) -
 
 
 def read(file: h5py.File, whole: bool) -> xr.Dataset:
-    """The dataset of a file. whole: in memory; else coordinates alone are, and numbers of variables
-    are read, by slices, each time they are wanted, as long as the file is open."""
+    """The dataset of a file, in memory if ``whole``. Otherwise only coordinates are in memory;
+    slices of variables are read when accessed, as long as the file is open."""
     stored = {
         name: item
         for name, item in file.items()
-        if isinstance(item, h5py.Dataset) and not _text(item.attrs.get("NAME", "")).startswith(BARE)
+        if isinstance(item, h5py.Dataset)
+        and not _text(item.attrs.get("NAME", "")).startswith(NO_VARIABLE)
     }
     dims = {name: _dims(file, name, item) for name, item in stored.items()}
     labels = {name for name, axes in dims.items() if axes == (name,)}
@@ -202,7 +205,7 @@ def read(file: h5py.File, whole: bool) -> xr.Dataset:
 
 
 def _dims(file: h5py.File, name: str, stored: h5py.Dataset) -> tuple[str, ...]:
-    """Axes of a variable: those of the scales that it refers to; of a scale the scale itself."""
+    """Axes of a variable: the dimension scales that it refers to; the axis of a scale is itself."""
     references = (refs[0] for refs in stored.attrs.get("DIMENSION_LIST", ()))
     scales = [h5py.h5r.get_name(reference, file.id) for reference in references]
     if None in scales:
@@ -211,8 +214,10 @@ def _dims(file: h5py.File, name: str, stored: h5py.Dataset) -> tuple[str, ...]:
 
 
 class _Stored(BackendArray):  # type: ignore[misc]
-    """Numbers of a file that is open, read by slices. Copies are the same, as nothing writes to it;
-    where pickles of it are read, the file is opened again."""
+    """An array of an open file, read by slices.
+
+    A copy is the same object, since the array is read-only; unpickling opens the file again.
+    """
 
     def __init__(self, stored: h5py.Dataset) -> None:
         self._stored, self.shape, self.dtype = stored, stored.shape, stored.dtype
@@ -251,7 +256,7 @@ def _values(stored: h5py.Dataset, whole: bool) -> Any:
 
 def _attributes(source: h5py.File | h5py.Dataset) -> Iterator[tuple[str, Any]]:
     for name, value in source.attrs.items():
-        if name in OF_THE_FORMAT or (name == "dtype" and _text(value) == "bool"):
+        if name in FORMAT_ATTRIBUTES or (name == "dtype" and _text(value) == "bool"):
             continue
         if isinstance(value, np.ndarray) and value.dtype.kind in "OSU":
             texts = [_text(v) for v in value.ravel()]

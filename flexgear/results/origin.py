@@ -1,7 +1,7 @@
-"""Which case an output is of, as flexgear writes it into its own files.
+"""The case from which an output file was computed, as stated in the file.
 
-Datasets carry it in their attributes, summaries and parameters in their keys, reports in their
-head, exported FE meshes in their last line. Whatever says nothing is somebody else's.
+It is stated in the attributes of datasets, keys of summaries and parameters, the head of reports,
+and the last line of exported FE meshes. Files without it were not written by flexgear.
 """
 
 from __future__ import annotations
@@ -17,23 +17,23 @@ from typing import Any
 
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.input_file import MOST_CASE, read_text, require_regular
+from flexgear.model.input_file import MAX_CASE_BYTES, read_text, require_regular
 
-_MOST = 1 << 40  # bytes of a dataset, of which only the attributes are read
+_MAX_BYTES = 1 << 40  # of a dataset, of which only the attributes are read
 _REPORT = re.compile(r'<meta name="flexgear-case" content="([^"]*)">')
 
 
 @dataclass(frozen=True)
 class Origin:
-    """The case of a result: its name; source: file or bundled case, "" where that is not known;
-    result: "run" or "tolerance" of a summary."""
+    """The case of a result: name; source: file or bundled case, "" if unknown; result: "run" or
+    "tolerance" for summaries."""
 
     name: str
     source: str = ""
     result: str = ""
 
     def same(self, other: Origin) -> bool:
-        """Whether both are of one case, by its name or its file, and of one kind if they say so."""
+        """Whether both have the same case, by name or file, and, if known, kind of result."""
         if self.result and other.result and self.result != other.result:
             return False
         if self.name == other.name:
@@ -48,14 +48,14 @@ def origin_of_case(case: Case, result: str = "") -> Origin:
 
 
 def is_picture(path: Path) -> bool:
-    """Whether files of this kind cannot say which case they are of."""
+    """Whether files of this type do not state their case."""
     return path.suffix.lower() in (".png", ".svg", ".pdf", ".gif", ".csv", ".rexs")
 
 
 def origin_of(path: Path) -> Origin | None:
-    """Origin stated by a file; None where flexgear did not write it, or it cannot be read."""
+    """Origin stated by a file; None if flexgear did not write it, or it cannot be read."""
     try:
-        require_regular(path, "output", _MOST)
+        require_regular(path, "output", _MAX_BYTES)
         with open(path, "rb") as file:
             if file.read(4) == b"\x89HDF":
                 return _of_dataset(path)
@@ -65,21 +65,18 @@ def origin_of(path: Path) -> Origin | None:
 
 
 def _of_dataset(path: Path) -> Origin | None:
-    import h5py  # only where there is a dataset
+    import h5py  # loaded only for datasets
 
     with h5py.File(path) as data:
-        attrs = {name: _plain(data.attrs[name]) for name in ("title", "case", "parameters")}
+        values = {name: data.attrs[name] for name in ("title", "case", "parameters")}
+    attrs = {n: v.decode() if isinstance(v, bytes) else v for n, v in values.items()}
     if not str(attrs["title"]).startswith("flexgear "):
         return None
     return Origin(str(attrs["case"]), _text(json.loads(attrs["parameters"]).get("source", "")))
 
 
-def _plain(value: Any) -> Any:
-    return value.decode() if isinstance(value, bytes) else value
-
-
 def _of_json(path: Path) -> Origin | None:
-    content = json.loads(read_text(path, "output", MOST_CASE * 16))
+    content = json.loads(read_text(path, "output", MAX_CASE_BYTES * 16))
     if "content_hash" in content:  # a summary
         return Origin(_text(content["case"]), result=_text(content.get("result", "")))
     return Origin(_text(content["name"]), _text(content["source"]))
@@ -92,7 +89,7 @@ def _of_report(path: Path) -> Origin | None:
 
 
 def _of_fe_mesh(path: Path) -> Origin | None:
-    from flexgear.structures.fe_mesh.files import fe_mesh_case  # likewise
+    from flexgear.structures.fe_mesh.files import fe_mesh_case  # loaded only for FE meshes
 
     name = fe_mesh_case(path)
     return Origin(name) if name else None

@@ -1,9 +1,8 @@
-"""What declares results: axes and variables of datasets, figures of ``summary.json``.
+"""Declarations of axes and variables of datasets and of figures of ``summary.json``.
 
-The first dimension is that of the samples, "time" for a transient and "position" for a series of
-equilibria; it is written here as "sample". Frames and signs are those of docs/conventions.md. Only
-variables with an attribute ``missing``, which says when, hold values that are not a number (null in
-JSON).
+The first dimension, written "sample", is "time" for a transient and "position" for a series of
+equilibria. Axes and signs are those of docs/conventions.md. Only variables with an attribute
+``missing``, which states the reason, have values that are NaN (null in JSON).
 """
 
 from __future__ import annotations
@@ -15,8 +14,11 @@ import numpy as np
 
 
 class Quantity(NamedTuple):
-    """dims: names of the axes in order; units; meaning in words; missing: when a value is missing,
-    that is not a number, empty where none ever is."""
+    """A variable of a dataset.
+
+    dims: names of the axes in order. missing: description of the values that are NaN, "" if there
+    are none.
+    """
 
     dims: tuple[str, ...]
     units: str
@@ -31,15 +33,15 @@ class Quantity(NamedTuple):
 
 
 def quantity(axes: str, units: str, meaning: str, missing: str = "") -> Quantity:
-    """A quantity with its axes as words."""
+    """A quantity; axes: names of its axes, separated by blanks."""
     return Quantity(tuple(axes.split()), units, meaning, missing)
 
 
 class Coordinate(NamedTuple):
-    """An axis: its unit and its meaning in words.
+    """An axis: its unit and its meaning.
 
-    stage: where the stage of an entry stands, if entries belong to stages: "name" where labels are
-    names of members, else the name of the coordinate beside it.
+    stage: source of an entry's stage: "name" for the label itself, a name of a member, else the
+    name of the coordinate with the stage, "" if entries belong to no stage.
     """
 
     units: str
@@ -48,7 +50,7 @@ class Coordinate(NamedTuple):
 
 
 S = "sample"
-MISSING = "missing"  # attribute of variables that may lack values: when they do
+MISSING = "missing"  # attribute of variables that may have missing values
 UNLOADED = "where the planets together carry less than 3 % of rated, or of the largest of them"
 DOFS = ("ux", "uy", "uz", "rx", "ry", "rz")
 AXES = ("x", "y", "z")
@@ -58,7 +60,7 @@ RESULT_COORDINATES: dict[str, Coordinate] = {
     "time": Coordinate("s", "time"),
     "position": Coordinate("1", "number of the equilibrium position, from 0"),
     "planet": Coordinate("1", "planet number, from 1"),
-    "slot": Coordinate("1", "place of a tooth pair among those in contact, from 1"),
+    "slot": Coordinate("1", "number of a tooth pair among those in contact, from 1"),
     "tooth": Coordinate("1", "ring tooth number, from 1", "tooth_stage"),
     "axis": Coordinate("", "direction"),
     "dof": Coordinate("", "u in m or N, r in rad or N m"),
@@ -67,9 +69,9 @@ RESULT_COORDINATES: dict[str, Coordinate] = {
     "bearing_row": Coordinate("1", "row of rollers, from 1 at -z"),
     "tooth_angle": Coordinate("rad", "angle of the ring tooth's centre"),
     "lead_angle": Coordinate(
-        "rad", "rotation of the reference member, the first port of given speed that turns"
+        "rad", "rotation of the reference member, the first rotating port with given speed"
     ),
-    "turning_stage": Coordinate("", "stage that turns"),
+    "turning_stage": Coordinate("", "stage that rotates"),
     "flank": Coordinate(
         "", "one flank of a gear mesh: stage, kind, side, planet, drive or coast", "flank_stage"
     ),
@@ -77,30 +79,30 @@ RESULT_COORDINATES: dict[str, Coordinate] = {
     "flank_kind": Coordinate("", "ring or sun"),
     "flank_side": Coordinate("", "half of a double-helical stage"),
     "flank_planet": Coordinate("1", "planet number, from 1"),
-    "flank_sense": Coordinate("", "drive: carries under rated torque; coast: the other"),
+    "flank_sense": Coordinate("", "drive: loaded by rated torque; coast: the opposite flank"),
     "state": Coordinate("1", "entry of the state of a transient"),
     "slice": Coordinate("1", "slice of a contact line, from 1 at -z"),
-    "face": Coordinate("1", "place along the face over its width, from -1/2 at -z to 1/2"),
+    "face": Coordinate("1", "position along the face over its width, from -1/2 at -z to 1/2"),
     "cause": Coordinate("", "cause of misalignment: a body or bearing, errors, modified flanks"),
     "pair_member": Coordinate(
-        "", "of a tooth pair: planet (gear of a parallel stage), or gear: its mate"
+        "", "gear of a tooth pair: planet (gear of a parallel stage), or gear for its mate"
     ),
     "fillet": Coordinate("", "fillet of a tooth: on its -theta or +theta side"),
     "gear_mesh_order": Coordinate("1", "order of the gear mesh"),
-    "gear_mesh_phase": Coordinate("1", "gear-mesh cycles from the first position on"),
+    "gear_mesh_phase": Coordinate("1", "gear-mesh cycles since the first position"),
     "bolt": Coordinate("", "bolt of a ring", "name"),
-    "fe_coordinate_of": Coordinate("", "FE body that a coordinate belongs to", "name"),
+    "fe_coordinate_of": Coordinate("", "FE body of a coordinate", "name"),
     "support": Coordinate(
         "", "bearing, fit, spline, joint or other spring between two nodes", "name"
     ),
     "tooth_stage": Coordinate("", "stage of the ring tooth"),
     "tooth_side": Coordinate("", "half of a double-helical ring that has the tooth"),
     "sensor_time": Coordinate("s", "time of a sensor's samples, without the delay of its filter"),
-    "sensor": Coordinate("", "sensor, by its name"),
+    "sensor": Coordinate("", "name of the sensor"),
     "sensor_quantity": Coordinate("", "measured quantity"),
-    "sensor_unit": Coordinate("", "its unit"),
+    "sensor_unit": Coordinate("", "unit of the sensor's signal"),
     "static_sensor": Coordinate("", "sensor of a displacement, strain or torque"),
-    "static_sensor_unit": Coordinate("", "its unit"),
+    "static_sensor_unit": Coordinate("", "unit of the sensor's value"),
     "tooth_number": Coordinate("1", "number of the tooth in its ring, from 1"),
     "gear_mesh": Coordinate("", "gear mesh of a train: stage, kind, side, planet", "stage"),
     "stage": Coordinate("", "stage of the gear mesh"),
@@ -112,34 +114,34 @@ RESULT_COORDINATES: dict[str, Coordinate] = {
     "group_side": Coordinate("", "half of a double-helical stage"),
     "body": Coordinate("", "lumped body, or node that represents a flexible one", "name"),
     "inertia": Coordinate("", "body that can move, with its elastic modes, if any", "name"),
-    "member": Coordinate("", "member of a stage that turns about its axis", "name"),
+    "member": Coordinate("", "member of a stage that rotates about its axis", "name"),
     "input_coordinate": Coordinate("", "member whose rotation is independent"),
-    "port": Coordinate("", "member where torque acts from outside"),
-    "load": Coordinate("", "load on a member, as the case lists them: number, member, frame"),
+    "port": Coordinate("", "member on which a torque acts from outside"),
+    "load": Coordinate("", "load on a member in the case: number, member, frame"),
     "direction": Coordinate("", "radial outward, tangential, axial, in the planet's axes"),
     "definition": Coordinate("", "definition of the load sharing factor"),
     "cycle": Coordinate("1", "evaluated gear-mesh cycle, from 1"),
     "mode": Coordinate("1", "number of the mode, from 1"),
-    "spring": Coordinate("", "link, support, gear mesh or body that is strained"),
+    "spring": Coordinate("", "link, support, gear mesh or body with strain energy"),
     "motion": Coordinate("", "part of the kinetic energy: motion of central members, or planets"),
     "speed_factor": Coordinate("1", "speed over rated speed"),
     "excitation": Coordinate(
-        "", "order of a gear-mesh frequency, of a shaft's turn or of passing planets"
+        "", "order of a gear-mesh frequency, of a shaft's rotation or of passing planets"
     ),
-    "excitation_stage": Coordinate("", "stage that it belongs to"),
+    "excitation_stage": Coordinate("", "stage of the excitation"),
     "excitation_kind": Coordinate("", "gear mesh, shaft or planet pass"),
     "excitation_order": Coordinate("1", "order of the harmonic"),
     "crossing": Coordinate("1", "number of the crossing, from 1"),
     "meeting": Coordinate(
-        "1", "number of a mode that an excitation meets at an operating speed, from 1"
+        "1", "number of a coincidence of a mode and an excitation at an operating speed, from 1"
     ),
-    "kept_mode": Coordinate("1", "number of the natural mode, from 1, rigid rotations among them"),
+    "kept_mode": Coordinate("1", "number of the natural mode, from 1, rigid rotations included"),
     "peak": Coordinate("1", "number of the peak, from 1, the highest first"),
     "band": Coordinate("1", "number of the band of speeds, from 1"),
-    "acting": Coordinate("1", "the two modes of an instability, 1 the lower one"),
+    "acting": Coordinate("1", "number of a mode of an instability, 1 for the lower one"),
     "harmonic": Coordinate("Hz", "frequency of an error of gears or of a gear mesh"),
-    "point": Coordinate("1", "steady state, from 0, in the order of its curve"),
-    "measure": Coordinate("", "over a period: maximum, minimum, mean, rms about the mean"),
+    "point": Coordinate("1", "number of the steady state, from 0, in the order of its curve"),
+    "measure": Coordinate("", "maximum, minimum, mean, or rms about the mean, over a period"),
     "turning_point": Coordinate("1", "number of a turning point of a curve, from 1"),
     "target": Coordinate("1", "number of a stable state to which a sweep may jump, from 1"),
     "stability_change": Coordinate("1", "number of a change of stability, from 1"),
@@ -148,12 +150,14 @@ RESULT_COORDINATES: dict[str, Coordinate] = {
 
 ALWAYS: Literal["always"] = "always"
 WITH_SECTION: Literal["with its section"] = "with its section"
-ABSENT: Any = {}  # value of a figure that is not there
+ABSENT: Any = {}  # value of a figure that a subject does not have
 
 
 class Bars(NamedTuple):
-    """A picture of a figure as bars, by stage and name. section: of the report; label: of its axis,
-    without unit; caption; sentence: below it."""
+    """A bar chart of a figure by stage and name.
+
+    section: section of the report; label: label of the axis without unit; sentence: text below it.
+    """
 
     section: str
     label: str
@@ -162,12 +166,14 @@ class Bars(NamedTuple):
 
 
 class Figure(NamedTuple):
-    """path: keys with dots below those of its section, angle brackets for names of the case; unit:
-    "" where it is no number; needed: always, where the section that its path begins with is there,
-    or not; of: the value of the path's first key, with all that is below it, of what the section is
-    of: ABSENT where there is none, None where it has no number; label: of its rows in tables,
-    {name} for angle brackets, "" where they leave it out; printed: unit in tables, where the unit
-    does not say; bars: its picture, if it has one.
+    """A figure of a summary.
+
+    path: dotted key below its section, with angle brackets for names of the case. unit: "" for a
+    value that is no number. needed: whether the figure is required always, with its section, or
+    not. of: function of the section's subject that returns the value of the path's first key with
+    all nested keys, ABSENT if the subject does not have it, None without a number. label: label of
+    its rows in tables with {name} for angle brackets, "" if tables omit it. printed: unit in tables
+    if it differs. bars: its chart, if it has one.
     """
 
     path: str
@@ -181,21 +187,21 @@ class Figure(NamedTuple):
 
     @property
     def names(self) -> list[str]:
-        """Names on the way to it."""
+        """Keys of the path."""
         return self.path.split(".")
 
 
 def number(value: Any) -> float | None:
-    """A number, None where there is none."""
+    """The value as float, None if it is not finite."""
     return float(value) if np.isfinite(value) else None
 
 
 def below(section: str, figures: Iterable[Figure]) -> Iterator[Figure]:
-    """Figures with their whole paths."""
+    """Figures with the path of their section in front of their paths."""
     return (f._replace(path=f"{section}.{f.path}") for f in figures)
 
 
 def values(figures: Iterable[Figure], subject: Any) -> dict[str, Any]:
-    """A section of a summary: the figures of a subject by their keys."""
+    """A section of a summary: the figures of a subject by key, without absent ones."""
     figures_of = ((f.names[0], f.of(subject), f.needed) for f in figures if f.of is not None)
     return {name: value for name, value, needed in figures_of if needed or value != ABSENT}

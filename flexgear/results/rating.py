@@ -1,9 +1,9 @@
-"""What a rating leaves: load factors, and stress, safety, cycles and damage of parts in every bin.
+"""Results of a rating: load factors, and stress, safety, cycles and damage of parts in each bin.
 
-A *part* is a flank or a root of a gear, or a bearing. Damage is Miner's sum over the bins that have
-a duration; the *reserve* of a part is the factor on all loads that it would bear within its limits,
-stresses of flanks growing with their root, those of roots with the load itself, damage of bearings
-with its power.
+A *part* is a flank or a root of a gear, or a bearing. Damage is Miner's sum over the bins with a
+duration. The *reserve* of a part is the factor on all loads at which it reaches its limit; stress
+of flanks is proportional to the square root of load, that of roots to load, and damage of bearings
+to a power of load.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from flexgear.model.names import GroupName
 from flexgear.results.dataset_file import provenance
 from flexgear.results.quantities import Quantity
 
-NEVER = {  # what no rating here says anything of
+NOT_COVERED = {  # failure modes that are not rated, with reasons
     "micropitting": "ISO/TS 6336-22 is not computed",
     "scuffing": "ISO/TS 6336-20 and -21 are not computed",
     "tooth flank fracture": "ISO/TS 6336-4 is not computed",
@@ -42,10 +42,12 @@ LIMITS: dict[Kind, str] = {
 
 @dataclass(frozen=True)
 class GearMeshRating:
-    """Load factors of a group of gear meshes, e.g. "stage_1 sun", by bin. factors: none without
-    load; planet: from 1, that they are of (0: none); largest_k_gamma: that the model gives any
-    planet at any time, NaN without load; safety: (B,) in each bin alone of flank and root of both
-    gears, "planet" and "sun" or "ring", NaN where there is none."""
+    """Load factors of a group of gear meshes, e.g. "stage_1 sun", by bin.
+
+    factors: empty without load. planet: number of their planet, 0 without load. largest_k_gamma:
+    largest K_γ of any planet at any time, NaN without load. safety: (B,) of flank and root of
+    "planet" and "sun" or "ring" in each single bin, NaN if not assessed.
+    """
 
     name: GroupName
     factors: tuple[Sheet, ...]
@@ -58,22 +60,21 @@ class GearMeshRating:
 class RatedPart:
     """A flank, root or bearing over the bins (B,).
 
-    name: "stage_1.sun flank"; alike: name of all that are equal to it,
-    "stage_1.planet_bearings"; count: so many equal ones are rated by it; planets: by bin the
-    planet from 1 that it is of, 0 where all are loaded alike, of no length where it is of none;
-    side: "left" or "right" half that it is of, if gears have two; load: stress Pa, of a bearing
-    its equivalent load N, 0 where it is not loaded; cycles: of load, of a bearing revolutions;
-    safety: in the bin alone, of a bearing static, NaN where there is none; damage: NaN where it
-    is not assessed; life: h, until the sum of damage is one, inf without damage; whole_safety:
-    factor on the stress (of a bearing on the load) at which the spectrum just lasts as long as
-    the bins say; required: least safety, of a bearing life in h, NaN where none is stated;
-    missing: why there is no figure; estimates: rules by the keys that they estimate, so that
-    there is no verdict; factors: by bin; cause: largest load factor in the worst bin, "K_Hβ
-    1.32"; of_rows: damage (R,) of each row of a bearing, from −z to +z, of no length where rows
-    are not rated; exponent: of the load with which stress, of a bearing damage grows; rolling:
-    "roller" or "ball" of a bearing; direct: figures of computed stresses at places of the
-    teeth, beyond the norm, where they are known; of_teeth: safety (z,) by them of the teeth of
-    a ring that stands, from 0 to 2π.
+    name: such as "stage_1.sun flank". alike: name of the set of equal parts, such as
+    "stage_1.planet_bearings". count: number of equal parts with this rating. planets: number of the
+    part's planet by bin, 0 if all are loaded equally, empty without planets. side: half, "left" or
+    "right", if gears have two. load: stress, Pa, or equivalent load of a bearing, N, 0 without
+    load. cycles: load cycles, or revolutions of a bearing. safety: in the single bin, static safety
+    of a bearing, NaN if not assessed. damage: NaN if not assessed. life: time until the sum of
+    damage is one, h, inf without damage. whole_safety: factor on stress (load of a bearing) at
+    which the sum of damage of the spectrum is one. required: required safety, or life of a bearing,
+    h, NaN if none is stated. missing: reason for a missing rating. estimates: rules of estimated
+    data by key, for which there is no verdict. factors: by bin. cause: largest load factor in the
+    worst bin, such as "K_Hβ 1.32". of_rows: damage (R,) of each row of a bearing, from −z to +z,
+    empty if rows are not rated. exponent: of load in the stress, or in the damage of a bearing.
+    rolling: "roller" or "ball" of a bearing. direct: figures of computed stresses, beyond the
+    standard. of_teeth: safety (z,) by computed stresses of the teeth of a stationary ring, from 0
+    to 2π.
     """
 
     name: str
@@ -102,39 +103,38 @@ class RatedPart:
 
     @property
     def damage_sum(self) -> float:
-        """Damage over all bins with a duration."""
+        """Sum of damage over all bins with a duration."""
         return float(self.damage.sum())
 
     @property
     def least_safety(self) -> float:
-        """Least safety over the spectrum and every extreme load; NaN where nothing is assessed."""
+        """Smallest safety of the spectrum and all extreme loads, NaN if none is assessed."""
         every = [s for s in (self.whole_safety, *self.safety) if math.isfinite(s)]
         return min(every, default=math.nan)
 
     @property
     def governing_bin(self) -> int | None:
-        """The extreme load whose safety is below that of the spectrum; None: the spectrum governs,
-        or nothing is assessed."""
-        single = [b for b, s in enumerate(self.safety) if s == self.least_safety]
-        return single[0] if single and self.least_safety != self.whole_safety else None
+        """The extreme load whose safety is below that of the spectrum, None if there is none."""
+        bins = [b for b, s in enumerate(self.safety) if s == self.least_safety]
+        return bins[0] if bins and self.least_safety != self.whole_safety else None
 
     @property
     def worst_bin(self) -> int:
-        """The bin that damages most, of several that do alike the one that loads most."""
+        """The bin with the largest damage, of several equal ones that with the largest load."""
         damage = np.nan_to_num(self.damage, posinf=math.inf)
         return max(range(len(damage)), key=lambda b: (damage[b], self.load[b]))
 
     @property
     def reserve(self) -> float:
-        """Factor on all loads within the limits; NaN where there is nothing to hold it to."""
+        """Factor on all loads at which the part reaches its limit, NaN without a limit."""
         if self.kind == "bearing":
-            lasting = (self.life / self.required) ** (1.0 / self.exponent)
-            return min([lasting, *(s for s in self.safety.tolist() if math.isfinite(s))])
+            of_life = (self.life / self.required) ** (1.0 / self.exponent)
+            return min([of_life, *(s for s in self.safety.tolist() if math.isfinite(s))])
         return float((self.least_safety / self.required) ** (1.0 / self.exponent))
 
     @property
     def holds(self) -> bool | None:
-        """Whether it is within its limits; None where that cannot be said."""
+        """Whether the part is within its limits; None if that is unknown."""
         if self.missing or self.estimates or not self.reserve > 0.0:
             return None
         return self.reserve >= 1.0
@@ -144,9 +144,9 @@ class RatedPart:
 class Rating:
     """A case rated under its load bins.
 
-    variant: what bends; hours: of all bins together; reliability: that the whole gearbox lasts so
-    long, None where parts have no life; not_assessed: what, and why; positions: of equilibria, by
-    stage; closure: largest imbalance of them.
+    variant: description of flexible bodies. reliability: probability that the whole gearbox
+    survives ``hours``, None if a part has no life. not_assessed: reasons by part. positions: number
+    of equilibria by stage. closure: largest relative imbalance of equilibria.
     """
 
     case: Case
@@ -161,19 +161,21 @@ class Rating:
 
     @property
     def hours(self) -> float:
-        """Hours of all bins together."""
+        """Total hours of all bins."""
         return float(sum(b.hours for b in self.bins))
 
     @property
     def ranked(self) -> tuple[RatedPart, ...]:
-        """Parts with figures, the weakest first."""
+        """Assessed parts, the weakest first."""
         assessed = [p for p in self.parts if not p.missing]
         return tuple(sorted(assessed, key=lambda p: (_last(p.reserve), _last(p.life))))
 
     @property
     def equal(self) -> dict[str, list[RatedPart]]:
-        """Parts by the name of all that are equal, as planets' bearings and both halves of a gear
-        are; the weakest first, there and in each, those without figures last."""
+        """Sets of equal parts, such as bearings of planets or both halves of a gear, by name.
+
+        The weakest sets, and the weakest parts of each, come first, parts without a rating last.
+        """
         sets: dict[str, list[RatedPart]] = {}
         for part in (*self.ranked, *(p for p in self.parts if p.missing)):
             sets.setdefault(part.alike, []).append(part)
@@ -181,14 +183,14 @@ class Rating:
 
     @property
     def weakest(self) -> dict[tuple[str, Kind], RatedPart]:
-        """The weakest flank, root and bearing of every stage, the weakest of all first."""
+        """The weakest flank, root and bearing of each stage, the weakest of all first."""
         parts: dict[tuple[str, Kind], RatedPart] = {}
         for part in self.ranked:
             parts.setdefault((part.stage, part.kind), part)
         return parts
 
     def dataset(self) -> xr.Dataset:
-        """Labelled figures of all bins."""
+        """Labelled results of all bins (``rating_dataset``)."""
         return rating_dataset(self)
 
     def __repr__(self) -> str:
@@ -200,14 +202,14 @@ def _last(value: float) -> float:
 
 
 class _Declared(NamedTuple):
-    """A figure. of: its values, of a part (of the rating), by bin where it has that axis."""
+    """A variable of the dataset. of: its values for a part or for the rating."""
 
     quantity: Quantity
     of: Callable[[Any], Any]
 
 
 BEYOND = "by computed stresses, beyond ISO 6336"
-NOT_RATED = "of a part that is not assessed, or not loaded in that bin"
+NOT_RATED = "for a part that is not assessed, or not loaded in the bin"
 
 
 def _by_bin(
@@ -238,9 +240,9 @@ PARTS = {
     "bin_safety": _by_bin(
         "1", "safety in the bin alone, of a bearing static", lambda p: p.safety, NOT_RATED
     ),
-    "damage": _by_bin("1", "share of the life that it takes", lambda p: p.damage, NOT_RATED),
+    "damage": _by_bin("1", "share of life that the bin consumes", lambda p: p.damage, NOT_RATED),
     "damage_sum": _whole("1", "Miner's sum over all bins", lambda p: p.damage_sum),
-    "life": _whole("h", "time until the sum of damage is one; infinite: never", lambda p: p.life),
+    "life": _whole("h", "time until the sum of damage is one", lambda p: p.life),
     "spectrum_safety": _whole(
         "1", "factor on stress (bearing: load) for a sum of one", lambda p: p.whole_safety
     ),
@@ -275,34 +277,34 @@ BINS = {
         lambda r: [g.largest_k_gamma for g in r.gear_meshes],
     ),
     "rated_planet": _Declared(
-        Quantity(("gear_mesh", "bin"), "1", "planet, from 1, that factors are of; 0: no load"),
+        Quantity(("gear_mesh", "bin"), "1", "planet of the factors, from 1; 0: no load"),
         lambda r: [g.planet for g in r.gear_meshes],
     ),
     "direct_tooth_safety": _Declared(
-        Quantity(("ring_tooth",), "1", f"least safety of a tooth of a ring that stands, {BEYOND}"),
+        Quantity(("ring_tooth",), "1", f"least safety of a tooth of a stationary ring, {BEYOND}"),
         lambda r: [safety for p in r.parts for safety in p.of_teeth],
     ),
     "ring_tooth_azimuth": _Declared(
-        Quantity(("ring_tooth",), "rad", "place of that tooth about the axis of its ring"),
+        Quantity(("ring_tooth",), "rad", "angle of the tooth about the axis of its ring"),
         lambda r: [2 * math.pi * k / p.of_teeth.size for p, k in _teeth(r)],
     ),
 }
 
 
 def _teeth(rating: Rating) -> list[tuple[RatedPart, int]]:
-    """Teeth of rings that stand, of which safeties are known, from 0 in each part."""
+    """Part and index of each tooth of stationary rings with a safety."""
     return [(part, k) for part in rating.parts for k in range(part.of_teeth.size)]
 
 
 def _symbols(rating: Rating) -> list[str]:
-    """Load factors of all gear meshes, without what they follow from."""
+    """Symbols of the load factors of all gear meshes."""
     sheets = (sheet for g in rating.gear_meshes for sheet in g.factors)
     every = dict.fromkeys(symbol for sheet in sheets for symbol in sheet)
     return [symbol for symbol in every if symbol.startswith("K_")]
 
 
 def rating_dataset(rating: Rating) -> xr.Dataset:
-    """Labelled figures of a rating by the names of ``PARTS`` and ``BINS``."""
+    """Dataset of a rating with the variables of ``PARTS`` and ``BINS``."""
     parts = rating.parts
     coords: dict[str, Any] = {
         "bin": [b.name for b in rating.bins],
@@ -318,7 +320,7 @@ def rating_dataset(rating: Rating) -> xr.Dataset:
     variables = {}
     for name, declared in (PARTS | BINS).items():
         quantity = declared.quantity
-        shape = [len(coords[dim]) for dim in quantity.dims]  # also where there is nothing
+        shape = [len(coords[dim]) for dim in quantity.dims]  # for arrays without entries
         variables[name] = (quantity.dims, values[name].reshape(shape), quantity.attrs)
     for label in ("stage", "kind", "alike", "missing"):
         coords[f"part_{label}"] = ("part", [getattr(p, label) for p in parts])

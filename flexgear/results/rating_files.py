@@ -1,4 +1,4 @@
-"""A rating as files hold it: rows of a table, figures for programs, results of a REXS model."""
+"""A rating as rows of ``rating.csv``, figures of ``rating.json``, and results of a REXS model."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from flexgear.results.version import version
 
 SCHEMA = 1  # of the summary
 COLUMNS = ("of", "bin", "quantity", "value", "unit", "source")
-ALL = "all"  # bins together, in the column of bins
+ALL = "all"  # value of the column "bin" for all bins together
 
 
 def rating_rows(rating: Rating) -> Iterator[tuple[str, str, str, float | str, str, str]]:
@@ -44,7 +44,7 @@ def rating_rows(rating: Rating) -> Iterator[tuple[str, str, str, float | str, st
 
 
 def rating_summary(rating: Rating) -> dict[str, Any]:
-    """Figures for programs; None where there is no number, or no end of a life."""
+    """Figures of ``rating.json``; None for values that are not finite."""
     bins = {
         b.name: {"hours": b.hours, "extreme": b.extreme, "torque_nm": dict(b.torque),
                  "source": b.source}
@@ -80,7 +80,7 @@ def _load_factors(gear_mesh: GearMeshRating, bins: Sequence[str]) -> dict[str, A
 
 
 def _part_summary(part: RatedPart, bins: Sequence[str]) -> dict[str, Any]:
-    """By the names of ``PARTS`` and their units."""
+    """Figures of a part by the names of ``PARTS`` with units."""
     figures: dict[str, Any] = {"kind": part.kind, "stage": part.stage, "count": part.count}
     if part.missing:
         return figures | {"not_assessed": part.missing}
@@ -110,8 +110,8 @@ LIVES = {  # attributes of bearings by their symbols in a sheet, lives in 10⁶ 
 
 
 def rexs_results(rating: Rating) -> BinResults:
-    """Safety of every gear in each of its gear meshes, in the bin alone, by the case's edition of
-    ISO 6336; lives and static safety of planets' bearings."""
+    """Safeties of gears in each gear mesh and single bin, and lives and static safety of planet
+    bearings, by REXS attribute."""
     edition = rating.case.rating.edition
     gears: dict[tuple[GroupName, str], dict[str, Array]] = {}
     for gear_mesh in rating.gear_meshes:
@@ -123,7 +123,7 @@ def rexs_results(rating: Rating) -> BinResults:
 
 
 def _of_bearing(part: RatedPart) -> dict[str, Array]:
-    """By attribute (B,); lives in revolutions."""
+    """Values (B,) of a bearing by REXS attribute; lives in revolutions."""
     return {
         name: np.array([value_of(sheet, symbol) for sheet in part.factors])
         * (1e6 if symbol.startswith("L") else 1.0)

@@ -1,7 +1,7 @@
-"""Every variable a result of a train may hold: axes, unit, meaning.
+"""Declarations of all variables in results of trains: axes, unit, meaning.
 
-The first axis "sample" is "time", "position", "mode", "speed_factor" or "point". A gear mesh is one
-planet against ring or sun, whichever flank carries; frames and signs are those of
+The first axis "sample" is "time", "position", "mode", "speed_factor" or "point". A gear mesh is
+that of one planet with ring or sun, with both flanks; axes and signs are those of
 docs/conventions.md.
 """
 
@@ -10,18 +10,16 @@ from __future__ import annotations
 from flexgear.results.quantities import UNLOADED, Quantity, quantity
 
 NODAL = (
-    "nodal index min(k, N - k) of the mode in every stage; -1: several, -2: the stage is at rest, "
-    "-3: planets do not stand evenly"
+    "nodal index min(k, N - k) of the mode in every stage; -1: several, -2: the stage does not "
+    "take part, -3: planets are not equally spaced"
 )
-UNSAID = (
+UNDEFINED = (
     "with fewer than four samples a gear-mesh cycle, less than one cycle, a stage that does not "
-    "turn, or planets that at times carry no load together"
+    "rotate, or planets that at times carry no load together"
 )
-SHARES_WITH_NONE = "of a gear mesh that shares its load with none"
+SHARES_WITH_NONE = "of a gear mesh that does not share its load"
 NO_LOAD, NO_PAIR = "without load", "without a pair"
-OF_GRADIENT = (
-    "of the gradient fitted to displacements around a vertex, one value for all cells there"
-)
+OF_GRADIENT = "from the displacement gradient fitted around a vertex, one value for all its cells"
 NO_ROOTS = "of stages without gear_mesh.root_stress"
 
 
@@ -30,20 +28,21 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
     "energy_elastic": quantity("sample", "J", "strain energy of bodies, bearings, bolts, splines"),
     "energy_pair_elastic": quantity("sample", "J", "strain energy of the tooth pairs"),
     "energy_input_work": quantity("sample", "J", "work done by the machines at the inputs"),
-    "energy_brake_work": quantity("sample", "J", "work taken by the machine at the output"),
-    "energy_damping_work": quantity("sample", "J", "work taken by damping of the structure"),
-    "energy_pair_damping_work": quantity("sample", "J", "work taken by damping of the tooth pairs"),
+    "energy_brake_work": quantity("sample", "J", "work absorbed by the machine at the output"),
+    "energy_damping_work": quantity("sample", "J", "work dissipated by damping of the structure"),
+    "energy_pair_damping_work": quantity("sample", "J",
+        "work dissipated by damping of the tooth pairs"),
     "energy_parametric_work": quantity("sample", "J",
         "work of changing pair stiffness and contact vectors"),
-    "energy_load_work": quantity("sample", "J", "work done by weight and loads given from outside"),
+    "energy_load_work": quantity("sample", "J", "work done by weight and external loads"),
     "input_angle": quantity("sample input_coordinate", "rad",
-        "rotation of members that turn independently"),
+        "rotation of members that rotate independently"),
     "input_speed": quantity("sample input_coordinate", "rad/s", "speed of these members"),
     "inertia_torque": quantity("sample input_coordinate", "N m",
-        "sum of all machines' torques referred to these members: accelerates the train and "
-        "overcomes drag and given loads"),
+        "sum of all machines' torques referred to these members, which accelerates the train and "
+        "overcomes drag and external loads"),
     "end_state": quantity("state", "",
-        "state from which another transient can continue this one"),
+        "state at the end, from which another transient can continue"),
     "stage_angle": quantity("sample turning_stage", "rad",
         "rotation of the carrier (mean of the pins) against the ring; of a parallel stage's gear"),
     "carrier_angle": quantity("sample turning_stage", "rad",
@@ -101,7 +100,7 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
     "largest_contact_pressure": quantity("sample flank", "Pa",
         "largest Hertz pressure at the middle of any slice"),
     "root_stress": quantity("sample flank pair_member", "Pa",
-        "largest stress in the roots of the teeth that carry, in the fillet under the loaded flank",
+        "largest stress in the roots of the loaded teeth, in the fillet under the loaded flank",
         f"{NO_LOAD}, and {NO_ROOTS}"),
     "root_side": quantity("flank pair_member", "1",
         "side of the teeth whose fillet is in tension under load on the flank: -1 on -theta, 1 on "
@@ -109,13 +108,13 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
     "face_root_stress": quantity("sample flank pair_member face", "Pa",
         "root stress at places along the face", f"{NO_LOAD}, and {NO_ROOTS}"),
     "face_root_compression": quantity("sample flank pair_member face", "Pa",
-        "least stress in the fillets on the other side of these teeth",
+        "least stress in the opposite fillets of these teeth",
         f"{NO_LOAD}, and {NO_ROOTS}"),
     "tooth_root_stress": quantity("sample tooth fillet", "Pa",
         "largest stress in the fillets of every tooth of an FE ring, its rim's bending included",
         NO_ROOTS),
     "tooth_root_range": quantity("tooth fillet", "Pa",
-        "range of the stress over the positions at one point of the fillet, the largest",
+        "largest range of the stress over the positions at one point of the fillet",
         NO_ROOTS),
     "tooth_root_least": quantity("tooth fillet", "Pa",
         "least stress over the positions at the point of the fillet with the largest", NO_ROOTS),
@@ -123,23 +122,24 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
         "approach of both bodies along the line of action at the middle of the face, under load",
         NO_LOAD),
     "unloaded_transmission_error": quantity("sample flank", "m",
-        "approach at which rigid flanks without tilt touch first, from errors and modifications",
+        "approach at which rigid flanks without tilt first touch, from errors and modifications",
         NO_PAIR),
     "transmission_error_order": quantity("flank gear_mesh_order", "m",
         "amplitude of the transmission error under load by order of the gear mesh",
-        "of a flank that does not carry throughout"),
+        "of a flank that is unloaded at some positions"),
     "unloaded_transmission_error_order": quantity("flank gear_mesh_order", "m",
         "amplitude of the unloaded transmission error by order of the gear mesh",
-        "of a flank that does not carry throughout"),
+        "of a flank that is unloaded at some positions"),
     "gear_mesh_stiffness": quantity("sample flank", "N/m",
-        "slope of the gear-mesh force as all pairs approach alike under load, bodies fixed"),
+        "slope of the gear-mesh force over the common approach of all pairs, bodies fixed"),
     "gear_mesh_misalignment": quantity("sample flank", "m",
         "approach of the bodies at the +z end of the face less that at its -z end",
         NO_LOAD),
     "gear_mesh_misalignment_by_cause": quantity("sample flank cause", "m",
-        "misalignment by cause; bodies add up to the whole, errors and modifications are extra",
+        "misalignment by cause; bodies add up to the total, errors and modifications are extra",
         NO_LOAD),
-    "tooth_displacement": quantity("sample tooth axis", "m", "ring tooth node, axes of the ring"),
+    "tooth_displacement": quantity("sample tooth axis", "m",
+        "displacement of a ring tooth node, in axes of the ring"),
     "sensor_signal": quantity("sensor_time sensor", "",
         "signal of a sensor, in its unit, up to its band"),
     "sensor_input_angle": quantity("sensor_time input_coordinate", "rad",
@@ -154,13 +154,13 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
     "bolt_force": quantity("sample bolt axis", "N",
         "force of the ring on a bolt: radial, tangential, axial"),
     "bearing_force": quantity("sample support dof", "N, N m",
-        "force and moment that a bearing, fit or spline carries, on its support"),
+        "force and moment of a bearing, fit or spline on its support"),
     "port_torque": quantity("sample port", "N m", "torque from outside on the member, about +z"),
     "applied_load": quantity("sample load dof", "N, N m",
         "force and moment of the case's loads on a member, in the frame of the load"),
     "port_speed": quantity("sample port", "rad/s", "speed of the member, elastic motion included"),
     "gear_mesh_force": quantity("sample gear_mesh", "N",
-        "normal force along the 3D line of action, flank that carries rated torque less the other"),
+        "normal force along the 3D line of action, drive flank less coast flank"),
     "planet_load_factor": quantity("sample gear_mesh", "1",
         "N F / sum F over the planets of a stage, one kind and side",
         f"{UNLOADED}; {SHARES_WITH_NONE}"),
@@ -181,17 +181,17 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
         "radial force of a row of rollers of a support",
         "of a support without rollers, and of a row that it does not have"),
     "dynamic_transmission_error": quantity("sample gear_mesh", "m",
-        "approach of both bodies along the line of action of the flank that carries rated torque, "
-        "at the pitch point at mid-face, touching or not, under every gear-mesh model",
+        "approach of both bodies along the line of action of the drive flank at the pitch point at "
+        "mid-face, in contact or not, with any gear-mesh model",
         "while no tooth of an FE ring or planet is in mesh"),
-    "rated_gear_mesh_force": quantity("gear_mesh", "N", "mean at rated torque"),
+    "rated_gear_mesh_force": quantity("gear_mesh", "N", "mean gear-mesh force at rated torque"),
     "load_sharing_coefficient": quantity("definition group", "1",
-        "largest coefficient of the planets", UNSAID),
+        "largest coefficient of the planets", UNDEFINED),
     "planet_coefficient": quantity("definition gear_mesh", "1",
-        "load sharing coefficient of each planet", f"{UNSAID}; {SHARES_WITH_NONE}"),
+        "load sharing coefficient of each planet", f"{UNDEFINED}; {SHARES_WITH_NONE}"),
     "mesh_load_factor": quantity("group", "1",
         "mesh load factor of IEC 61400-4",
-        "for a number of planets that the standard does not have"),
+        "for a number of planets that is not in the standard"),
     "cycle_maximum": quantity("cycle gear_mesh", "N",
         "largest gear-mesh force in a gear-mesh cycle"),
     "cycle_number": quantity("cycle", "1", "number of the cycle in the error cycle, from 0"),
@@ -218,10 +218,10 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
         "largest amplitude of a gear mesh's stiffness at that order over its mean",
         "of shafts and passing planets"),
     "excitation_index": quantity("excitation", "1",
-        "k = l z_s mod N that the order drives in a stage of equal planets; -1: none"),
+        "k = l z_s mod N that the order excites in a stage of equal planets; -1: none"),
     "crossing_factor": quantity("crossing", "1",
-        "speed over rated speed where an excitation and a mode meet"),
-    "crossing_frequency": quantity("crossing", "Hz", "frequency where they meet"),
+        "speed over rated speed at which an excitation and a mode coincide"),
+    "crossing_frequency": quantity("crossing", "Hz", "frequency at which they coincide"),
     "crossing_mode": quantity("crossing", "1", "number of the mode, from 1"),
     "crossing_excitation": quantity("crossing", "", "name of the excitation"),
     "meeting_factor": quantity("meeting", "1", "operating speed over rated speed"),
@@ -229,14 +229,14 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
     "meeting_mode": quantity("meeting", "1", "number of the mode, from 1"),
     "meeting_frequency": quantity("meeting", "Hz", "frequency of the excitation"),
     "meeting_away": quantity("meeting", "1",
-        "its distance above the mode's frequency, over that frequency"),
+        "difference of this frequency and the mode's, over the mode's"),
     "meeting_index": quantity("meeting", "1", NODAL.replace("every stage", "that stage")),
     "meeting_cause": quantity("meeting", "",
-        "ideal: a stage of equal planets is excited; errors: unequal parts are"),
+        "ideal: excited with equal planets; errors: excited only with unequal parts"),
     "meeting_force": quantity("meeting", "1",
         "amplitude of a gear-mesh force over its mean at exact coincidence; for errors: with the "
         "excitation of one planet alone",
-        "where no variation of the gear-mesh stiffness or no damping is known"),
+        "if no variation of the gear-mesh stiffness or no damping is known"),
     "linear_force_amplitude": quantity("sample gear_mesh gear_mesh_order", "N",
         "amplitude of the gear-mesh force under the static transmission error, at mean stiffness"),
     "linear_transmission_error_amplitude": quantity("sample gear_mesh gear_mesh_order", "m",
@@ -244,9 +244,9 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
     "static_transmission_error_amplitude": quantity("gear_mesh gear_mesh_order", "m",
         "amplitude of the static transmission error"),
     "peak_factor": quantity("peak", "1", "speed over rated speed of a peak of the force"),
-    "peak_gear_mesh": quantity("peak", "", "gear mesh whose force it is"),
+    "peak_gear_mesh": quantity("peak", "", "gear mesh of the peak"),
     "peak_order": quantity("peak", "1", "order of its gear-mesh frequency"),
-    "peak_force": quantity("peak", "N", "amplitude there"),
+    "peak_force": quantity("peak", "N", "amplitude of the force at the peak"),
     "peak_mode_share": quantity("peak kept_mode", "1",
         "share of the mode in the peak; the rest is the transmission error itself"),
     "growth_rate": quantity("sample turning_stage", "1/s",
@@ -257,9 +257,9 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
         "gear-mesh frequency at rated speed"),
     "kept_frequency": quantity("kept_mode", "Hz",
         "natural frequency with the mean stiffness of the gear meshes"),
-    "band_stage": quantity("band", "", "stage whose gear-mesh stiffness makes vibration grow"),
-    "band_lower_factor": quantity("band", "1", "speed over rated speed where growth begins"),
-    "band_upper_factor": quantity("band", "1", "speed over rated speed where it ends"),
+    "band_stage": quantity("band", "", "stage whose gear-mesh stiffness causes the growth"),
+    "band_lower_factor": quantity("band", "1", "speed over rated speed at which growth begins"),
+    "band_upper_factor": quantity("band", "1", "speed over rated speed at which growth ends"),
     "band_peak_factor": quantity("band", "1", "speed over rated speed of the largest growth"),
     "band_growth_rate": quantity("band", "1/s", "largest growth in the band"),
     "band_modes": quantity("band acting", "1",
@@ -271,7 +271,7 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
     "gear_mesh_frequency": quantity("sample", "Hz", "frequency of the gear meshes of the stage"),
     "response_branch": quantity("sample", "1", "number of the curve, from 1"),
     "response_period": quantity("sample", "1", "gear-mesh periods after which the state repeats"),
-    "stable": quantity("sample", "1", "1: a small disturbance dies out, 0: it grows"),
+    "stable": quantity("sample", "1", "1: a small disturbance decays, 0: it grows"),
     "multiplier_real": quantity("sample", "1",
         "Floquet multiplier of largest modulus over the state's period, real part"),
     "multiplier_imag": quantity("sample", "1", "its imaginary part"),
@@ -283,37 +283,39 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
         "approach of both gears along the line of action, bodies' motion included: dynamic "
         "transmission error"),
     "response_transmission_error_amplitude": quantity("sample gear_mesh gear_mesh_order", "m",
-        "amplitude of the same by order"),
+        "amplitude of the transmission error by order"),
     "response_bearing_force": quantity("sample support measure", "N",
-        "radial force that a bearing or support carries"),
+        "radial force of a bearing or support"),
     "response_bearing_force_amplitude": quantity("sample support gear_mesh_order", "N",
-        "amplitude of the same by order"),
+        "amplitude of the bearing force by order"),
     "response_sensor": quantity("sample sensor measure", "",
-        "what a sensor measures over a period, in its unit, beside steady rolling, the train as it "
-        "stands at angle zero"),
+        "signal of a sensor over a period, in its unit, without rigid-body rotation, in the "
+        "position of the train at angle zero"),
     "response_sensor_amplitude": quantity("sample sensor gear_mesh_order", "",
-        "its amplitude at an order of the gear mesh"),
+        "amplitude of the signal at an order of the gear mesh"),
     "lost_contact_share": quantity("sample gear_mesh", "1",
         "share of the period in which no pair of the drive flank touches"),
     "back_contact_share": quantity("sample gear_mesh", "1",
-        "share of the period in which the coast flank carries"),
+        "share of the period in which the coast flank is loaded"),
     "turning_point_parameter": quantity("turning_point", "1",
-        "speed or torque over the rated one of a turning point with stable states beside it"),
-    "turning_point_force": quantity("turning_point", "N", "largest gear-mesh force there"),
+        "speed or torque over the rated one of a turning point with adjacent stable states"),
+    "turning_point_force": quantity("turning_point", "N",
+        "largest gear-mesh force at the turning point"),
     "turning_point_sense": quantity("turning_point", "1",
         "1: a rising sweep jumps there, -1: a falling one"),
     "turning_point_target_force": quantity("turning_point target", "N",
-        "largest gear-mesh forces of the stable steady states to which a sweep may jump, rising",
-        "behind the last of them"),
+        "largest gear-mesh forces of the stable steady states to which a sweep may jump, "
+        "increasing",
+        "after the last of them"),
     "stability_change_parameter": quantity("stability_change", "1",
-        "speed or torque over the rated one where stability changes"),
+        "speed or torque over the rated one at which stability changes"),
     "stability_change_kind": quantity("stability_change", "1",
         "0: turning point, multiplier +1; 1: doubled period, multiplier -1; 2: second frequency, "
         "a pair of complex multipliers"),
     "stability_change_curve": quantity("stability_change", "1",
         "number of the curve whose stability changes"),
     "stability_change_leaving": quantity("stability_change", "1",
-        "number of the curve of twice the period that leaves there; 0: none was followed"),
+        "number of the curve of twice the period that branches off; 0: none was followed"),
     "point": quantity("vertex axis", "m", "vertex of the FE mesh"),
     "cell": quantity("element corner", "1",
         "vertices of a cell, in scikit-fem's order, from 0"),

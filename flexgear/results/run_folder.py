@@ -1,4 +1,4 @@
-"""What a run leaves in a folder, and how it is read again."""
+"""Reading of the results of a run from its folder."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from flexgear.model.stage_view import StageView
 from flexgear.results.dataset_file import reopened
 from flexgear.results.settling import settled
 from flexgear.results.stage_part import stage_part
-from flexgear.results.summary import VERSION, lacking
+from flexgear.results.summary import VERSION, missing_keys
 
-FIELDS = "deformed_"  # how datasets of displacement fields begin
-_MOST = 256 * MEGABYTE  # of a case with a long torque series
+FIELDS = "deformed_"  # prefix of datasets of displacement fields
+_MAX_BYTES = 256 * MEGABYTE  # of a case with a long torque series
 
 
-def ended_run(path: Path) -> Path:
-    """The file of a transient at a path: itself, or that of steady running in a run's folder."""
+def transient_file(path: Path) -> Path:
+    """The file of a transient: ``path``, or the file of steady running in the folder of a run."""
     return path / "transient.nc" if path.is_dir() else path
 
 
@@ -45,29 +45,29 @@ class Folder:
 
     @property
     def rings(self) -> list[RingFolder]:
-        """Flexible stages."""
+        """Results of the stages with an FE ring."""
         return [RingFolder(self, stage) for stage in self.case.fe_ring_stages]
 
 
 @dataclass(frozen=True)
 class RingFolder:
-    """Part of a run that belongs to one flexible stage."""
+    """Results of one stage with an FE ring."""
 
     run: Folder
     name: str
 
     @property
     def stage(self) -> StageView:
-        """The stage."""
+        """The stage with the keys of its case."""
         return self.run.case.flexible_stages[self.name]
 
     @property
     def prefix(self) -> str:
-        """Prefix of names of pictures."""
+        """Prefix of the names of the stage's pictures."""
         return prefix_of(self.name)
 
     def runs(self, start: str) -> dict[str, xr.Dataset]:
-        """Datasets of a kind by variant with errors, the case as it is first."""
+        """Datasets whose names begin with ``start``, by variant, first that of the case."""
         datasets = {
             label: self.run.datasets[f"{start}{end}"]
             for label, end in ((self.run.summary["variant"], ""), ("rigid", "_rigid"))
@@ -92,31 +92,30 @@ def prefix_of(stage: str) -> str:
 
 
 def read_folder(folder: Path) -> Folder:
-    """Case, datasets and summary of a run; InputError where it is none, or damaged."""
+    """Read case, datasets and summary of a run; InputError if they are missing or damaged."""
     summary, case = _json(folder, "summary.json"), _json(folder, "case.json")
     version = summary.get("version")
     if version is not None and summary.get("schema_version") != VERSION:
-        problem = f"holds a run of flexgear {version}, whose results this version does not read"
+        problem = f"holds a run of flexgear {version}, which this version cannot read"
         raise InputError("render", str(folder), problem, "run its case again")
-    if lost := lacking(summary):
-        raise _damaged(folder, "summary.json", f"{lost[0]} is missing")
+    if keys := missing_keys(summary):
+        raise _damaged(folder, "summary.json", f"{keys[0]} is missing")
     try:
         data = {f.stem: reopened(f) for f in sorted(folder.glob("*.nc"))}
-        whole = Case.model_validate(tuples_of(case))
-        flow = power_flow(whole)
+        validated = Case.model_validate(tuples_of(case))
+        flow = power_flow(validated)
     except ValidationError as error:
         raise _damaged(folder, "case.json", str(error).splitlines()[0]) from None
     except FlexgearError as error:
         raise _damaged(folder, "its files", str(error)) from None
     of_fields = [name for name in data if name.startswith(FIELDS)]
     fields = {BodyName.parse(name.removeprefix(FIELDS)): data.pop(name) for name in of_fields}
-    return Folder(whole, flow, data, fields, summary)
+    return Folder(validated, flow, data, fields, summary)
 
 
 @contextmanager
 def complete(folder: Path) -> Iterator[None]:
-    """InputError where the block misses a dataset of the run in ``folder`` or a variable, or meets
-    values of another kind than a run writes."""
+    """Context that raises InputError if results of the run in ``folder`` are missing or wrong."""
     try:
         yield
     except (KeyError, StopIteration) as error:
@@ -127,7 +126,7 @@ def complete(folder: Path) -> Iterator[None]:
 
 
 def tuples_of(value: Any) -> Any:
-    """Lists of JSON as the tuples that frozen parameters hold."""
+    """JSON data with lists replaced by tuples, as in validated cases."""
     if isinstance(value, dict):
         return {k: tuples_of(v) for k, v in value.items()}
     return tuple(tuples_of(v) for v in value) if isinstance(value, list) else value
@@ -138,7 +137,7 @@ def _json(folder: Path, name: str) -> dict[str, Any]:
         problem = f"holds no finished run: {name} is missing"
         raise InputError("render", str(folder), problem, "name the folder of a run")
     try:
-        content = json.loads(read_text(folder / name, "results of a run", _MOST))
+        content = json.loads(read_text(folder / name, "results of a run", _MAX_BYTES))
     except (ValueError, RecursionError) as error:
         raise _damaged(folder, name, str(error)) from None
     if not isinstance(content, dict):
@@ -147,5 +146,5 @@ def _json(folder: Path, name: str) -> dict[str, Any]:
 
 
 def _damaged(folder: Path, name: str, problem: str) -> InputError:
-    problem_text = f"cannot be read, {name}: {problem}"
-    return InputError(str(folder), "results", problem_text, "run the case again")
+    problem = f"cannot be read, {name}: {problem}"
+    return InputError(str(folder), "results", problem, "run the case again")

@@ -1,4 +1,4 @@
-"""Orders of a run: its histories over the turn of a member, and the lines expected there."""
+"""Order analysis of transients: histories over the rotation of a member, and expected lines."""
 
 from __future__ import annotations
 
@@ -30,29 +30,30 @@ from flexgear.results.orders import (
 )
 from flexgear.results.run_folder import tuples_of
 
-# of a rated torque, and m or rad: rounding of forces and motions without a mean
-OF_TORQUE, OF_MOTION = 1e-9, 1e-15
-CLOCKS = {TIME: "input_angle", "sensor_time": "sensor_input_angle"}  # and the angles they sample
-UPPER, FOLDS = 0.75, 0.05  # of half the sampling rate; share of a history above: then it aliases
-LAST, HIGHEST = 2**17, 10.5  # samples, and orders, of a run's spectrum of forces
+# rounding of histories without a mean: forces over rated torque, motions in m or rad
+FORCE_ROUNDING, MOTION_ROUNDING = 1e-9, 1e-15
+CLOCKS = {TIME: "input_angle", "sensor_time": "sensor_input_angle"}  # angle by axis of time
+# warning of aliases: limit frequency over half the sampling rate, largest share of rms above it
+ALIAS_LIMIT, ALIAS_SHARE = 0.75, 0.05
+LAST_SAMPLES, HIGHEST_ORDER = 2**17, 10.5  # of a run's spectrum of forces
 Value = TypeVar("Value", Array, float)
 
 
 def case_of(data: xr.Dataset) -> Case:
-    """The case whose result a dataset is. InputError where it is no result of flexgear."""
+    """The case of a result; InputError if the dataset is no result of flexgear."""
     try:
         return Case.model_validate(tuples_of(json.loads(data.attrs["parameters"])))
     except (KeyError, TypeError, ValueError, RecursionError):
-        problem = "is none of flexgear, or lost the case among its attributes"
+        problem = "is not a result of flexgear, or has no case in its attributes"
         raise InputError(SOURCE, "dataset", problem, "name a transient of flexgear") from None
 
 
 def member_turns(data: xr.Dataset, member: str, against: str = "") -> xr.DataArray:
-    """Turns (time,) of a member of a transient, in space or against another one, from the rigid
-    rotations of the train: elastic twist of the member is not in it.
+    """Turns (time,) of a member of a transient, absolute or relative to another member.
 
-    member, against: "<stage>.<part>", the part alone where there is one stage; part "planet", too.
-    InputError for an unknown one.
+    They are those of the rigid-body rotation, without elastic twist. member, against:
+    "<stage>.<part>", or the part if there is one stage; parts include "planet". Raises InputError
+    for an unknown member.
     """
     ratios = speed_ratios(case_of(data))
     factors = _of_member(ratios, member) - (_of_member(ratios, against) if against else 0.0)
@@ -63,11 +64,10 @@ def member_turns(data: xr.Dataset, member: str, against: str = "") -> xr.DataArr
 
 
 def _of_member(values: Mapping[str, Value], member: str) -> Value:
-    """The value of a member from values by member; where there is one stage, its name may be left
-    out."""
+    """The value of a member in values by member; the name of an only stage may be left out."""
     stages = {name.partition(".")[0] for name in values}
-    alone = f"{next(iter(stages))}.{member}" if len(stages) == 1 else member
-    name = member if member in values else alone
+    full_name = f"{next(iter(stages))}.{member}" if len(stages) == 1 else member
+    name = member if member in values else full_name
     if name not in values:
         raise InputError(SOURCE, member, "is no member", f"name one of {', '.join(values)}")
     return values[name]
@@ -76,22 +76,28 @@ def _of_member(values: Mapping[str, Value], member: str) -> Value:
 def expected_orders(
     case: Case, member: str, against: str = "", **options: Any
 ) -> tuple[tuple[ExpectedLine, float], ...]:
-    """Expected lines of a spectrum over the rotation of a member, with their orders; those of gear
-    meshes that planets cancel on the housing are included. options: of ``expected_lines``. Several
-    independent speeds have their rated ratio. InputError for a member without rotation."""
+    """Expected lines of a spectrum over the rotation of a member, with their orders.
+
+    Lines of gear meshes that cancel between planets on the housing are included. options: of
+    ``expected_lines``. Independent speeds are in rated proportion. Raises InputError for a member
+    without rotation.
+    """
     flow = power_flow(case)
     speed = flow.speed | {f"{s.name}.planet": s.planet_speed for s in flow.stages}
     turns = _of_member(speed, member) - (_of_member(speed, against) if against else 0.0)
     if turns == 0.0:
-        raise InputError(SOURCE, member, "does not rotate", "name a member that turns")
+        raise InputError(SOURCE, member, "does not rotate", "name a member that rotates")
     lines = expected_lines(case, flow, **options)
     return tuple((x, x.order(turns)) for x in lines)
 
 
 def gear_mesh_orders(data: xr.Dataset, stage: str) -> xr.DataArray:
-    """Amplitudes (order, gear_mesh) N of the gear-mesh forces of a stage's first planet at the end
-    of a transient, over gear-mesh cycles; gear_mesh by kind and side; order ``HIGHEST`` at most."""
-    last = data.isel(time=slice(-LAST, None))
+    """Amplitudes (order, gear_mesh), N, of the gear-mesh forces of the first planet of a stage.
+
+    They are those at the end of a transient, by order of the gear mesh up to ``HIGHEST_ORDER`` and
+    by kind and side.
+    """
+    last = data.isel(time=slice(-LAST_SAMPLES, None))
     of = next(s for s in case_of(data).stages if s.name == stage)
     if of.pinion is not None:
         turns, teeth = member_turns(last, f"{stage}.pinion"), of.pinion.teeth
@@ -101,15 +107,15 @@ def gear_mesh_orders(data: xr.Dataset, stage: str) -> xr.DataArray:
     cycles = (turns * teeth).assign_attrs(long_name="turns of the gear mesh")
     first_planet = np.flatnonzero((last["stage"] == stage) & (last["planet"] == 1))
     forces = last["gear_mesh_force"].isel(gear_mesh=first_planet)
-    highest = min(HIGHEST, highest_order(cycles))
+    highest = min(HIGHEST_ORDER, highest_order(cycles))
     spectrum = order_spectrum(synchronous(forces, cycles, highest))
     pair = of.pinion is not None
     return spectrum.assign_coords(gear_mesh=[g.side if pair else g.part for g in groups_in(forces)])
 
 
 def over_time(data: xr.Dataset, name: str) -> xr.Dataset:
-    """A history of a transient and ``input_angle``, both over time; signals of sensors over their
-    own time. InputError for a name that is no history."""
+    """A history of a transient and ``input_angle``, both over time, for sensors over their time.
+    Raises InputError if ``name`` is no history."""
     clocks = [c for c in CLOCKS if name in data and c in data[name].dims]
     if not clocks:
         names = ", ".join(str(n) for n, v in data.data_vars.items() if {*CLOCKS} & {*v.dims})
@@ -134,8 +140,8 @@ def history_over_turns(
     highest: float | None = None,
     band_hz: tuple[float, float] | None = None,
 ) -> xr.DataArray:
-    """The variable of a transient at equal steps of the turn of a member, the first input if none
-    is named: (turn, …); with a band its envelope (``envelope``)."""
+    """A variable of a transient, or its ``envelope`` in a band, at equal steps of the rotation of a
+    member: (turn, …). The default member is the first input."""
     part = over_time(data, name)
     history = part[name] if band_hz is None else envelope(part[name], band_hz)
     turns = member_turns(part, member or first_input(data), against)
@@ -144,10 +150,12 @@ def history_over_turns(
 
 
 def warn_of_aliases(data: xr.Dataset, history: xr.DataArray) -> None:
-    """FlexgearWarning where more than ``FOLDS`` of what varies in a history (time, …) of a
-    transient, or in columns of it, by its root mean square, lies in the upper quarter of what its
-    samples resolve: more lies beyond, then, and appears at lower frequencies. Histories of sensors,
-    which are filtered before they are sampled, and of unequal steps are not looked at."""
+    """Issue a FlexgearWarning if the spectrum of a history (time, …) probably contains aliases.
+
+    That is so if more than ``ALIAS_SHARE`` of the rms of its variation is above ``ALIAS_LIMIT`` of
+    half the sampling rate. Histories of sensors, which are filtered before sampling, and histories
+    with unequal steps are not checked.
+    """
     if TIME not in data[history.name].dims:
         return
     values, steps = history.transpose(TIME, ...), np.diff(history[TIME].to_numpy())
@@ -159,24 +167,24 @@ def warn_of_aliases(data: xr.Dataset, history: xr.DataArray) -> None:
         return
     window = signal.get_window("hann", len(x))[:, None]
     power = np.abs(fft.rfft((x - x.mean(axis=0)) * window, axis=0)) ** 2
-    share = math.sqrt(power[int(UPPER * len(power)) :].sum() / power.sum())
-    if share > FOLDS:
+    share = math.sqrt(power[int(ALIAS_LIMIT * len(power)) :].sum() / power.sum())
+    if share > ALIAS_SHARE:
         rate = 0.5 / steps.mean()
         warnings.warn(
-            f"{history.name} has no filter before it is sampled every {1e6 * steps.mean():.3g} µs, "
-            f"and {100 * share:.2g} % of what varies lies close to the highest frequency that "
+            f"{history.name} is not filtered before sampling every {1e6 * steps.mean():.3g} µs, "
+            f"and {100 * share:.2g} % of its variation is close to the highest frequency that "
             f"this resolves: lines above {rate:.4g} Hz appear at lower orders. Sample more often "
-            "(solver.output_interval_ms) and compare, or take a sensor, which filters them",
+            "(solver.output_interval_ms) and compare, or use a sensor, which has a filter",
             FlexgearWarning,
             stacklevel=3,
         )
 
 
 def _least_rounding(case: Case, unit: str) -> float:
-    """Amplitude up to which histories in a unit are rounding, whatever their mean."""
+    """Rounding amplitude of histories in a unit, without that of their mean."""
     if unit.startswith("N"):
-        return OF_TORQUE * max(map(abs, power_flow(case).torque.values()), default=0.0)
-    return OF_MOTION if unit in ("m", "rad", "m, rad") else 0.0
+        return FORCE_ROUNDING * max(map(abs, power_flow(case).torque.values()), default=0.0)
+    return MOTION_ROUNDING if unit in ("m", "rad", "m, rad") else 0.0
 
 
 def first_input(data: xr.Dataset) -> str:

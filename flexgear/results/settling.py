@@ -1,16 +1,16 @@
-"""When a transient has settled, found from its motion as the samples come.
+"""Detection of the time at which a transient has settled, from its samples in chunks.
 
-What repeats with the gear mesh leaves no difference over one of its periods P; vibration that is
-left from the start does, and dies out:
+Motion that is periodic with the gear mesh has no difference over its period P; vibration from the
+start has one, which decays:
 
-    D_w = max over window w of |x(t) − x(t − P)|,   x: gear-mesh forces, places of bodies
+    D_w = max over window w of |x(t) − x(t − P)|,   x: gear-mesh forces, positions of bodies
 
-The run is cut into equal windows. It has settled at the first window from which on D exceeds its
-largest value in the second half of the run by no more than a share of the peak-to-peak of x there.
-It has not where D rises from quarter to quarter by more than that share to the end, or still falls
-by twice as much from the third to the last. Runout and weight change x once a turn, but over one
-period of the gear mesh hardly, so that they do not pass for start-up. Nothing that grows with the
-run is kept: D, least and largest x of every window, and the samples of one period.
+The run is divided into equal windows. It has settled at the first window from which D exceeds its
+largest value in the second half of the run by at most SHARE of the peak-to-peak of x there. It has
+not settled if D increases from quarter to quarter by more than that share, or still decreases by
+twice as much from the third to the last quarter. Runout and weight change x once per revolution,
+which is a small change over one gear-mesh period. Memory is independent of the duration: D,
+smallest and largest x of every window, and the samples of one period are stored.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ import numpy as np
 import xarray as xr
 
 from flexgear.arrays import Array
-from flexgear.results.sinks import SENSOR_TIME, TIME, Coming, DatasetSink, Ranges, between
+from flexgear.results.sinks import SENSOR_TIME, TIME, DatasetSink, Ranges, RunSize, between
 
-SHARE = 0.05  # of the peak-to-peak, by which figures may still differ from settled ones
+SHARE = 0.05  # of the peak-to-peak, allowed difference from settled motion
 WINDOWS = 32  # of a run
-FEWEST = 8  # gear-mesh periods that tell whether a run has settled
-NEGLIGIBLE = 0.1  # of the largest peak-to-peak of its kind: smaller ones count as this
+MIN_PERIODS = 8  # of the gear mesh, for a decision
+MIN_RANGE = 0.1  # lower limit of a peak-to-peak over the largest one of its kind
+MIN_RELATIVE = 1e-3  # lower limit of a peak-to-peak over the largest value of its kind
 _WORDS = {True: "yes", False: "no", None: "not known"}
-STILL = 1e-3  # of the largest value of its kind, the same
 
 
 @dataclass(frozen=True)
 class Window:
-    """The part of a run that figures are taken from: start and end, s; settled: None where the run
-    is too short to tell or its drive changes; sentence: reason, in words."""
+    """The part of a run that is evaluated: start and end, s; settled: None if the run is too short
+    or its drive changes; sentence: the reason."""
 
     start: float
     end: float
@@ -56,8 +56,7 @@ class Window:
 
 
 def window_of(data: xr.Dataset, end: float | None = None) -> Window:
-    """The window of a transient that its attributes name; of earlier versions without how. end: of
-    a run without its samples, s."""
+    """The window in the attributes of a transient. end: end of the run, s, default: last sample."""
     word = data.attrs.get("settled", "not known")
     settled = next((value for value, text in _WORDS.items() if text == word), None)
     end = float(data.variables[TIME][-1]) if end is None else end
@@ -65,15 +64,15 @@ def window_of(data: xr.Dataset, end: float | None = None) -> Window:
 
 
 def window_edges(span: float, start: float | None = None, begin: float = 0.0) -> Array:
-    """Times (w,) s at which the windows of a run of ``span`` s from ``begin`` s on begin. start: of
-    the window that figures are taken from, if the case states it: it is then one of two."""
+    """Start times (w,) of the windows of a run of ``span`` s from ``begin``, s. start: start of the
+    evaluated window, if the case states it; there are then two windows."""
     if start is not None:
         return begin + np.unique(np.array([0.0, start]))
     return np.asarray(begin + np.arange(WINDOWS) * (span / WINDOWS), dtype=np.float64)
 
 
 def cut(time: Array, edges: Array) -> Iterator[tuple[int, slice]]:
-    """The pieces of a chunk of samples at times (t,), each with the number of its window."""
+    """Number of the window and slice of samples for each part of a chunk at times (t,)."""
     number = np.clip(np.searchsorted(edges, time, side="right") - 1, 0, None)
     for k in np.unique(number):
         first, last = np.searchsorted(number, [k, k + 1])
@@ -81,25 +80,25 @@ def cut(time: Array, edges: Array) -> Iterator[tuple[int, slice]]:
 
 
 def settled(data: xr.Dataset, most: int | None = None) -> xr.Dataset:
-    """The samples of a transient in its settled window; at most ``most``, the last ones."""
+    """The samples of a transient in its settled window, or the last ``most`` of them."""
     rest = between(data, window_of(data).start)
     return rest if most is None else rest.isel({TIME: slice(-most, None)})
 
 
 class WindowedRanges(DatasetSink):
-    """A sink: ranges of what ``watched`` makes of the samples, from any window on."""
+    """A sink for ranges, by window, of the variables that ``watched`` computes from samples."""
 
     def __init__(self, watched: Callable[[xr.Dataset], xr.Dataset], edges: Array) -> None:
         self._watched, self._edges = watched, edges
         self._parts: dict[int, Ranges] = {}
 
     def append(self, data: xr.Dataset) -> None:
-        """Look at some samples more."""
+        """Add the next samples."""
         for k, piece in cut(data.variables[TIME].to_numpy(), self._edges):
             self._parts.setdefault(k, Ranges(self._watched)).append(data.isel({TIME: piece}))
 
     def since(self, start: float) -> Ranges:
-        """Ranges of the windows that begin at ``start`` s or later, which is one of the edges."""
+        """Ranges of the windows that begin at ``start`` or later, s, which is a start time."""
         first = int(np.searchsorted(self._edges, start))
         ranges = Ranges(self._watched)
         for k in sorted(self._parts):
@@ -109,51 +108,48 @@ class WindowedRanges(DatasetSink):
 
 
 class Settling(DatasetSink):
-    """A sink that finds the settled window of a run of ``span`` s from ``begin`` s on.
+    """A sink that detects the settled window of a run of ``span`` s from ``begin``, s.
 
     period: of the slowest gear mesh, s.
     """
 
     def __init__(self, period: float, span: float, begin: float = 0.0) -> None:
         self._period, self._span, self._begin = period, span, begin
-        self._time, self._x = np.zeros(0), np.zeros((0, 0))  # of the last period
+        self._time, self._x = np.zeros(0), np.zeros((0, 0))  # samples of the last period
         self._sizes: list[int] = []
-        # of every window the largest of D, x and −x
+        # largest D, x and −x of each window
         self._largest = np.full((WINDOWS, 3, 0), -np.inf)
 
     def append(self, data: xr.Dataset) -> None:
-        """Look at some samples more."""
+        """Add the next samples."""
         time, x = data[TIME].to_numpy(), self._watched(data)
         if not len(time):
             return
         count = len(self._time)
         if count:
             time, x = np.concatenate([self._time, time]), np.concatenate([self._x, x])
-        held = max(int(np.searchsorted(time, time[-1] - self._period)) - 1, 0)
-        self._time, self._x = time[held:], x[held:]
+        kept_from = max(int(np.searchsorted(time, time[-1] - self._period)) - 1, 0)
+        self._time, self._x = time[kept_from:], x[kept_from:]
         first = max(count, int(np.searchsorted(time, time[0] + self._period)))
         if first < len(time):
             earlier = _interpolated(time[first:] - self._period, time, x)
             self._count(time[first:], x[first:], np.abs(x[first:] - earlier))
 
     def window(self) -> Window:
-        """The window that figures are to be taken from; all of the run where it has not settled."""
+        """The window to be evaluated, the whole run if it has not settled."""
         end, periods = self._begin + self._span, self._span / self._period
         difference = self._largest[:, 0]
         whole = Window(self._begin, end, None, "")
-        if periods < FEWEST or np.isinf(difference[WINDOWS // 4 :]).any():
-            return replace(
-                whole,
-                sentence=f"{periods:.3g} periods of the slowest gear mesh are too "
-                "few to tell whether it has settled",
-            )
+        if periods < MIN_PERIODS or np.isinf(difference[WINDOWS // 4 :]).any():
+            count = f"{periods:.3g} periods of the slowest gear mesh"
+            return replace(whole, sentence=f"{count} are too few to tell whether it has settled")
         limit = SHARE * self._peak_to_peak(slice(WINDOWS // 2, None))
         quarters = difference.reshape(4, WINDOWS // 4, difference.shape[1]).max(axis=1)
         rise = np.diff(quarters[1:], axis=0)
         grows = (rise > 0).all(axis=0) & (rise.sum(axis=0) > limit)
         decays = (rise < 0).all(axis=0) & (rise[1] < -2.0 * limit)
         if (grows | decays).any():
-            how = "grows until" if grows.any() else "from the start is still there at"
+            how = "grows until" if grows.any() else "from the start still decays at"
             sentence = f"vibration {how} the end of the run"
             return replace(whole, settled=False, sentence=sentence)
         above = (difference > quarters[2:].max(axis=0) + limit).any(axis=1)
@@ -167,9 +163,9 @@ class Settling(DatasetSink):
         )
 
     def _watched(self, data: xr.Dataset) -> Array:
-        """Gear-mesh forces and places of bodies across their axes, (t, n)."""
-        places = data["body_displacement"].sel(dof=["ux", "uy"]).to_numpy()
-        kinds = [data["gear_mesh_force"].to_numpy(), places.reshape(len(places), -1)]
+        """Gear-mesh forces and radial displacements of bodies, (t, n)."""
+        radial = data["body_displacement"].sel(dof=["ux", "uy"]).to_numpy()
+        kinds = [data["gear_mesh_force"].to_numpy(), radial.reshape(len(radial), -1)]
         self._sizes = [kind.shape[1] for kind in kinds]
         return np.concatenate(kinds, axis=1)
 
@@ -184,48 +180,47 @@ class Settling(DatasetSink):
         self._largest[at] = np.maximum(self._largest[at], most)
 
     def _peak_to_peak(self, windows: slice) -> Array:
-        """Peak-to-peak value of every x, at least a share of the largest of its kind and of its
-        magnitude."""
+        """Peak-to-peak value of each x, with lower limits relative to the values of its kind."""
         high, low = self._largest[windows, 1].max(axis=0), -self._largest[windows, 2].max(axis=0)
         range_ = high - low
         for end, size in zip(np.cumsum(self._sizes), self._sizes, strict=True):
             kind = slice(end - size, end)
             if size:
-                least = NEGLIGIBLE * range_[kind].max()
-                threshold = STILL * np.maximum(np.abs(high[kind]), np.abs(low[kind])).max()
+                least = MIN_RANGE * range_[kind].max()
+                threshold = MIN_RELATIVE * np.maximum(np.abs(high[kind]), np.abs(low[kind])).max()
                 range_[kind] = np.maximum(range_[kind], max(least, threshold))
         return range_
 
 
 def _interpolated(at: Array, time: Array, x: Array) -> Array:
-    """x (t, n) at other times, on straight lines."""
+    """Values x (t, n) linearly interpolated at other times."""
     after = np.clip(np.searchsorted(time, at), 1, len(time) - 1)
     weight = ((at - time[after - 1]) / (time[after] - time[after - 1]))[:, None]
     return np.asarray((1.0 - weight) * x[after - 1] + weight * x[after])
 
 
 class SensorRanges(DatasetSink):
-    """A sink: ranges of the signals of sensors, from any window of a run on."""
+    """A sink for ranges of the signals of sensors by window."""
 
     def __init__(self, edges: Array) -> None:
         self._ranges = WindowedRanges(lambda x: x.assign(square=x["sensor_signal"] ** 2), edges)
         self._units: dict[str, str] = {}
 
-    def begin(self, coming: Coming) -> None:
-        """Begin anew."""
-        self._ranges.begin(coming)
-        if "sensor" in coming.pattern:
-            names, units = (coming.pattern[n].to_numpy() for n in ("sensor", "sensor_unit"))
+    def begin(self, run_size: RunSize) -> None:
+        """Read names and units of the sensors."""
+        self._ranges.begin(run_size)
+        if "sensor" in run_size.pattern:
+            names, units = (run_size.pattern[n].to_numpy() for n in ("sensor", "sensor_unit"))
             self._units = dict(zip(map(str, names), map(str, units), strict=True))
 
     def append(self, data: xr.Dataset) -> None:
-        """Look at some samples more."""
+        """Add the next samples."""
         if data.sizes.get(SENSOR_TIME):
             of_sensors = data[["sensor_signal"]].drop_vars(TIME, errors="ignore")
             self._ranges.append(of_sensors.rename({SENSOR_TIME: TIME}))
 
     def figures(self, start: float) -> dict[str, dict[str, Any]]:
-        """By sensor, of the windows from ``start`` s on; empty without any sample."""
+        """Statistics of each sensor in the windows from ``start``, s; empty without samples."""
         rest = self._ranges.since(start)
         if not rest.first.data_vars:
             return {}

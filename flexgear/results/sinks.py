@@ -1,7 +1,8 @@
-"""Where the samples of a long run go: into memory, into figures, or several ways at once.
+"""Sinks for the samples of a long run: memory, statistics, or several sinks at once.
 
-A sink is told what is coming, gets labelled chunks, and in the end what is known only then. It
-keeps no chunk unless it says so: what a run needs in memory does not grow with its duration.
+A sink gets the size of the run, then labelled chunks of samples, and finally the variables that are
+known only at the end. Except for MemorySink, sinks store no chunks, so that the memory of a run is
+independent of its duration.
 """
 
 from __future__ import annotations
@@ -13,13 +14,13 @@ import numpy as np
 import xarray as xr
 
 TIME = "time"
-SENSOR_TIME = "sensor_time"  # of a recorder with a clock of its own
-CLOCKS = (TIME, SENSOR_TIME)  # axes that grow with a run
+SENSOR_TIME = "sensor_time"  # time of the samples of sensors
+CLOCKS = (TIME, SENSOR_TIME)  # axes that grow during a run
 
 
 @dataclass(frozen=True)
-class Coming:
-    """Size of a run before it starts. pattern: its dataset without a sample; samples: number of
+class RunSize:
+    """Size of a run, known at its start. pattern: its dataset without samples; samples: number of
     samples; recorded: number of samples of sensors."""
 
     pattern: xr.Dataset
@@ -28,7 +29,7 @@ class Coming:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Samples along each axis that grows."""
+        """Number of samples along each axis of time."""
         return dict(zip(CLOCKS, (self.samples, self.recorded), strict=True))
 
     @property
@@ -42,31 +43,31 @@ class Coming:
 
 
 class DatasetSink:
-    """Takes a run piece by piece."""
+    """Base class of sinks, which ignores all samples."""
 
-    def begin(self, coming: Coming) -> None:
-        """Before the first sample."""
+    def begin(self, run_size: RunSize) -> None:
+        """Prepare for a run; called before the first sample."""
 
     def append(self, data: xr.Dataset) -> None:
-        """Take the next samples."""
+        """Process the next samples."""
 
     def finish(self, last: xr.Dataset) -> None:
-        """After the last sample: variables without time, attributes."""
+        """Add variables without time and attributes; called after the last sample."""
 
 
 def with_last(data: xr.Dataset, last: xr.Dataset) -> xr.Dataset:
-    """A dataset completed by variables and attributes that are known only after the last sample."""
+    """The dataset with the variables and attributes of ``last``, known after the last sample."""
     variables = {n: v for n, v in last.variables.items() if n in last.data_vars}
     return data.assign(variables).assign_coords(last.coords).assign_attrs(last.attrs)
 
 
 def histories(data: xr.Dataset, clock: str = TIME) -> dict[str, xr.Variable]:
-    """Variables over time, or the time of sensors, and time itself."""
+    """Variables over an axis of time, including the axis."""
     return {str(n): v for n, v in data.variables.items() if clock in v.dims}
 
 
 def as_stored(data: xr.Dataset) -> xr.Dataset:
-    """A dataset rounded to the precision of a file: single precision where ``is_single``."""
+    """A dataset rounded to the precision of files: single precision if ``is_single``."""
     variables = {n: data.variables[n] for n in data.data_vars}
     return data.assign({n: v.astype("f4") for n, v in variables.items() if is_single(v)})
 
@@ -78,27 +79,29 @@ def sample_size(variable: xr.Variable, clock: str = TIME) -> int:
 
 
 def is_single(variable: xr.Variable) -> bool:
-    """Whether a file holds a variable in single precision: with more than one axis, except angles,
-    which grow from turn to turn and separate orders, and signals of sensors, which have weak lines
-    beside strong ones."""
+    """Whether files store a variable in single precision.
+
+    These are variables with more than one axis, except angles, which increase over revolutions, and
+    signals of sensors, which have weak lines beside strong ones.
+    """
     exact = variable.attrs.get("units") == "rad" or SENSOR_TIME in variable.dims
     return variable.ndim > 1 and variable.dtype == np.float64 and not exact
 
 
-class Gathered(DatasetSink):
-    """A sink that keeps everything in memory, or a part of it, as one dataset."""
+class MemorySink(DatasetSink):
+    """A sink that stores all samples, or a part of each chunk, as one dataset in memory."""
 
     def __init__(self, part: Callable[[xr.Dataset], xr.Dataset] = lambda data: data) -> None:
         self._part = part
         self._chunks: list[xr.Dataset] = []
         self.data = xr.Dataset()
 
-    def begin(self, coming: Coming) -> None:
-        """Drop the samples of an earlier run."""
-        self._chunks = [self._part(coming.pattern)]
+    def begin(self, run_size: RunSize) -> None:
+        """Delete the samples of an earlier run."""
+        self._chunks = [self._part(run_size.pattern)]
 
     def append(self, data: xr.Dataset) -> None:
-        """Keep the next samples."""
+        """Store the next samples."""
         self._chunks.append(self._part(data))
 
     def finish(self, last: xr.Dataset) -> None:
@@ -118,42 +121,42 @@ class Gathered(DatasetSink):
 
 
 def recorded(data: xr.Dataset) -> xr.Dataset:
-    """The part recorded by sensors, over their own time."""
+    """The variables over the time of sensors."""
     return data.drop_dims(TIME, errors="ignore")[list(histories(data, SENSOR_TIME))]
 
 
-class Several(DatasetSink):
-    """Passes a run to several sinks."""
+class SinkGroup(DatasetSink):
+    """A sink that passes a run to several sinks."""
 
     def __init__(self, sinks: Sequence[DatasetSink]) -> None:
         self._sinks = tuple(sinks)
 
-    def begin(self, coming: Coming) -> None:
+    def begin(self, run_size: RunSize) -> None:
         """Begin every sink."""
         for sink in self._sinks:
-            sink.begin(coming)
+            sink.begin(run_size)
 
     def append(self, data: xr.Dataset) -> None:
-        """Pass the next samples to all of them."""
+        """Pass the next samples to every sink."""
         for sink in self._sinks:
             sink.append(data)
 
     def finish(self, last: xr.Dataset) -> None:
-        """Finish all of them."""
+        """Finish every sink."""
         for sink in self._sinks:
             sink.finish(last)
 
 
 class Ranges(DatasetSink):
-    """First, least, largest and mean value over time of the variables that ``watched`` makes of a
-    chunk. NaN do not count."""
+    """First, smallest, largest and mean value over time of the variables that ``watched`` computes
+    from chunks; NaN are ignored."""
 
     def __init__(self, watched: Callable[[xr.Dataset], xr.Dataset]) -> None:
         self._watched = watched
         self._sum = self._count = self.first = self.least = self.largest = xr.Dataset()
 
     def append(self, data: xr.Dataset) -> None:
-        """Take the next samples into account."""
+        """Add the next samples."""
         values = self._watched(data)
         if not values.sizes[TIME]:
             return
@@ -177,24 +180,24 @@ class Ranges(DatasetSink):
 
     @property
     def mean(self) -> xr.Dataset:
-        """Mean values; NaN where there were none."""
+        """Mean values, NaN without any value."""
         return self._sum / self._count
 
 
-AT_ONCE = 2**24  # bytes of all variables over time that are read together
+PIECE_BYTES = 2**24  # of all variables over time
 
 
 def pieces(data: xr.Dataset) -> Iterator[xr.Dataset]:
-    """The samples of a transient in their order, as many at a time as ``AT_ONCE`` holds."""
+    """The samples of a transient in pieces of ``PIECE_BYTES``."""
     samples = data.sizes[TIME]
-    whole = sum(variable.nbytes for variable in histories(data).values())
-    count = max(1, samples * AT_ONCE // max(whole, 1))
+    total = sum(variable.nbytes for variable in histories(data).values())
+    count = max(1, samples * PIECE_BYTES // max(total, 1))
     for first in range(0, samples, count):
         yield data.isel({TIME: slice(first, first + count)})
 
 
 def ranges_of(data: xr.Dataset, watched: Callable[[xr.Dataset], xr.Dataset]) -> Ranges:
-    """Ranges over a transient of the variables that ``watched`` makes of its pieces."""
+    """Ranges over a transient of the variables that ``watched`` computes from its pieces."""
     ranges = Ranges(watched)
     for piece in pieces(data):
         ranges.append(piece)
@@ -202,7 +205,7 @@ def ranges_of(data: xr.Dataset, watched: Callable[[xr.Dataset], xr.Dataset]) -> 
 
 
 def between(data: xr.Dataset, begin: float, end: float | None = None) -> xr.Dataset:
-    """Samples with begin ≤ time ≤ end, s, by the time of sensors, too."""
+    """The samples with begin ≤ time ≤ end, s, also on the axis of sensors."""
 
     def samples(clock: str) -> slice:
         time = data.variables[clock].to_numpy()

@@ -21,13 +21,13 @@ from flexgear.model.stage_view import BearingPlace, StageView
 from flexgear.model.units import RPM
 from flexgear.results.quantities import ABSENT, ALWAYS, Bars, Figure, values
 
-if TYPE_CHECKING:  # which ``check`` does not load
+if TYPE_CHECKING:  # the command ``check`` does not load xarray
     import xarray as xr
 
 
 def root_figures(data: xr.Dataset, stage: str) -> dict[str, dict[str, float]]:
-    """Largest and least stress in the fillets by gear ("planet", "sun", "ring"), MPa, and the
-    largest range at one place along the face; empty for a stage without root stress."""
+    """Largest and smallest stress in the fillets by gear ("planet", "sun", "ring"), MPa, and the
+    largest range at one point along the face; empty for a stage without root stress."""
     extremes = root_extremes(data, stage)
     for gear, of_gear in gears_of(data, stage) if extremes else ():
         largest_range = (
@@ -38,8 +38,8 @@ def root_figures(data: xr.Dataset, stage: str) -> dict[str, dict[str, float]]:
 
 
 def root_extremes(data: xr.Dataset, stage: str) -> dict[str, dict[str, float]]:
-    """Largest and least stress in the fillets by gear, MPa, over all positions: ``root_figures``
-    without the range."""
+    """Largest and smallest stress in the fillets by gear over all positions, MPa; empty without
+    root stress."""
     if "face_root_stress" not in data:
         return {}
     return {
@@ -52,7 +52,7 @@ def root_extremes(data: xr.Dataset, stage: str) -> dict[str, dict[str, float]]:
 
 
 def gears_of(data: xr.Dataset, stage: str) -> Iterator[tuple[str, xr.Dataset]]:
-    """Gears of a stage that have root stress, with their part of the data: (…, flank, …)."""
+    """Gears of a stage with root stress, each with its part of the data (…, flank, …)."""
     of_stage = data.isel(flank=data["flank_stage"].to_numpy() == stage)
     for kind in dict.fromkeys(map(str, of_stage["flank_kind"].to_numpy())):
         mate = of_stage.isel(flank=of_stage["flank_kind"].to_numpy() == kind).sel(
@@ -63,36 +63,37 @@ def gears_of(data: xr.Dataset, stage: str) -> Iterator[tuple[str, xr.Dataset]]:
 
 
 def _loaded(gear: str, of_gear: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
-    """The gear with those of its flanks that have root stress at any position, if there are any."""
+    """The gear with its flanks that have root stress at any position, if there are any."""
     loaded = of_gear.isel(flank=of_gear["root_stress"].notnull().any("position").to_numpy())
     if loaded.sizes["flank"]:
         yield gear, loaded
 
 
 def _by_tooth(gear: str, of_gear: xr.Dataset) -> bool:
-    """Whether the stress of each tooth is there at all positions, loaded or not."""
+    """Whether the data have the stress of each tooth at all positions, loaded or not."""
     return gear == "ring" and "tooth_root_range" in of_gear
 
 
 def _range_of_teeth(of_gear: xr.Dataset, stage: str) -> float:
     """Largest range in the tensile fillets of all teeth of a ring, Pa."""
     teeth = of_gear["tooth_root_range"].to_numpy()[of_gear["tooth_stage"].to_numpy() == stage]
-    stretched = np.isin([-1, 1], of_gear["root_side"].to_numpy())
-    return float(teeth[:, stretched].max())
+    in_tension = np.isin([-1, 1], of_gear["root_side"].to_numpy())
+    return float(teeth[:, in_tension].max())
 
 
 def _range(of_gear: xr.Dataset) -> float:
-    """Largest range in the tensile fillets, over all places along the face, Pa."""
-    side, stresses = of_gear["root_side"].to_numpy(), []
+    """Largest range in the tensile fillets, over all positions along the face, Pa."""
+    side, ranges = of_gear["root_side"].to_numpy(), []
     for fillet in np.unique(side):
-        stretched = of_gear["face_root_stress"].isel(flank=side == fillet)
-        pressed = of_gear["face_root_compression"].isel(flank=side == -fillet)
-        stresses.append(float((_over_all(stretched, np.fmax) - _over_all(pressed, np.fmin)).max()))
-    return max(stresses)
+        tension = of_gear["face_root_stress"].isel(flank=side == fillet)
+        compression = of_gear["face_root_compression"].isel(flank=side == -fillet)
+        range_along = _over_all(tension, np.fmax) - _over_all(compression, np.fmin)
+        ranges.append(float(range_along.max()))
+    return max(ranges)
 
 
 def _over_all(stress: xr.DataArray, extreme: np.ufunc) -> Array:
-    """Extremes (face,) over flanks and positions, including the unloaded tooth, Pa."""
+    """Extremes (face,) over flanks and positions, and of the zero stress of unloaded teeth, Pa."""
     values = stress.transpose(..., "face").to_numpy()
     return np.asarray(extreme.reduce(values.reshape(-1, values.shape[-1]), axis=0, initial=0.0))
 
@@ -112,8 +113,8 @@ def bearing_forces(
 
 @dataclass(frozen=True)
 class StageRun:
-    """A stage in a run. equilibria: positions for the loads of bearings; cycles: gear-mesh cycles
-    in a common period of the errors; least: force below which values are rounding, N."""
+    """A stage in a run. equilibria: equilibria for loads of bearings; cycles: number of gear-mesh
+    cycles in the common period of the errors; least: force below which forces are rounding, N."""
 
     view: StageView
     flow: StageFlow
@@ -126,24 +127,24 @@ class StageRun:
         return value if self.view.stage.kind == "planetary" else ABSENT
 
     def contact_ratios(self) -> dict[str, float]:
-        """ε_γ of the gear meshes, by the gear other than the planet."""
+        """Total contact ratio ε_γ of the gear meshes, by the gear other than the planet."""
         gear_meshes = stage_geometry(self.view).gear_meshes
         ratios = {self.view.part(k): x.total_contact_ratio for k, x in gear_meshes.items()}
         return {gear: ratio for gear, ratio in ratios.items() if math.isfinite(ratio)}
 
     def nominal_root_stress(self) -> dict[str, float]:
-        """Nominal root stress of every gear under the forces of the power flow, MPa."""
+        """Nominal root stress of each gear with the forces of the power flow, MPa."""
         stresses = largest_root_stress(self.view, self.flow.gear_mesh_forces)
         return {self.view.part(role): value / 1e6 for role, value in stresses.items()}
 
     def root_stress(self) -> dict[str, Mapping[str, float]]:
-        """Largest and least root stress of every gear and their difference, MPa."""
+        """Largest and smallest root stress of each gear and its range, MPa."""
         stresses = root_figures(self.equilibria, self.view.name)
         return {self.view.part(role): stress for role, stress in stresses.items()}
 
     def nominal_life(self) -> Any:
-        """L₁₀ₕ of a planet's bearing under the nominal load, h; absent without a rating or at zero
-        relative speed."""
+        """L₁₀ₕ of a planet bearing under nominal load, h; absent without rating or relative
+        speed."""
         bearing = nominal_bearings(self.view, self.flow).get("planet_bearing")
         life = None if bearing is None else bearing.life_hours
         return life if life is not None and math.isfinite(life) else ABSENT
@@ -181,20 +182,21 @@ class StageRun:
         return np.array([np.hypot(x, y), np.abs(z)])
 
 
-MEMBERS = (  # of a power flow and the name of a member
+MEMBERS = (  # of a pair of power flow and name of a member
     Figure("speed_rpm", "1/min", "rated speed", ALWAYS, lambda m: m[0].speed[m[1]] * RPM, "speed"),
     Figure("torque_on_stage_nm", "N m", "torque of the rest of the train on the member",
            "", lambda m: m[0].branch_torque[m[1]], "torque on its stage"),
-    Figure("power_into_stage_w", "W", "its power",
+    Figure("power_into_stage_w", "W", "power of this torque",
            "", lambda m: m[0].branch_power[m[1]], "power into its stage"),
-    Figure("outside_torque_nm", "N m", "torque from outside, where there may be one",
+    Figure("outside_torque_nm", "N m", "torque from outside, if the member is a port",
            of=lambda m: m[0].torque.get(m[1], ABSENT)),
 )  # fmt: skip
 TRAIN = (
-    Figure("mobility", "1", "rotations that may be chosen", ALWAYS, lambda flow: flow.mobility),
-    Figure("input_power_w", "W", "power that enters",
+    Figure("mobility", "1", "number of independent rotations",
+           ALWAYS, lambda flow: flow.mobility),
+    Figure("input_power_w", "W", "total power into the train",
            ALWAYS, lambda flow: flow.input_power, "power in"),
-    Figure("circulating_power_w", "W", "power that circulates",
+    Figure("circulating_power_w", "W", "circulating power",
            "", lambda flow: flow.circulating_power, "circulating power"),
 )  # fmt: skip
 
@@ -218,10 +220,10 @@ GEAR_MESHES = (
     Figure("sun_gear_mesh_force_n", "N",
            "mean rated force of a sun-planet gear mesh, or of pinion and gear",
            ALWAYS, lambda s: abs(s.flow.sun_gear_mesh_force), "normal force of one gear mesh, sun"),
-    Figure("ring_gear_mesh_force_n", "N", "that of a ring-planet gear mesh", "",
+    Figure("ring_gear_mesh_force_n", "N", "mean rated force of a ring-planet gear mesh", "",
            lambda s: s.of_planets(abs(s.flow.ring_gear_mesh_force)), "normal force of one gear "
            "mesh, ring"),
-    Figure("error_cycle_gear_meshes", "1", "gear-mesh cycles until errors come back together",
+    Figure("error_cycle_gear_meshes", "1", "gear-mesh cycles in the common period of the errors",
            "", lambda s: s.cycles, "gear-mesh periods until errors repeat"),
 )  # fmt: skip
 ROOTS = (
@@ -231,11 +233,11 @@ ROOTS = (
     Figure("root_stress_mpa.<gear>.max", "MPa",
            'largest stress in the fillets, of `gear_mesh.root_stress = "fe"`', "",
            StageRun.root_stress, "{name}, largest"),
-    Figure("root_stress_mpa.<gear>.min", "MPa", "least stress there",
-           label="{name}, least, in the fillet on the other side"),
+    Figure("root_stress_mpa.<gear>.min", "MPa", "smallest stress in the fillets",
+           label="{name}, least, in the opposite fillet"),
     Figure("root_stress_mpa.<gear>.range", "MPa",
-           "how far it ranges at one place of the fillet, the worst one",
-           label="{name}, range over the positions at one place of a tensile fillet"),
+           "largest range over the positions at one point of the fillet",
+           label="{name}, range over the positions at one point of a tensile fillet"),
 )  # fmt: skip
 PLANET_BEARINGS = (
     Figure("planet_bearing_force_n", "N", "mean rated force of a planet on its pin",
@@ -244,7 +246,7 @@ PLANET_BEARINGS = (
            "", lambda s: s.of_planets(s.flow.planet_relative_speed * RPM),
            "speed of a planet relative to the carrier"),
     Figure("nominal_planet_bearing_life_h", "h",
-           "L₁₀ₕ of the planets' bearings under this force, where they have a rating",
+           "L₁₀ₕ of the planets' bearings under this force, if they have a rating",
            "", StageRun.nominal_life,
            "basic rating life of a planet bearing (ISO 281), nominal load"),
 )  # fmt: skip

@@ -1,9 +1,8 @@
-"""``summary.json``, the figures of a run for programs: every key with path, unit and meaning.
+"""``summary.json``, the figures of a run for programs: keys with path, unit and meaning.
 
-``docs`` lists the keys, `json_schema` is made of them, and `lacking` holds a summary to them. In a
-path angle brackets stand for names that the case has. Units end the names; what has no number is
-null. `build_summary` puts the pieces together and refuses a summary that is incomplete or holds
-anything but finite numbers.
+The declarations are used by the manual, `json_schema` and `missing_keys`. Angle brackets in a path
+stand for names in the case. Names end in units; values without a number are null. `build_summary`
+refuses incomplete summaries and numbers that are not finite.
 """
 
 from __future__ import annotations
@@ -22,33 +21,32 @@ from flexgear.results.quantities import ALWAYS, WITH_SECTION, Figure, below, num
 from flexgear.results.stage_figures import MEMBERS, STAGE_FIGURES, TRAIN
 from flexgear.results.time_figures import DROP, ORDERS, RIM, STAGE_DROP, STEADY, TRANSIENT
 
-VERSION = 3  # of the schema; 2 had a kind, no stage above figures of an only flexible one, and some
-# figures twice
-FREE = ("<figure>", "<key>")  # any value, with parts or without
+VERSION = 3  # of the schema
+FREE = ("<figure>", "<key>")  # path elements for any keys and values
 
 WINDOW = (
-    Figure("window_s", "s", "start and end of the part of the run that figures are of: from when "
-           "it has settled; all of it where it has not"),
-    Figure("settled", "", "whether the run has settled; null where settle_s is given, or unknown"),
-    Figure("settling", "", "reason for settled, in words"),
+    Figure("window_s", "s", "start and end of the evaluated part of the run: the settled part, or "
+           "the whole run if it has not settled"),
+    Figure("settled", "", "whether the run has settled; null if settle_s is given, or if unknown"),
+    Figure("settling", "", "reason for `settled`"),
 )  # fmt: skip
 KEYS: tuple[Figure, ...] = (
     Figure("case", "", "name of the case", ALWAYS),
     Figure("result", "", '"run"'),
-    Figure("version", "", "of flexgear", ALWAYS),
+    Figure("version", "", "version of flexgear", ALWAYS),
     Figure("content_hash", "", "SHA-256 of the case", ALWAYS),
-    Figure("schema_version", "", "of this list of keys; earlier runs have none"),
-    Figure("variant", "", "flexible bodies, in words", ALWAYS),
-    Figure("equilibrium_window", "", "positions of the equilibria, in words"),
+    Figure("schema_version", "", "version of this list of keys; earlier runs have none"),
+    Figure("variant", "", "description of the flexible bodies", ALWAYS),
+    Figure("equilibrium_window", "", "description of the positions of the equilibria"),
     Figure("errors_given", "", "whether any gear, pin or carrier has errors"),
     *below("system", (
-        Figure("bodies", "1", "bodies of the coupled system", ALWAYS),
-        Figure("coordinates", "1", "its coordinates", ALWAYS),
-        Figure("kept_modes", "1", "elastic modes that equilibria and transients keep", ALWAYS),
-        Figure("modes_limit_hz", "Hz", "highest of them; null: all", ALWAYS),
-        Figure("modes_band_hz", "Hz", "of flexible bodies: band in which modes are accurate"),
+        Figure("bodies", "1", "number of bodies of the coupled system", ALWAYS),
+        Figure("coordinates", "1", "number of coordinates of the coupled system", ALWAYS),
+        Figure("kept_modes", "1", "number of elastic modes in equilibria and transients", ALWAYS),
+        Figure("modes_limit_hz", "Hz", "highest frequency of these modes; null: all", ALWAYS),
+        Figure("modes_band_hz", "Hz", "band in which modes of flexible bodies are accurate"),
         Figure("modes_estimate", "1",
-               "largest relative error by dropped modes within this band", ALWAYS),
+               "largest relative error by neglected modes within this band", ALWAYS),
     )),
     *below("power_flow", TRAIN),
     *below("power_flow.members.<member>", MEMBERS),
@@ -56,27 +54,29 @@ KEYS: tuple[Figure, ...] = (
     Figure("modes.lowest", "", "frequency_hz, type and multiplicity of the lowest twelve", ALWAYS),
     Figure("modes.types.<type>", "1", "number of modes of each type", ALWAYS),
     *below("resonance", (
-        Figure("margin", "1", "share of a natural frequency within which an excitation at an "
-               "operating speed meets it", ALWAYS),
-        Figure("speed_factors", "1", "these speeds over rated speed", ALWAYS),
+        Figure("margin", "1", "relative difference of natural and excitation frequency below which "
+               "they count as coincident", ALWAYS),
+        Figure("speed_factors", "1", "operating speeds over rated speed", ALWAYS),
         Figure("orders.<stage>", "1", "analysed orders of the gear-mesh frequency",
                ALWAYS),
         Figure("unknown_spectrum", "",
-               "stages whose gear-mesh stiffness hardly varies, so that it tells no orders"),
-        Figure("ideal", "1", "meetings in which a stage of equal planets is excited", ALWAYS),
-        Figure("errors", "1", "meetings that take unequal planets, run-out or unbalance", ALWAYS),
-        Figure("met", "", "the first 24 of both: excitation, frequencies, modes, how far they are "
-               "apart, nodal index k of the modes and of the order, cause, force_share as "
+               "stages whose gear-mesh stiffness hardly varies, so that it determines no orders"),
+        Figure("ideal", "1", "number of coincidences excited with equal planets", ALWAYS),
+        Figure("errors", "1", "number of coincidences excited only by unequal planets, run-out or "
+               "unbalance", ALWAYS),
+        Figure("met", "", "the first 24 coincidences: excitation, frequencies, modes, relative "
+               "difference, nodal index k of the modes and of the order, cause, force_share as "
                "`meeting_force`", ALWAYS),
     )),
     *below("load_sharing.quasi_static.<variant>.<stage>", (
         Figure("error_cycle_gear_meshes", "1", "gear-mesh cycles of the whole error cycle"),
-        Figure("gear_meshes_looked_at", "1", "number of sampled ones"),
-        Figure("complete", "", "whether these were all"),
+        Figure("gear_meshes_looked_at", "1", "number of sampled gear-mesh cycles"),
+        Figure("complete", "", "whether all cycles were sampled"),
         Figure("<group>.<definition>", "1", "load sharing coefficient of equilibria", ALWAYS),
     )),
     *below("load_sharing.transient.<variant>", (
-        Figure("<group>.<definition>", "1", "that of the transient in its window", ALWAYS),
+        Figure("<group>.<definition>", "1",
+               "load sharing coefficient of the transient in its window", ALWAYS),
         *WINDOW,
     )),
     Figure("transient.duration_s", "s", "simulated time", ALWAYS),
@@ -84,9 +84,9 @@ KEYS: tuple[Figure, ...] = (
     Figure("transient.steps", "1", "time steps", ALWAYS),
     *below("transient", TRANSIENT),
     Figure("motion_um_max.<member>", "µm", "largest displacement of a member from the axis, or of "
-           "the teeth of an FE ring from their places, in equilibria and in the transient"),
+           "the teeth of an FE ring, in equilibria and in the transient"),
     *below("harmonic", (
-        Figure("reason", "", "why there is no harmonic solution"),
+        Figure("reason", "", "reason for a missing harmonic solution"),
         Figure("frequencies_hz", "Hz", "frequencies that excite the train"),
         Figure("largest_difference", "1",
                "largest difference to the transient over the largest force"),
@@ -94,21 +94,21 @@ KEYS: tuple[Figure, ...] = (
                "load sharing coefficient of the harmonic solution"),
     )),
     Figure("torque_steps.<torque>.<variant>.window_s", "s",
-           "start and end of the part that the figures are of: from the drop on"),
+           "start and end of the evaluated part of the run, which begins at the drop"),
     *below("torque_steps.<torque>.<variant>", DROP),
     *below("torque_steps.<torque>.<variant>.<stage>", STAGE_DROP),
     Figure("headlines", "",
            "verdicts of the first screen of the report, the worst first: see below"),
-    Figure("neglected", "", "headline figures that are not ten times as large as an effect that is "
-           "left out: `figure`, `stage`, `value_um` or `load_sharing`, `effects_um`, `sentence`"),
+    Figure("neglected", "", "headline figures less than ten times as large as a neglected effect: "
+           "`figure`, `stage`, `value_um` or `load_sharing`, `effects_um`, `sentence`"),
     Figure("energy_residual", "1",
            "largest imbalance of the energy balance; null without one", ALWAYS),
     Figure("equilibrium_closure_max", "1", "largest imbalance of an equilibrium"),
-    Figure("solver.<key>", "", "steps, samples, bands as they follow from the case, with reasons"),
-    Figure("warnings", "", "warnings that no headline states", ALWAYS),
+    Figure("solver.<key>", "", "steps, samples and bands derived from the case, with reasons"),
+    Figure("warnings", "", "warnings that are not in the headlines", ALWAYS),
     Figure("timing_s.<part>", "s", "wall time", ALWAYS),
     Figure("realtime_factor", "1", "simulated time over processor time of the transient", ALWAYS),
-    Figure("reduction.<body>.fe_dofs", "1", "of the FE mesh", WITH_SECTION),
+    Figure("reduction.<body>.fe_dofs", "1", "degrees of freedom of the FE mesh", WITH_SECTION),
     Figure("reduction.<body>.<figure>", "1, Hz", "interface dofs, modes, `static_error`, "
            "`frequency_error` up to `frequency_limit_hz`, tie, fidelity"),
     *below("steady.<stage>", (*STEADY, *RIM)),
@@ -116,13 +116,13 @@ KEYS: tuple[Figure, ...] = (
 )  # fmt: skip
 
 
-def lacking(summary: Mapping[str, Any]) -> list[str]:
-    """Dotted names of keys that a summary must have and has not."""
-    lost: dict[str, None] = {}
+def missing_keys(summary: Mapping[str, Any]) -> list[str]:
+    """Dotted names of required keys that a summary does not have."""
+    missing: dict[str, None] = {}
     for key in KEYS:
         if key.needed == ALWAYS or (key.needed and key.names[0] in summary):
-            lost |= dict.fromkeys(_missing(summary, key.names, ""))
-    return list(lost)
+            missing |= dict.fromkeys(_missing(summary, key.names, ""))
+    return list(missing)
 
 
 def _missing(value: Any, names: Sequence[str], at: str) -> Iterator[str]:
@@ -142,7 +142,7 @@ def _missing(value: Any, names: Sequence[str], at: str) -> Iterator[str]:
 
 
 def json_schema(rows: Mapping[str, Mapping[str, Any]] | None = None) -> dict[str, Any]:
-    """JSON schema (draft 2020-12) of ``summary.json``; rows: schemas of keys that hold lists."""
+    """JSON schema (draft 2020-12) of ``summary.json``; rows: schemas of keys with lists."""
     root: dict[str, Any] = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "summary.json of a run of flexgear",
@@ -166,33 +166,30 @@ def _leaf(key: Figure, rows: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _add(schema: dict[str, Any], names: Sequence[str], leaf: dict[str, Any]) -> None:
-    """Put a key below the schema of an object."""
+    """Add the schema of a key to the schema of an object."""
     name, *rest = names
     schema |= {"type": "object", "additionalProperties": schema.get("additionalProperties", False)}
-    place = schema.setdefault("properties", {})
+    properties = schema.setdefault("properties", {})
     if name.startswith("<"):
         if name in FREE:
             schema["additionalProperties"] = leaf
             return
-        place, name = schema, "additionalProperties"
+        properties, name = schema, "additionalProperties"
         schema[name] = schema[name] or {}
     if not rest:
-        place[name] = {**place.get(name, {}), **leaf}
+        properties[name] = {**properties.get(name, {}), **leaf}
         return
-    _add(place.setdefault(name, {}), rest, leaf)
+    _add(properties.setdefault(name, {}), rest, leaf)
 
 
-LOWEST = 12  # modes that a summary lists
+LOWEST = 12  # number of modes in a summary
 
 
 def build_summary(**pieces: Any) -> dict[str, Any]:
-    """The summary from its pieces (keywords are keys of ``KEYS``), in plain types.
-
-    Further keys are kept; what has no number is None. Raises FlexgearError naming every missing key
-    and every value that is not finite.
-    """
+    """The summary as plain data; pieces: its top-level keys. Raises FlexgearError with the names of
+    all missing keys and values that are not finite."""
     summary = plain({"schema_version": VERSION, **pieces})
-    faults = [f"{key} is missing" for key in lacking(summary)]
+    faults = [f"{key} is missing" for key in missing_keys(summary)]
     for stage, figures in summary.get("steady", {}).items():
         harmonics = figures.get("radial_harmonics_um", [])
         if len(harmonics) != ORDERS:
@@ -205,12 +202,12 @@ def build_summary(**pieces: Any) -> dict[str, Any]:
 
 
 def finite(figures: Mapping[str, float]) -> dict[str, float | None]:
-    """Figures with None where one is infinite, which a summary cannot hold."""
+    """Figures with None for values that are not finite, which JSON cannot hold."""
     return {name: value if math.isfinite(value) else None for name, value in figures.items()}
 
 
 def not_finite(value: Any, at: str = "") -> Iterator[str]:
-    """Dotted names of numbers that are infinite or not a number."""
+    """Dotted names of numbers that are not finite."""
     if isinstance(value, Mapping):
         for key, inner in value.items():
             yield from not_finite(inner, f"{at}.{key}".lstrip("."))
@@ -222,7 +219,7 @@ def not_finite(value: Any, at: str = "") -> Iterator[str]:
 
 
 def modes_summary(data: xr.Dataset) -> dict[str, Any]:
-    """Lowest modes, repeated ones once, and how many of each type there are."""
+    """Lowest modes, repeated ones once, and numbers of modes by type."""
     lowest: list[dict[str, Any]] = []
     for k in range(data.sizes["mode"]):
         f, kind = float(data["frequency"][k]), str(data["type"][k].item())
@@ -238,7 +235,7 @@ def modes_summary(data: xr.Dataset) -> dict[str, Any]:
 
 
 def sharing_summary_of(data: xr.Dataset) -> dict[str, dict[str, Any]]:
-    """Coefficients of every group of gear meshes that shares a load, by group and definition."""
+    """Load sharing coefficients of all groups of gear meshes, by group and definition."""
     if "group" not in data.dims:
         return {}
     definitions = list(map(str, data["definition"].to_numpy()))

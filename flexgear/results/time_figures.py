@@ -1,7 +1,7 @@
-"""Figures over time, taken chunk by chunk: steady running, torque drops, distances from axes.
+"""Figures of transients: steady running, torque drops, distances from the axis.
 
-A transient is never whole in memory: what figures are of are its ranges (``Ranges``), least, mean
-and largest over the samples of its pieces.
+They are computed from ranges (``Ranges``), the smallest, mean and largest values over time, since
+transients are processed in pieces.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ from flexgear.results.stage_part import (
 ORDERS = 21  # radial harmonics 0 … 20
 CENTRAL = ("sun", "carrier", "ring", "pinion", "gear")
 MICRO = 1e6
-UNMOVED = 1e-9  # of the largest distance of any body, rounding
-HISTORIES = (  # variables of a run that those of a stage come from
+DISTANCE_ROUNDING = 1e-9  # of the largest distance of any body
+HISTORIES = (  # variables of a run that ``stage_histories`` needs
     "stage_speed", "gear_mesh_force", "rated_gear_mesh_force", "load_sharing", "pair_load",
     "pair_tooth",
 )  # fmt: skip
@@ -53,27 +53,27 @@ def axis_distance(data: xr.Dataset) -> xr.DataArray:
 
 
 def central_distance(distances: xr.DataArray, largest: xr.DataArray) -> xr.DataArray:
-    """Distances from the axis (…, body) of the central members; zero for members whose largest
-    distance (body,) is rounding compared with that of other bodies."""
+    """Distances from the axis (…, body) of the central members, zero for members whose largest
+    distance (body,) is rounding."""
     names = [str(n) for n in distances["body"].to_numpy()]
     central = [n for n in names if BodyName.parse(n).part in CENTRAL]
-    return distances.where(largest > UNMOVED * largest.max(), 0.0).sel(body=central)
+    return distances.where(largest > DISTANCE_ROUNDING * largest.max(), 0.0).sel(body=central)
 
 
 def distance_summary(largest: xr.DataArray) -> dict[str, float]:
-    """Largest distances from the axis of central members, µm, from those (body,) of all bodies,
+    """Largest distances of central members from the axis, µm, from those (body,) of all bodies,
     m."""
     return _by_label(central_distance(largest, largest), MICRO)
 
 
 def displacement_summary(data: xr.Dataset) -> dict[str, float]:
-    """Largest distance from the axis of every central member over the samples, µm."""
+    """Largest distance of each central member from the axis over the samples, µm."""
     distances = axis_distance(data)
     return distance_summary(distances.max([d for d in distances.dims if d != "body"]))
 
 
 def force_ranges(ranges: Ranges) -> dict[str, Mapping[str, float]]:
-    """Least, mean and largest force of every group of gear meshes, N."""
+    """Smallest, mean and largest force of each group of gear meshes, N."""
     least, mean, largest = (
         part["gear_mesh_force"] for part in (ranges.least, ranges.mean, ranges.largest)
     )
@@ -102,7 +102,7 @@ TRANSIENT = (*FORCES, *DISTANCES)
 
 
 def stage_histories(data: xr.Dataset) -> xr.Dataset:
-    """Histories of a stage of which the command line prints the range."""
+    """Histories of a stage whose ranges are printed."""
     histories = data[["stage_speed"]].assign(
         ring_force=of_kind(data, "ring")["gear_mesh_force"],
         load_sharing=ring_sharing(data),
@@ -115,8 +115,8 @@ def stage_histories(data: xr.Dataset) -> xr.Dataset:
 
 
 def sharing_summary(data: xr.Dataset, stage: str) -> dict[str, float | None]:
-    """Mean and largest load sharing factor at a stage's ring where it is defined, None where it is
-    nowhere; for a double-helical stage the larger mean of both halves."""
+    """Mean and largest load sharing factor at a stage's ring, None if it is undefined; for a
+    double-helical stage the larger values of both halves."""
 
     def of_ring(piece: xr.Dataset) -> xr.Dataset:
         return of_kind(stage_part(piece[["load_sharing"]], stage, ""), "ring")
@@ -131,7 +131,7 @@ def sharing_summary(data: xr.Dataset, stage: str) -> dict[str, float | None]:
 
 
 DROP = (  # of ranges from the drop on
-    Figure("speed_rpm_min.<member>", "1/min", "slowest speed of members of given speed", ALWAYS,
+    Figure("speed_rpm_min.<member>", "1/min", "slowest speed of members with given speed", ALWAYS,
            lambda ranges: _by_label(ranges.least["input_speed"], RPM), "slowest speed, {name}"),
     Figure("load_sharing.<group>", "1", "largest momentary load sharing factor", ALWAYS,
            lambda ranges: _by_label(ranges.largest["load_sharing"]),
@@ -143,14 +143,14 @@ DROP = (  # of ranges from the drop on
 
 
 def drop_summary(data: xr.Dataset) -> dict[str, Any]:
-    """Figures (``DROP``) of one torque drop of any case."""
+    """Figures (``DROP``) of one torque drop."""
     names = ["input_speed", "gear_mesh_force", "load_sharing"]
     return values(DROP, ranges_of(data, lambda piece: piece[names]))
 
 
 @dataclass(frozen=True)
 class StageDrop:
-    """A torque drop of a flexible stage, with both halves of a double-helical one."""
+    """A torque drop of a stage with an FE ring, with both halves of a double-helical stage."""
 
     data: xr.Dataset
     stage: str
@@ -168,8 +168,7 @@ class StageDrop:
         return [of_half(half) for half in halves(data, self.stage)]
 
     def lowest_load(self) -> float:
-        """Lowest load of all active pairs on the flank that carries, N (negative with linear
-        contact only); slots without a pair do not count."""
+        """Lowest load of the pairs on the loaded flank, N (negative only with linear contact)."""
         loads = [float(part.least[f"{gear}_load"].min()) for part in self.parts for gear in GEARS]
         lowest = [load for load in loads if np.isfinite(load)]
         if not lowest:
@@ -180,7 +179,7 @@ class StageDrop:
 STAGE_DROP = (
     Figure("carrier_speed_rpm_min", "1/min", "slowest speed of the carrier, of FE rings",
            of=lambda drop: float(drop.parts[0].least["stage_speed"]) * RPM),
-    Figure("tooth_load_n_min", "N", "least load of a pair on the flank that carries",
+    Figure("tooth_load_n_min", "N", "smallest load of a pair on the loaded flank",
            of=StageDrop.lowest_load, label="lowest load of a tooth pair"),
     Figure("planet_force_spread_max", "1", "largest (max F − min F) / rated mean F at the ring",
            of=lambda drop: max(float(p.largest["planet_force_spread"]) for p in drop.parts)),
@@ -188,9 +187,9 @@ STAGE_DROP = (
 
 
 def harmonics(shape: ArrayLike) -> NDArray[np.complex128]:
-    """c_n (..., z//2 + 1) of values (..., z) at equally spaced angles from 0 on, orders 0, 1, 2, …
+    """Fourier coefficients c_n (..., z//2 + 1) of values (..., z) at equally spaced angles from 0.
 
-    The highest order of an even number of angles counts once, as order 0 does.
+    f(φ) = Re Σ c_n e^(−i n φ); c_0 and, for even z, the highest coefficient are not doubled.
     """
     v = np.asarray(shape, dtype=float)
     z = v.shape[-1]
@@ -202,8 +201,8 @@ def harmonics(shape: ArrayLike) -> NDArray[np.complex128]:
 
 
 def radial_harmonics(displacement: ArrayLike) -> NDArray[np.complex128]:
-    """``harmonics`` in m of the radial part of tooth-node displacements (..., z, 2 or 3) in global
-    axes, the first tooth at angle 0. InputError for another shape."""
+    """``harmonics``, m, of the radial component of tooth-node displacements (..., z, 2 or 3) in
+    fixed axes, the first tooth at angle 0; InputError for another shape."""
     u = np.asarray(displacement, dtype=float)
     if u.ndim < 2 or u.shape[-1] not in (2, 3):
         remedy = "give (..., teeth, 2 or 3), as tooth_displacement of a dataset"
@@ -213,15 +212,18 @@ def radial_harmonics(displacement: ArrayLike) -> NDArray[np.complex128]:
 
 
 def star_angle(coefficients: NDArray[np.complex128], order: int) -> Array:
-    """arg(c_order)/order (...,) in rad, in [0, 2π/order): angle of a crest of that order."""
+    """Angle arg(c_order)/order (...,) of a crest of an order, rad, in [0, 2π/order)."""
     period = 2 * np.pi / order
     return np.asarray(np.mod(np.angle(coefficients[..., order]) / order, period))
 
 
 @dataclass(frozen=True)
 class SteadyRun:
-    """A flexible stage in steady running. runs: over one revolution, by variant, that of the case
-    first; star: equilibria at rated torque, the first of which gives the ring's shape."""
+    """A stage with an FE ring in steady running.
+
+    runs: transients over one revolution by variant, first that of the case; star: equilibria at
+    rated torque, the first of which gives the ring's shape.
+    """
 
     stage: str
     runs: Mapping[str, xr.Dataset]
@@ -229,7 +231,7 @@ class SteadyRun:
 
     @cached_property
     def ranges(self) -> Ranges:
-        """Ranges of the case's own variant."""
+        """Ranges of the variant of the case."""
         return ranges_of(next(iter(self.runs.values())), self._histories)
 
     def _histories(self, whole: xr.Dataset) -> xr.Dataset:
@@ -241,7 +243,7 @@ class SteadyRun:
         )
 
     def pairs(self) -> dict[str, float]:
-        """Share of the time during which 0, 1, 2 … tooth pairs are in contact, by that number."""
+        """Share of time with 0, 1, 2 … tooth pairs in contact, by number of pairs."""
         shares = self.ranges.mean["pairs_in_contact"].mean("planet").to_numpy()
         return {str(n): float(s) for n, s in enumerate(shares) if s}
 
@@ -252,7 +254,7 @@ class SteadyRun:
         return {a: float(v) * MICRO for a, v in zip("xyz", node, strict=True)}
 
     def harmonics(self) -> list[float]:
-        """Amplitudes of the ring's shape, µm."""
+        """Amplitudes of the radial shape of the ring by order, µm."""
         first = stage_part(self.star.isel(position=slice(1)), self.stage)["tooth_displacement"]
         sizes = np.abs(radial_harmonics(first.to_numpy()[0]))
         return [float(v) * MICRO for v in sizes[:ORDERS]]
@@ -263,7 +265,7 @@ class SteadyRun:
 
 
 STEADY = (
-    Figure("carrier_speed_rpm_mean", "1/min", "in the transient", WITH_SECTION,
+    Figure("carrier_speed_rpm_mean", "1/min", "mean speed of the carrier", WITH_SECTION,
            lambda run: float(run.ranges.mean["stage_speed"]) * RPM),
     Figure("ring_pairs_in_contact.<number>", "1", "share of time with so many pairs in contact",
            WITH_SECTION, SteadyRun.pairs),
@@ -278,8 +280,8 @@ STEADY = (
 
 
 def rim_stress(equilibria: xr.Dataset, stage: str) -> dict[str, float]:
-    """Hoop stress on the outer surface of a ring over all teeth and positions, MPa: "min", "max",
-    largest and mean range over the positions ("range_max", "range_mean"); empty without FE mesh."""
+    """Hoop stress on the outer surface of a ring, MPa: "min" and "max" over teeth and positions,
+    largest and mean range over the positions, "range_max", "range_mean"; empty without FE mesh."""
     if "rim_stress" not in equilibria:
         return {}
     stress = stage_part(equilibria[["rim_stress"]], stage, "")["rim_stress"].to_numpy()
@@ -292,32 +294,33 @@ def rim_stress(equilibria: xr.Dataset, stage: str) -> dict[str, float]:
 
 
 RIM = (  # of ``rim_stress``
-    Figure("rim_stress_mpa.min", "MPa", "least stress along the circumference outside on the ring, "
-           "at any tooth in equilibria over a turn", of=dict, label="least"),
-    Figure("rim_stress_mpa.max", "MPa", "largest there", label="largest"),
-    Figure("rim_stress_mpa.range_max", "MPa", "how far it ranges at one place, the worst one",
-           label="range at one place as planets pass, largest"),
-    Figure("rim_stress_mpa.range_mean", "MPa", "the same, mean of all places",
-           label="range at one place as planets pass, mean"),
+    Figure("rim_stress_mpa.min", "MPa", "smallest hoop stress on the outer surface of the ring, "
+           "at any tooth in equilibria over a revolution", of=dict, label="least"),
+    Figure("rim_stress_mpa.max", "MPa", "largest of these stresses", label="largest"),
+    Figure("rim_stress_mpa.range_max", "MPa", "largest range of this stress at one point",
+           label="range at one point as planets pass, largest"),
+    Figure("rim_stress_mpa.range_mean", "MPa", "mean of the ranges over all points",
+           label="range at one point as planets pass, mean"),
 )  # fmt: skip
 
 
 def _by_label(sizes: xr.DataArray, by: float = 1.0) -> dict[str, Any]:
-    """Values (n,) by the labels of their axis, None where there is no number."""
+    """Values (n,) by the labels of their axis, None for NaN."""
     pairs = zip(sizes[sizes.dims[0]].to_numpy(), sizes.to_numpy(), strict=True)
     return {str(n): float(v) * by if np.isfinite(v) else None for n, v in pairs}
 
 
 def energy_residual(data: xr.Dataset) -> NDArray[np.float64]:
-    """Residual (t,) over the peak elastic energy of a dataset with energy_* in J."""
-    account = energy_account(data)
-    left = account["left"].to_numpy()
-    return np.asarray((left - left[0]) / _peak(account["elastic"]))
+    """Residual (t,) of the energy balance over the peak elastic energy, of a dataset with energy_*,
+    J."""
+    balance = energy_balance(data)
+    left = balance["left"].to_numpy()
+    return np.asarray((left - left[0]) / _peak(balance["elastic"]))
 
 
-def energy_account(data: xr.Dataset) -> xr.Dataset:
-    """Over the samples of a dataset with energy_*: "left", stored energy less work done on the
-    train, and "elastic", of structure and tooth pairs, J."""
+def energy_balance(data: xr.Dataset) -> xr.Dataset:
+    """ "left", stored energy less work done on the train, and "elastic", energy of structure and
+    tooth pairs, J, over the samples of a dataset with energy_*."""
     missing = [n for e in LEFT_OVER if (n := f"energy_{e}") not in data]
     if missing:
         raise FlexgearError(f"no energy balance without {', '.join(missing)}")
@@ -327,14 +330,14 @@ def energy_account(data: xr.Dataset) -> xr.Dataset:
 
 
 def largest_residual(ranges: Ranges) -> float:
-    """Largest absolute residual, from ``Ranges(energy_account)``."""
+    """Largest absolute ``energy_residual``, from ``Ranges(energy_balance)``."""
     first = float(ranges.first["left"])
-    most = max(float(ranges.largest["left"]) - first, first - float(ranges.least["left"]))
-    return most / _peak(ranges.largest["elastic"])
+    largest = max(float(ranges.largest["left"]) - first, first - float(ranges.least["left"]))
+    return largest / _peak(ranges.largest["elastic"])
 
 
 def _peak(elastic: xr.DataArray) -> float:
     peak = float(elastic.max())
     if peak <= 0:
-        raise FlexgearError("no energy balance: the run holds no elastic energy")
+        raise FlexgearError("no energy balance: the run has no elastic energy")
     return peak

@@ -1,6 +1,6 @@
-"""Labelled dataset and figures of a tolerance study, and the statistics of its samples.
+"""Labelled dataset and figures of a tolerance study, and statistics of its samples.
 
-These assume no distribution: quantiles, mean and their intervals.
+Quantiles, means and their confidence intervals assume no distribution of the samples.
 """
 
 from __future__ import annotations
@@ -27,8 +27,11 @@ PARTS = (("", "value"), ("_low", "low"), ("_high", "high"))  # of an estimate
 
 
 class Spread(NamedTuple):
-    """A figure whose spread a study finds. variable: of its samples; unit: of that; key: in
-    summaries; printed: unit there, "" where it has none; factor: to that unit."""
+    """A figure whose scatter is evaluated.
+
+    variable, unit: variable of its samples and its unit; key: key in summaries; printed, factor:
+    unit in summaries ("" for none) and the factor to it.
+    """
 
     variable: str
     unit: str
@@ -38,45 +41,47 @@ class Spread(NamedTuple):
     factor: float = 1.0
 
 
-SPREADS = {  # by the beginning of the names of their statistics
+SPREADS = {  # by prefix of the names of their statistics
     "load_sharing": Spread("load_sharing_max", "1", "load_sharing",
         "largest load sharing factor K over one turn of the carrier against the ring"),
     "k_h_beta": Spread("k_h_beta", "1", "k_h_beta", "largest face load factor K_Hβ"),
     "largest_line_load": Spread("largest_line_load", "N/m", "largest_line_load_n_per_mm",
         "largest line load", "N/mm", 1e-3),
 }  # fmt: skip
-LOST = "of a sample without an equilibrium, or whose planets at times carry no load together"
-FEW = "with too few samples for it"
+NO_VALUE = "for a sample without equilibrium, or whose planets at times carry no common load"
+TOO_FEW = "with too few samples"
 
 
 def _statistics(name: str, spread: Spread) -> dict[str, Quantity]:
-    """The figure of the case as it is stated, and statistics over the samples."""
+    """Declarations of the figure with the errors of the case, and of statistics over samples."""
     of, unit = spread.variable, spread.unit
     return {
-        f"{name}_as_stated": quantity("group", unit, f"{of} with the errors of the case", LOST),
-        f"{name}_deviation": quantity("group", unit, f"standard deviation of {of}", FEW),
-        f"{name}_average": quantity("group", unit, f"mean of {of} over the samples", FEW),
-        f"{name}_quantile": quantity("group quantile", unit, f"quantile of {of}", FEW),
+        f"{name}_as_stated": quantity("group", unit, f"{of} with the errors of the case", NO_VALUE),
+        f"{name}_deviation": quantity("group", unit, f"standard deviation of {of}", TOO_FEW),
+        f"{name}_average": quantity("group", unit, f"mean of {of} over the samples", TOO_FEW),
+        f"{name}_quantile": quantity("group quantile", unit, f"quantile of {of}", TOO_FEW),
     }
 
 
 _ABOUT = {
     "error_size": quantity("sample size", "m", "size of a drawn error"),
     "error_phase": quantity("sample phase", "rad", "phase of a drawn error"),
-    "load_sharing_max": quantity("sample group", "1", "largest N max F / ΣF over one turn", LOST),
-    "load_sharing_mean": quantity("sample group", "1", "mean of N max F / ΣF over one turn", LOST),
+    "load_sharing_max": quantity("sample group", "1",
+        "largest N max F / ΣF over one turn", NO_VALUE),
+    "load_sharing_mean": quantity("sample group", "1",
+        "mean of N max F / ΣF over one turn", NO_VALUE),
     "planet_load_factor_max": quantity("sample gear_mesh", "1",
-        "largest N F / ΣF over one turn", LOST),
+        "largest N F / ΣF over one turn", NO_VALUE),
     "planet_load_factor_mean": quantity("sample gear_mesh", "1",
-        "mean N F / ΣF over one turn", LOST),
+        "mean N F / ΣF over one turn", NO_VALUE),
     "k_h_beta": quantity("sample group", "1",
-        "largest face load factor of the group's gear meshes", LOST),
+        "largest face load factor of the group's gear meshes", NO_VALUE),
     "largest_line_load": quantity("sample group", "N/m",
-        "largest line load of the group's gear meshes", LOST),
+        "largest line load of the group's gear meshes", NO_VALUE),
     "mesh_load_factor": RESULT_QUANTITIES["mesh_load_factor"],
     **{n: q for name, s in SPREADS.items() for n, q in _statistics(name, s).items()},
     "share_above": quantity("group", "1",
-        "share of samples above mesh_load_factor", f"{FEW}, or without that factor"),
+        "share of samples above mesh_load_factor", f"{TOO_FEW}, or without that factor"),
 }  # fmt: skip
 _ENDS = {"": "", "_low": ", lower end of its interval", "_high": ", upper end of its interval"}
 _VARIABLES = {
@@ -95,10 +100,10 @@ def tolerance_dataset(
     confidence: float,
     attrs: Mapping[str, Any],
 ) -> xr.Dataset:
-    """Samples by name as in ``_VARIABLES`` and what follows from them.
+    """Dataset of samples by name as in ``_VARIABLES``, with statistics.
 
-    sizes, phases: labels of drawn errors; gear_meshes: those that share a load, group by group;
-    samples that are no number are left out of all statistics.
+    sizes, phases: labels of drawn errors; gear_meshes: gear meshes that share a load, group by
+    group. Samples that are NaN are left out of the statistics.
     """
     groups = list(groups_of(gear_meshes))
     assumed = [MESH_LOAD_FACTOR.get(len(at), math.nan) for at in groups_of(gear_meshes).values()]
@@ -136,13 +141,13 @@ def tolerance_dataset(
 
 
 def _ends(name: str, estimates: Sequence[Any]) -> dict[str, Array]:
-    """Values of estimates (…, 3) and the ends of their intervals, by the names of variables."""
+    """Values of estimates (…, 3) and ends of their intervals, by name of the variable."""
     values = np.array(estimates, dtype=float)
     return {f"{name}{end}": values[..., k] for k, (end, _) in enumerate(PARTS)}
 
 
 def _share_above(values: Array, assumed: Sequence[float], confidence: float) -> dict[str, Array]:
-    """Share of samples whose largest K (J, groups) is above what is assumed."""
+    """Share of samples whose largest K (J, groups) is above the assumed value of the group."""
     columns = [column[np.isfinite(column)] for column in values.T]
     above = [
         share_above_limit(x, limit, confidence) if math.isfinite(limit) else NO_ESTIMATE
@@ -152,7 +157,7 @@ def _share_above(values: Array, assumed: Sequence[float], confidence: float) -> 
 
 
 def _spread(name: str, values: Array, confidence: float) -> dict[str, Array]:
-    """Deviation, mean and quantiles of a variable (J, groups) over its samples."""
+    """Standard deviation, mean and quantiles of a variable (J, groups) over its samples."""
     columns = [column[np.isfinite(column)] for column in values.T]
     deviations = [x.std(ddof=1) if len(x) > 1 else math.nan for x in columns]
     return {
@@ -166,7 +171,7 @@ def _spread(name: str, values: Array, confidence: float) -> dict[str, Array]:
 
 
 def tolerance_summary(data: xr.Dataset) -> dict[str, Any]:
-    """Figures for programs; None where there is no number."""
+    """Figures of a tolerance study for JSON; None for values that are not finite."""
     groups = {str(g): data.sel(group=g) for g in data["group"].to_numpy()}
     return {
         "case": data.attrs["case"],
@@ -183,13 +188,13 @@ def tolerance_summary(data: xr.Dataset) -> dict[str, Any]:
         **{
             spread.key: {g: _figures(of_group, name, spread) for g, of_group in groups.items()}
             for name, spread in SPREADS.items()
-            if spread.variable in data  # of the face where tooth pairs have slices
+            if spread.variable in data  # figures of the face need slices
         },
     }
 
 
 def failed(data: xr.Dataset) -> int:
-    """Samples without an equilibrium in some position."""
+    """Number of samples without an equilibrium at some position."""
     return int((~np.isfinite(data["load_sharing_max"].to_numpy())).any(axis=1).sum())
 
 
@@ -220,7 +225,7 @@ def _interval(
 
 
 class Estimate(NamedTuple):
-    """A value and the ends of its confidence interval, NaN where there are too few samples."""
+    """A value and the ends of its confidence interval, NaN for too few samples."""
 
     value: float
     low: float
@@ -233,9 +238,9 @@ NO_ESTIMATE = Estimate(math.nan, math.nan, math.nan)
 def quantile_ranks(count: int, share: float, confidence: float) -> tuple[int, int]:
     """Ranks l < u, from 1, with P(X_(l) ≤ Q ≤ X_(u)) ≥ confidence for the quantile Q of ``share``.
 
-    The number of samples below Q is binomial whatever their distribution (David & Nagaraja 2003,
-    Order Statistics, §7.1). Each side keeps half the risk; l = 0 and u = count + 1 say that there
-    are too few samples for an end.
+    The number of samples below Q is binomial for any distribution (David & Nagaraja 2003, Order
+    Statistics, §7.1). Each side has half of the risk; l = 0 and u = count + 1 mean that there are
+    too few samples for an end.
     """
     risk = 0.5 * (1 - confidence)
     below = bdtr(np.arange(count, dtype=float), count, share)  # P(at most k samples below Q)
@@ -245,7 +250,7 @@ def quantile_ranks(count: int, share: float, confidence: float) -> tuple[int, in
 
 
 def quantile_of(samples: ArrayLike, share: float, confidence: float = 0.95) -> Estimate:
-    """Quantile of samples (n,), median-unbiased, with the interval of its order statistics."""
+    """Median-unbiased quantile of samples (n,), with the interval from order statistics."""
     x = np.sort(np.asarray(samples, dtype=float))
     if not len(x):
         return NO_ESTIMATE
@@ -262,12 +267,12 @@ def mean_of(samples: ArrayLike, confidence: float = 0.95) -> Estimate:
     x = np.asarray(samples, dtype=float)
     if len(x) < 2:
         return Estimate(float(x.mean()) if len(x) else math.nan, math.nan, math.nan)
-    reach = stdtrit(len(x) - 1, 0.5 * (1 + confidence)) * x.std(ddof=1) / math.sqrt(len(x))
-    return Estimate(float(x.mean()), float(x.mean() - reach), float(x.mean() + reach))
+    half = stdtrit(len(x) - 1, 0.5 * (1 + confidence)) * x.std(ddof=1) / math.sqrt(len(x))
+    return Estimate(float(x.mean()), float(x.mean() - half), float(x.mean() + half))
 
 
 def share_above_limit(samples: ArrayLike, limit: float, confidence: float = 0.95) -> Estimate:
-    """Share of all parts above a limit, with the interval of Clopper & Pearson (1934)."""
+    """Share of the population above a limit, with the interval of Clopper & Pearson (1934)."""
     x = np.asarray(samples, dtype=float)
     low, high = share_interval(np.array([np.sum(x > limit)]), len(x), confidence)
     return Estimate(
@@ -276,13 +281,13 @@ def share_above_limit(samples: ArrayLike, limit: float, confidence: float = 0.95
 
 
 def distribution_band(count: int, confidence: float = 0.95) -> tuple[Array, Array]:
-    """Ends (n,) of the interval, point by point, of the distribution behind n rising samples."""
+    """Ends (n,) of the pointwise confidence interval of the distribution of n sorted samples."""
     return share_interval(np.arange(1, count + 1), count, confidence)
 
 
 def share_interval(successes: Array | NDArray[np.int64], count: int, confidence: float
                    ) -> tuple[Array, Array]:  # fmt: skip
-    """Interval of a share of which ``successes`` out of ``count`` samples were seen."""
+    """Confidence interval of a share, from the number of successes in ``count`` samples."""
     risk, k = 0.5 * (1 - confidence), np.asarray(successes, dtype=float)
     low = np.where(k > 0, betaincinv(np.maximum(k, 1), count - k + 1, risk), 0.0)
     high = np.where(k < count, betaincinv(k + 1, np.maximum(count - k, 1), 1 - risk), 1.0)

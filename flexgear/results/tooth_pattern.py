@@ -1,9 +1,9 @@
 """Contact pattern of every tooth of a gear: largest line load over face and diameter.
 
-A slice of a contact line at the path coordinate s touches the planet at the roll length s, ring or
-sun at |offset ± s|, and each at the diameter d = 2 √((d_b/2)² + roll²). Tips that touch off the
-path of contact are where the path ends. Cells that no contact line of the positions crosses lie
-between those that some did, and take what is between them.
+A slice of a contact line at the path coordinate s is at the roll length s of the planet and
+|offset ± s| of ring or sun, and at the diameter d = 2 √((d_b/2)² + roll²) of each. Tip contact off
+the path of contact is placed at the end of the path. Cells that no contact line crosses are
+interpolated between their neighbours.
 """
 
 from __future__ import annotations
@@ -17,12 +17,15 @@ from scipy.interpolate import griddata
 
 from flexgear.arrays import Array
 
-CELLS = (10, 16)  # of a flank over diameter and face
+CELLS = (10, 16)  # numbers of cells of a flank over diameter and face
 
 
 class ToothPattern(NamedTuple):
-    """title: which gear and flank; diameter (D + 1,), face (F + 1,) m: edges of cells; line_load
-    (teeth, D, F) N/m, largest of all positions, tooth by tooth; NaN where none was in reach."""
+    """Contact pattern of a gear.
+
+    title: gear and flank; diameter (D + 1,), face (F + 1,): edges of cells, m; line_load (teeth, D,
+    F): largest line load over all positions, N/m, NaN for cells without contact.
+    """
 
     title: str
     diameter: Array
@@ -31,7 +34,7 @@ class ToothPattern(NamedTuple):
 
 
 def carrying_sets(data: xr.Dataset, stage: str) -> list[tuple[str, str]]:
-    """Kind and side of the gear meshes of a stage that carry."""
+    """Kind and side of the loaded gear meshes of a stage."""
     of_stage = data.isel(flank=data["flank_stage"].to_numpy() == stage)
     carries = of_stage["face_line_load"].max(["position", "face"]).to_numpy() > 0
     flanks = zip(of_stage["flank_kind"].to_numpy(), of_stage["flank_side"].to_numpy(), strict=True)
@@ -41,13 +44,13 @@ def carrying_sets(data: xr.Dataset, stage: str) -> list[tuple[str, str]]:
 
 
 def gear_pattern(data: xr.Dataset, stage: str, kind: str, side: str) -> ToothPattern:
-    """Pattern of ring, sun or pinion on all their teeth, with all planets."""
+    """Pattern on all teeth of ring, sun or pinion from all planets."""
     flanks = [_at_gear(flank) for flank in _flanks(data, stage, kind, side)]
     return _pattern(f"{stage} {kind} {side}", "pair_tooth", flanks)
 
 
 def planet_pattern(data: xr.Dataset, stage: str, kind: str, side: str) -> ToothPattern:
-    """Pattern of planet 1, or the gear of a parallel stage, on its flanks towards ring, sun or
+    """Pattern of planet 1, or the gear of a parallel stage, on flanks towards ring, sun or
     pinion."""
     flanks = [
         _places(flank, _path(flank), float(flank["planet_base_diameter"]))
@@ -58,7 +61,7 @@ def planet_pattern(data: xr.Dataset, stage: str, kind: str, side: str) -> ToothP
 
 
 def _flanks(data: xr.Dataset, stage: str, kind: str, side: str) -> list[xr.Dataset]:
-    """Flanks of one kind and side that carry, planet by planet."""
+    """Loaded flanks of one kind and side, by planet."""
     labels = {"flank_stage": stage, "flank_kind": kind, "flank_side": side}
     matches = np.all([data[name].to_numpy() == label for name, label in labels.items()], axis=0)
     every = [data.isel(flank=int(m)) for m in np.flatnonzero(matches)]
@@ -66,8 +69,8 @@ def _flanks(data: xr.Dataset, stage: str, kind: str, side: str) -> list[xr.Datas
 
 
 class _Places(NamedTuple):
-    """Positions of slices (n,): roll length, base radius and position along the face, m; line load
-    N/m; teeth (n,) of gear and planet from 1."""
+    """Slices (n,): roll length, base radius and position along the face, m; line load, N/m; teeth
+    of gear and planet from 1."""
 
     roll: Array
     base: float
@@ -83,7 +86,7 @@ def _at_gear(flank: xr.Dataset) -> _Places:
 
 
 def _path(flank: xr.Dataset) -> Array:
-    """Path coordinates of slices, m, those of tips at the ends of the path."""
+    """Path coordinates of slices, m, limited to the ends of the path for tip contact."""
     start, end = float(flank["path_start"]), float(flank["path_end"])
     return np.clip(flank["slice_path"].to_numpy(), start, end)
 
@@ -91,7 +94,7 @@ def _path(flank: xr.Dataset) -> Array:
 def _places(flank: xr.Dataset, roll: Array, base: float) -> _Places:
     load, path = flank["line_load"].to_numpy(), flank["slice_path"].to_numpy()
     on_path = (path >= float(flank["path_start"])) & (path <= float(flank["path_end"]))
-    at = np.isfinite(load) & (on_path | (load > 0))  # tips that touch nothing are nowhere
+    at = np.isfinite(load) & (on_path | (load > 0))  # without tips that are not in contact
     teeth = {
         name: np.broadcast_to(flank[name].to_numpy()[..., None], load.shape)[at].astype(np.int64)
         for name in ("pair_tooth", "pair_planet_tooth")
@@ -121,7 +124,7 @@ def _pattern(title: str, which: str, flanks: list[_Places]) -> ToothPattern:
 
 
 def _fill(cells: Array) -> None:
-    """Cells between others from those, in place."""
+    """Interpolate empty cells between filled ones, in place."""
     filled = np.argwhere(np.isfinite(cells))
     if len(filled) > 3 and np.ptp(filled, axis=0).all():
         empty = np.argwhere(np.isnan(cells))

@@ -9,7 +9,7 @@ from importlib.metadata import version as installed_version
 
 @cache
 def version() -> str:
-    """Version as installed, "0+unknown" from a source tree that is not."""
+    """Installed version, "0+unknown" for a source tree that is not installed."""
     try:
         return installed_version("flexgear")
     except PackageNotFoundError:

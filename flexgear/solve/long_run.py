@@ -48,11 +48,11 @@ from flexgear.coupling.modal import ModalSystem
 from flexgear.model.content import content_hash
 from flexgear.model.errors import InputError, echo
 from flexgear.model.units import RPM
-from flexgear.results.dataset_file import WHOLE, dataset_file
+from flexgear.results.dataset_file import MAX_IN_MEMORY, dataset_file
 from flexgear.results.labelled_dataset import coordinate, variable
 from flexgear.results.load_sharing import DEFINITIONS, SharingCoefficients
 from flexgear.results.settling import Settling, Window, cut
-from flexgear.results.sinks import Coming, DatasetSink, Several, with_last
+from flexgear.results.sinks import DatasetSink, RunSize, SinkGroup, with_last
 from flexgear.solve.dataset import sensor_data, transient_data
 from flexgear.solve.deformed import body_coordinates
 from flexgear.solve.model import Model
@@ -86,7 +86,7 @@ def shelved(folder: Path | None, name: str, run: Callable[..., TimedRun]) -> Tim
     if folder is None:
         return run()
     path = folder / f"{name}.nc"
-    with dataset_file(path, in_memory=WHOLE) as sink:
+    with dataset_file(path, in_memory=MAX_IN_MEMORY) as sink:
         timed = run(sink=sink)
     return replace(timed, data=sink.dataset(path))
 
@@ -129,8 +129,8 @@ class LongRun:
         pattern = self._pattern()
         recorded = 0 if recorder is None else recorder.clock.count(stepping.sampled)
         searches = [self.settling] if isinstance(self.settling, Settling) else []
-        sinks = Several([*searches, self.sharing, sink])
-        sinks.begin(Coming(pattern, stepping.samples, recorded))
+        sinks = SinkGroup([*searches, self.sharing, sink])
+        sinks.begin(RunSize(pattern, stepping.samples, recorded))
         chunks = _Chunks(self.modal, self._labelled, sinks.append)
         wall, core = time.perf_counter(), time.thread_time()
 

@@ -26,7 +26,7 @@ from flexgear.results.time_figures import (
     STEADY,
     TRANSIENT,
     SteadyRun,
-    energy_account,
+    energy_balance,
     largest_residual,
     rim_stress,
 )
@@ -168,7 +168,7 @@ def _energy_residual(model: Model, transients: Transients) -> float | None:
     ]
     steady = transients.runs[model.variant].data
     balanced = balanced or ([steady] if "energy_kinetic" in steady else [])
-    residuals = [largest_residual(ranges_of(data, energy_account)) for data in balanced]
+    residuals = [largest_residual(ranges_of(data, energy_balance)) for data in balanced]
     return max(residuals, default=None)
 
 

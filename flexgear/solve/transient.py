@@ -21,7 +21,7 @@ from flexgear.model.errors import InputError
 from flexgear.model.machine import Machine, TorqueHistory, machine_of, machines_of
 from flexgear.model.train import MemberLoad, load_histories
 from flexgear.results.settling import Settling, Window, window_edges
-from flexgear.results.sinks import DatasetSink, Gathered
+from flexgear.results.sinks import DatasetSink, MemorySink
 from flexgear.results.time_figures import axis_distance
 from flexgear.solve.angles import stage_motions
 from flexgear.solve.bodies import Progress, silent
@@ -278,7 +278,7 @@ def simulate(
         RunSharing(model, stepping.interval, edges, math.copysign(1.0, torque_share)),
         torque_share, energy, fields, None if carried is None else carried.state,
     )  # fmt: skip
-    memory = Gathered()
+    memory = MemorySink()
     timed = run.into(sink or memory, lambda share: progress("transient", share))
     return replace(timed, data=memory.data) if sink is None else timed
 

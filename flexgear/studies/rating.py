@@ -38,7 +38,7 @@ from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import GroupName, MemberName
 from flexgear.model.stage_view import StageView
-from flexgear.results.rating import NEVER, RatedPart, Rating
+from flexgear.results.rating import NOT_COVERED, RatedPart, Rating
 from flexgear.solve.bin_loads import BinLoads, GroupLoads, SpectrumTrain, loads_in_bin
 from flexgear.solve.bodies import Progress, reduced_bodies, silent
 from flexgear.solve.load_series import load_bins
@@ -108,7 +108,7 @@ def rate(
             **({} if any(b.hours for b in bins) else {"damage and life": NO_SPECTRUM}),
             **_yield_unknown(bins, parts),
             **({"faults": NOT_ASSESSED} if case.faults else {}),
-            **NEVER,
+            **NOT_COVERED,
         },
         positions={stage: len(s.angles) for stage, s in samples.items()},
         closure=max(x.closure for x in loads),

@@ -13,7 +13,7 @@ from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.results.settling import WindowedRanges, window_edges
-from flexgear.results.sinks import Gathered, Ranges, Several, recorded
+from flexgear.results.sinks import MemorySink, Ranges, SinkGroup, recorded
 from flexgear.solve.angles import samples_of_stage, stage_motions
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.model import Model, assemble
@@ -75,7 +75,7 @@ class Point:
         """Transient at rated torque, without its samples, and the ranges of the samples."""
         case, span = self.case, stepping_of(self.case, self.flow).duration
         ranges = WindowedRanges(train_histories, window_edges(span, case.solver.settle))
-        return simulate(self.model, sink=Several([ranges, self.recorded])).data, ranges
+        return simulate(self.model, sink=SinkGroup([ranges, self.recorded])).data, ranges
 
     @property
     def settled(self) -> Ranges:
@@ -84,9 +84,9 @@ class Point:
         return ranges.since(float(data.attrs["settle_s"]))
 
     @cached_property
-    def recorded(self) -> Gathered:
+    def recorded(self) -> MemorySink:
         """Sink that stores the signals of sensors in the transient."""
-        return Gathered(recorded)
+        return MemorySink(recorded)
 
     @property
     def signals(self) -> xr.Dataset:

@@ -21,7 +21,7 @@ from flexgear.model.read import (
     FieldPath,
     changed,
     field_path,
-    is_place,
+    is_index,
     of_only_stage,
 )
 from flexgear.model.section import is_list, takes
@@ -166,7 +166,7 @@ def _range(key: str, text: str) -> Values:
         if end is None:
             raise InputError(WHERE, key, f"{echo(part)} in {echo(text)} is not a number", FORMS)
     start, stop = (float(e) for e in ends if e is not None)
-    if not is_place(parts[2]) or not 2 <= int(parts[2]) <= MAX_VALUES:
+    if not is_index(parts[2]) or not 2 <= int(parts[2]) <= MAX_VALUES:
         problem = f"{echo(text)} is an empty range: its count is {parts[2] or 'missing'}"
         raise InputError(WHERE, key, problem, f"give a whole number from 2 to {MAX_VALUES}")
     if start == stop:

@@ -32,7 +32,7 @@ from flexgear.model.stage import Stage
 from flexgear.model.tolerance import (
     PhaseDistribution,
     SizeDistribution,
-    ground_flank,
+    modified_flank,
 )
 from flexgear.studies.flank_amounts import FlankAmount
 
@@ -95,8 +95,8 @@ def drawn_errors(case: Case) -> tuple[DrawnError, ...]:
 def _drawn_amounts(case: Case, stage: Stage) -> list[DrawnError]:
     """Random amounts of flank modifications, drawn for each planet."""
     errors = []
-    for (flank, name), distribution in case.tolerance.ground(stage).items():
-        part, side = ground_flank(stage, flank)
+    for (flank, name), distribution in case.tolerance.modifications_of(stage).items():
+        part, side = modified_flank(stage, flank)
         modification = getattr(getattr(stage, part).modifications.of(side), name)
         relief = modification if isinstance(modification, Relief) else None
         base = float(relief.amount if relief else modification or 0.0)

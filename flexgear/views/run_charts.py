@@ -18,7 +18,7 @@ from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.names import GEAR_MESH, SHAFT
 from flexgear.results.report.wording import with_unit
 from flexgear.results.run_folder import RingFolder
-from flexgear.results.run_orders import HIGHEST, case_of, gear_mesh_orders
+from flexgear.results.run_orders import HIGHEST_ORDER, case_of, gear_mesh_orders
 from flexgear.results.settling import settled
 from flexgear.results.sinks import between
 from flexgear.results.stage_figures import STAGE_FIGURES
@@ -69,7 +69,7 @@ def _gear_meshes(data: xr.Dataset, stage: str) -> xr.Dataset:
 
 def _spectrum(data: xr.Dataset, stage: StageOfRun) -> Any:
     """Order spectra of a stage's gear-mesh forces in the settled part of a run."""
-    expected = expected_lines(case_of(data), harmonics=int(HIGHEST))
+    expected = expected_lines(case_of(data), harmonics=int(HIGHEST_ORDER))
     lines = [
         (line, line.frequency / stage.flow.gear_mesh_frequency)
         for line in expected

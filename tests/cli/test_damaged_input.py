@@ -37,13 +37,13 @@ GOOD = npz(K=K, M=K)
 MATRICES = {  # content of a file of matrices, and what the line says
     "damaged npz": (GOOD[:200] + bytes(40) + GOOD[240:], "npz: cannot be read"),
     "npz cut short": (GOOD[: len(GOOD) // 2], "npz: cannot be read"),
-    "3-D": (npz(K=np.zeros((2, 3, 4)), M=K), "K: is 2 x 3 x 4, no matrix"),
+    "3-D": (npz(K=np.zeros((2, 3, 4)), M=K), "K: is 2 x 3 x 4, not a matrix"),
     "0-D": (npz(K=np.float64(3), M=K), "K: is a single number"),
     "empty": (npz(K=np.zeros((0, 0)), M=K), "K: is 0 x 0"),
     "structured": (npz(K=np.zeros((12, 12), [("a", float)]), M=K), "write real numbers"),
     "complex": (npz(K=1j * K, M=K), "K: holds complex128"),
     "objects": (npz(K=np.full((12, 12), {}), M=K), "K: holds object"),
-    "not finite": (npz(K=np.nan * K, M=K), "K: holds entries that are no numbers"),
+    "not finite": (npz(K=np.nan * K, M=K), "K: has entries that are not finite"),
     "random bytes": (np.random.default_rng(0).bytes(4000), "cannot be read"),
     "gzip": (gzip.compress(b"hello" * 500), "cannot be read"),
     "pickle": (pickle.dumps({"K": K}), "cannot be read"),
@@ -150,11 +150,11 @@ def test_figures_that_cannot_be_are_one_line(flexgear, tmp_path, monkeypatch, ar
 SENSOR = 'sensors=[{name = "a", on = "stage.sun", measures = "velocity", '
 SERIES = "load_series={years = 1, torque = 'T', speed = 'n', design_load_cases = [{name = 'a', "
 SETTINGS = {  # of a lumped case, and what the line says
-    f'{SENSOR} direction = "radial", place_m = [1e300, 0, 0]}}]': "place_m: lies 1e+300 m off",
+    f'{SENSOR} direction = "radial", place_m = [1e300, 0, 0]}}]': "place_m: is 1e+300 m from",
     f"{SENSOR} vector = [1e300, 0, 0]}}]": "vector: is 1e+300 long",
     f'{SENSOR} direction = "x", place_mm = [1]}}]': "place_mm: has 1 of 3 numbers",
     f'{SENSOR} direction = "x", place_mm = [1, 2, 3, 4]}}]': "has 4 elements -- give at most 3",
-    "sensors=[{name = ' ', on = 'stage.sun', measures = 'speed'}]": "' ' is no name",
+    "sensors=[{name = ' ', on = 'stage.sun', measures = 'speed'}]": "' ' is not a valid name",
     "gravity_m_per_s2=[1, 2]": "has 2 of 3 numbers -- give 3 numbers",
     "faults=[{kind = 'wear', gear = 1, flank = 'drive', depth_um = 1}]":
         "gear: 1 is unknown -- use one of sun, planet",

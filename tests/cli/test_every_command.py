@@ -192,7 +192,7 @@ def test_large_files_give_the_same_as_small_ones(
     byte by byte."""
     outputs = []
     for whole in (dataset_file.WHOLE, 0):
-        monkeypatch.setattr(dataset_file, "WHOLE", whole)
+        monkeypatch.setattr(dataset_file, "MAX_IN_MEMORY", whole)
         out = tmp_path / str(whole)
         out.mkdir()
         READERS[reader](flexgear.out, run_of_case[1], out)
@@ -206,7 +206,7 @@ def test_pictures_of_large_files_show_the_same(run_of_case, monkeypatch):
     """What matplotlib gets, without the time that it takes to draw it; from a notebook, too."""
     shown = []
     for whole in (dataset_file.WHOLE, 0):
-        monkeypatch.setattr(dataset_file, "WHOLE", whole)
+        monkeypatch.setattr(dataset_file, "MAX_IN_MEMORY", whole)
         left = read_run(run_of_case[1])
         plots = left.datasets["transient"].fg.plot
         charts = {name: panels_of(getattr(plots, name)()) for name in dir(plots)}

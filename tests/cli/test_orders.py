@@ -141,7 +141,7 @@ def test_samples_that_stay_in_the_file_give_the_same(
 ):
     outcomes = []
     for whole in (dataset_file.WHOLE, 0):
-        monkeypatch.setattr(dataset_file, "WHOLE", whole)
+        monkeypatch.setattr(dataset_file, "MAX_IN_MEMORY", whole)
         folder = tmp_path / str(whole)
         more = ["--highest", 100] if "--planets" not in options else []
         figures = flexgear.json("orders", transient[0], *options, *more, "--out", folder)
@@ -150,7 +150,7 @@ def test_samples_that_stay_in_the_file_give_the_same(
 
 
 def test_columns_that_are_not_drawn_stay_in_the_file(flexgear, transient, monkeypatch):
-    monkeypatch.setattr(dataset_file, "WHOLE", 0)
+    monkeypatch.setattr(dataset_file, "MAX_IN_MEMORY", 0)
     reads, read = [], h5py.Dataset.__getitem__
 
     def watched(variable, key):
@@ -246,7 +246,7 @@ def test_bad_input_is_one_line(flexgear, transient, options, text):
 @pytest.mark.parametrize(
     ("name", "text"),
     [
-        ("parameters", "dataset: is none of flexgear"),
+        ("parameters", "dataset: is not a result of flexgear"),
         ("settle_s", "cannot be read, its datasets: 'settle_s' is missing"),
         ("input_angle", "orders: input_angle: is not in the file beside gear_mesh_force"),
         ("time", "is not a netCDF file of flexgear (an axis of "),

@@ -124,14 +124,14 @@ def test_a_disk_that_fills_up_meanwhile(flexgear, mine, monkeypatch, tmp_path_fa
     """Finished work goes to where there is room, and the message says where."""
     elsewhere = tmp_path_factory.mktemp("elsewhere")
     monkeypatch.setattr(tempfile, "tempdir", str(elsewhere))
-    real = atomic._to_disk
+    real = atomic._flush_to_disk
 
     def refuses(path):
         if path.name == "a.nc" and (len(full) > 1 or not path.is_relative_to(elsewhere)):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         real(path)
 
-    monkeypatch.setattr(atomic, "_to_disk", refuses)
+    monkeypatch.setattr(atomic, "_flush_to_disk", refuses)
     code, _, err = flexgear("static", mine, "-q", "--out", mine.parent / "a.nc")
     assert code == 1 and err.count("\n") == 1
     assert "a.nc: No space left on device" in err

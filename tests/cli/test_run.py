@@ -11,7 +11,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.results import dataset_file
 from flexgear.results.dataset_file import load
 from flexgear.results.stage_part import stage_part
-from flexgear.results.summary import lacking
+from flexgear.results.summary import missing_keys
 from flexgear.studies.early_workers import Outcome
 
 FAST = [
@@ -50,7 +50,7 @@ def test_run_writes_results_and_summary(finished, content):
     assert len(said) == 1
     assert said == summary["warnings"]  # others stand beside their figures
     assert not {*said} & {one["sentence"] for one in summary["neglected"]}
-    assert lacking(summary) == []
+    assert missing_keys(summary) == []
     assert summary["case"] == "wind-5mw"
     assert summary["timing_s"]["bodies"] >= 0
     data = load(out / "torque_step_2e6.nc")
@@ -72,7 +72,7 @@ def test_pictures_that_fail_cost_no_results(monkeypatch, tmp_path, capsys, broke
     (said,) = (line for line in capsys.readouterr().err.splitlines() if "pictures" in line)
     assert "no room for a label" in said and f"complete in {out}" in said and "render" in said
     summary = json.loads((out / "summary.json").read_text())
-    assert lacking(summary) == []
+    assert missing_keys(summary) == []
     assert load(out / "transient.nc").sizes["time"] > 10
     assert [p.name for p in tmp_path.iterdir()] == ["mine"]
     monkeypatch.undo()
@@ -87,7 +87,7 @@ def test_a_finished_folder_is_read_again(content):
 
 
 def test_large_datasets_are_read_piece_by_piece(finished, content, monkeypatch):
-    monkeypatch.setattr(dataset_file, "WHOLE", 0)
+    monkeypatch.setattr(dataset_file, "MAX_IN_MEMORY", 0)
     name = "torque_step_2e6"
     pieces = run_commands.read_folder(finished[0]).datasets[name]
     assert not pieces.variables["pair_load"]._in_memory

@@ -212,7 +212,7 @@ def test_members_in_braces_are_named(flexgear, file):
 
 def test_an_earlier_key_of_a_setting_is_told_its_present_name(flexgear):
     err = flexgear.refused("check", "wind-5mw", "--set", "drive.rated_torque_nm=3e6")
-    assert "drive.rated_torque_nm: is what a key was called up to 0.2.0" in err
+    assert "drive.rated_torque_nm: is the name of a key up to 0.2.0" in err
     assert "write inputs.0.torque_nm" in err
     with pytest.raises(InputError, match=r"write stage.ring.fe.tie$"):
         load_case("wind-5mw").with_(**{"ring.tie": "flank"})
@@ -224,4 +224,4 @@ def test_results_of_earlier_versions_are_one_line(flexgear, tmp_path, more):
     (tmp_path / "summary.json").write_text(json.dumps(summary))
     (tmp_path / "case.json").write_text('{"kind": "stage"}')
     err = flexgear.refused("render", tmp_path)
-    assert "holds a run of flexgear 0.2.0, whose results this version does not read" in err
+    assert "holds a run of flexgear 0.2.0, which this version cannot read" in err

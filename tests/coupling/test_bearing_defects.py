@@ -142,7 +142,7 @@ def test_motion_of_a_run_has_the_lines_of_the_bearing(tmp_path):
         ("", {"faults.0.width_mm": "20"}, "faults.0.width_mm"),
         ("", {"faults.0.bearing": '"carrier.bearing_far"'}, "planet"),
         ("", {"faults.0.planet": "4"}, "beyond the 3 planets"),
-        ("tooth = 3\n", {}, "has no place in the kind outer_race"),
+        ("tooth = 3\n", {}, "is not a key of the kind outer_race"),
         ("", {"faults.0.kind": '"outer"'}, "faults.0.kind"),
         ("", {"stage.planet_bearing.elements": None}, "has no elements"),
         (

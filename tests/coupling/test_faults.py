@@ -246,5 +246,5 @@ def test_faults_beyond_their_tooth_are_one_line(stage, fault, key, words):
 
 @pytest.mark.parametrize("model", ["constant", "rectangular"])
 def test_models_that_see_no_single_teeth_refuse_faults(stage, model):
-    with pytest.raises(InputError, match="has no single teeth"):
+    with pytest.raises(InputError, match="does not model single teeth"):
         stage(PLANETARY, model, WEAR)

@@ -192,7 +192,7 @@ def test_a_housing_without_a_mount_is_refused(tmp_path, places):
         ({"housing.kind": "reduced", "housing.fe_mesh_file": "a", "housing.fe_mesh_nodes": "b"},
          "housing.mount: a housing needs stiffness"),
         ({"housing.kind": "reduced", "housing.fe_mesh_file": "a", "housing.fe_mesh_nodes": "b",
-          "housing.mass_kg": "5"}, "housing.mass_kg: is that of a lumped housing"),
+          "housing.mass_kg": "5"}, "housing.mass_kg: is for a lumped housing"),
         ({"housing.kind": "reduced", "housing.fe_mesh_file": "/no", "housing.fe_mesh_nodes": "/no",
           **MOUNT}, "housing.fe_mesh_file.*there is no such file"),
     ],

@@ -187,7 +187,7 @@ def test_one_circle_may_be_a_table_or_a_list(tmp_path):
 @pytest.mark.parametrize(
     ("supports", "settings", "says"),
     [
-        ("", {}, "stage.ring.fe.bolts: nothing takes the ring's torque"),
+        ("", {}, "stage.ring.fe.bolts: nothing supports the ring's torque"),
         (
             SPLINE.replace("5e6", "0"),
             {},

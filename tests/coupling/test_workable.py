@@ -62,13 +62,13 @@ def test_a_ring_that_turns_has_a_hub_and_a_held_carrier_takes_torque(tmp_path):
     text = MIXED.replace('member = "first.carrier"', 'member = "first.ring"')
     path = write(tmp_path, text, SPATIAL + 'held = ["first.carrier"]\n')
     with pytest.raises(
-        InputError, match=r"stages\[0\].ring.hub: is missing, and the FE ring turns"
+        InputError, match=r"stages\[0\].ring.hub: is missing, and the FE ring rotates"
     ):
         load_case(path)
     hub = {FIRST + "ring.hub.kinematics": "torsional", FIRST + "ring.hub.inertia_kg_m2": "2000"}
     key, words = refusal(load_case(path, hub))
     assert key == "stages.first.carrier.bearing_drive.torsion_nm_per_rad"
-    assert "nothing takes the torque of the held first.carrier" in words
+    assert "nothing supports the torque of the held first.carrier" in words
     assert (
         require_workable(
             load_case(path, {**hub, FIRST + "carrier.bearing_far.torsion_nm_per_rad": "1e9"})

@@ -415,7 +415,7 @@ def test_rollers_that_spring_say_their_size_once():
     kept = ("elements.diameter_mm", "elements.pitch_diameter_mm")
     drop = {k: None for k in ELEMENTS if k.startswith("elements") and k not in kept}
     assert rolling_bearing(planet_bearing(**rollers, **drop)) == rolling_bearing(planet_bearing())
-    with pytest.raises(InputError, match=r"elements.count.*stands in rollers"):
+    with pytest.raises(InputError, match=r"elements.count.*is given in rollers"):
         planet_bearing(**rollers)
 
 
@@ -437,10 +437,10 @@ def test_faced_rows_of_tapered_rollers():
         ({"elements.spacing_mm": None}, r"elements.spacing.*missing"),
         ({"rolling": None}, r"rolling.*missing"),
         ({"elements.diameter_mm": "70"}, r"diameter.*only 65"),
-        ({"elements.profile": "table"}, r"drops.*profile by a table"),
+        ({"elements.profile": "table"}, r"drops.*needs profile"),
         (
             {"rolling": "ball", "elements.length_mm": None, "elements.clearance_um": "3500"},
-            r"clearance.*centres are 3 mm apart.*below 3 mm",
+            r"clearance.*that are 3 mm apart.*below 3 mm",
         ),
     ],
 )

@@ -59,9 +59,9 @@ sun_stiffness_step_n_per_m = 1e8"""
     ("wave", "words"),
     [
         ('model = "fourier"\nsun_harmonic_shares = [0.9, -0.3]', "fall to -20 %"),
-        ('model = "per_pair"\nsun_harmonic_shares = [0.1]', "no place beside model"),
-        ('model = "fourier"\nsun_harmonic_phases_deg = [3]', "1 phases of 0 terms"),
-        ('model = "constant"\nsun_stiffness_step_n_per_m = 1e8', "no place in model"),
+        ('model = "per_pair"\nsun_harmonic_shares = [0.1]', "cannot be used with model"),
+        ('model = "fourier"\nsun_harmonic_phases_deg = [3]', "1 phases for 0 terms"),
+        ('model = "constant"\nsun_stiffness_step_n_per_m = 1e8', "no effect with model"),
         ('model = "rectangular"\nsun_stiffness_step_n_per_m = 1e9', "sun_stiffness_step"),
         ('model = "rectangular"\nring_stiffness_step_n_per_m = 1e8', "ring_stiffness.* is missing"),
     ],

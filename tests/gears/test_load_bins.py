@@ -172,7 +172,7 @@ def test_hours_may_be_shares_of_the_total(case_with):
     shares = shares.replace("part,100,", "part,0.4,").replace("full,50,", "full,0.6,")
     case = case_with(table=shares, total="total_hours = 150")
     assert [b.hours for b in bins_of_load_cases(case)] == pytest.approx([60, 90, 0])
-    with pytest.raises(InputError, match=r"bins.csv: line 2, share: is of no total"):
+    with pytest.raises(InputError, match=r"bins.csv: line 2, share: needs a total"):
         case_with(table=shares)
     percent = shares.replace("0.4,", "40,").replace("0.6,", "60,")
     with pytest.raises(InputError, match=r"total_hours: is 150, but .* up to 15000"):

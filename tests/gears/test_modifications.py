@@ -305,7 +305,7 @@ def test_a_table_from_a_csv_file(tmp_path):
     ("rows", "said"),
     [
         ("30; 110; 4; x\n", r"flank table: has 3 points, but 2 different diameter_mm and 2 diff"),
-        ("-30; 110; 4; x\n30; 105; 4; x\n", "line 6: gives a point for the second time"),
+        ("-30; 110; 4; x\n30; 105; 4; x\n", "line 6: repeats a point"),
         ("-30; 110; much; x\n", "line 5, gap_um: 'much' is not a number"),
         ("-30; 110; 4000; x\n30; 110; 4; x\n", r"table\.gaps.*reach 4 mm, beyond 2 mm"),
         ("-30; 190; 4; x\n30; 190; 4; x\n", r"table\.diameters: 105 … 190 mm do not fit the act"),
@@ -324,7 +324,7 @@ def test_csv_tables_that_are_refused(tmp_path, rows, said):
     ("text", "said"),
     [
         ("z_mm,gap_um\n1,2\n", r"column roll_angle or diameter: is not among.*roll_angle_deg"),
-        ("roll_angle_deg,z_mm,gap_n\n1,2,3\n", r"column gap: .*head a column gap_mm"),
+        ("roll_angle_deg,z_mm,gap_n\n1,2,3\n", r"column gap: .*name a column gap_mm"),
         ("roll_angle_deg,z_mm,gap_um\n", "flank table: has no rows"),
         ("", "flank table: is empty -- give columns roll_angle_deg, z_mm, gap_mm"),
     ],

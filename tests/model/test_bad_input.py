@@ -46,7 +46,7 @@ from flexgear.structures.fe_mesh.files import read_fe_mesh
         ('fidelity = "standard"', 'fidelity = "rough"', "solver.fidelity.*quick, standard, fine"),
         ("flexible = true", "flexible = 1", "stage.ring.fe.flexible: 1 is not true or false"),
         ("teeth = 93", "teeth = 30", "stage.ring.teeth.*cannot hold planets"),
-        ("z_mm = -185", "z_mm = -200", r"stage.ring.fe.fits\[0\].z_mm: the band.*leaves the face"),
+        ("z_mm = -185", "z_mm = -200", r"stage.ring.fe.fits\[0\].z_mm: the band.*extends beyond"),
         ("z_mm = 185", "z_mm = 18500", r"stage.ring.fe.fits\[1\].z_mm"),
         ("[[stage.ring.fe.fits]]", "[stage.ring.fe.fits]", "TOML"),
         ("plate_gap_mm = 480", "plate_gap_mm = 400", "stage.carrier.fe.plate_gap_mm.*no room"),
@@ -104,9 +104,9 @@ def test_overrides_are_checked_like_the_file(key, value, words):
     ("key", "value", "words"),
     [
         ("stage.planet.bore_diameter_mm", "0", "planet.bore_diameter_mm: is missing beside fe"),
-        ("stage.planet.mass_kg", "400", "planet.mass_kg: is that of a lumped body, but fe"),
+        ("stage.planet.mass_kg", "400", "planet.mass_kg: is for a lumped body, but fe"),
         ("stage.planet.fe.tie", "roots", "planet.fe.tie: 'roots' is unknown"),
-        ("stage.double_helical", "true", "planet.fe: is not there for planets with two halves"),
+        ("stage.double_helical", "true", "planet.fe: is not available for planets with two halves"),
     ],
 )
 def test_fe_planets_are_checked(key, value, words):

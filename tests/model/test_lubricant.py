@@ -19,7 +19,7 @@ def test_units_and_default():
 @pytest.mark.parametrize(
     ("settings", "line"),
     [
-        ({"viscosity_100_mm2_per_s": "400"}, "oil thins"),
+        ({"viscosity_100_mm2_per_s": "400"}, "viscosity decreases"),
         ({"temperature_c": "65", "operating_viscosity_mm2_per_s": "90"}, "beside temperature"),
         ({"cleanliness": "-/15/12", "contamination": "0.5"}, "beside cleanliness"),
         ({"temperature_c": "338"}, "338 °C is outside"),

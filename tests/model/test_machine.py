@@ -148,7 +148,7 @@ def test_ramp_goes_straight_and_stays_outside():
         ("time_s,torque_nm\n0,1\n1,two\n", "line 3, torque_nm: 'two' is not a number"),
         ("time_s,torque_nm\n0,1\n1\n", "line 3, torque_nm: is empty"),
         ("time_s,torque_nm\n0,1\n1,nan\n", "line 3, torque_nm"),
-        ("time_s,torque_nm\n0,1\n2,2\n1,3\n", "line 4, time_s: does not rise"),
+        ("time_s,torque_nm\n0,1\n2,2\n1,3\n", "line 4, time_s: does not increase"),
         ("time_s,torque_nm\n0,1\n", "has 1 rows"),
         ("time_s,torque_nm\n0,0,1,5\n", "line 2: has 4 cells under 2 titles.*semicolons"),
         ("time_s;torque_nm\n0;1.000,5\n", "line 2, torque_nm: '1.000,5' is not a number"),
@@ -171,7 +171,7 @@ def test_broken_csv_is_one_clear_line(tmp_path, text, words):
     [
         ({"kind": "csv", "file": "nowhere.csv"}, r"nowhere.csv.*no such file"),
         ({"kind": "ramp"}, r"0 times and 0 torques"),
-        ({"kind": "ramp", "times_s": "[1, 0]", "torques_nm": "[1, 2]"}, "times_s: do not rise"),
+        ({"kind": "ramp", "times_s": "[1, 0]", "torques_nm": "[1, 2]"}, "times_s: do not increase"),
         ({"kind": "gusts"}, "'gusts' is unknown.*one of constant, steps, ramp, soft, csv"),
     ],
 )

@@ -41,7 +41,7 @@ def test_a_tolerance_changes_no_run():
         ({f"{PIN}.distribution": "uniform", f"{PIN}.mean_um": "2"}, "low_mm: is missing"),
         ({f"{PIN}.distribution": "rayleigh", f"{PIN}.standard_deviation_um": "2",
           f"{PIN}.mean_um": "2"}, "mean_um: has no meaning"),
-        ({"tolerance.errors.ring_tooth.standard_deviation_um": "2"}, "this size has no sign"),
+        ({"tolerance.errors.ring_tooth.standard_deviation_um": "2"}, "size cannot be negative"),
         ({"tolerance.errors.sun_phase.low_deg": "400"}, "is not above the low end"),
         ({"tolerance.errors.ring_pitc.low_um": "3"}, "did you mean ring_pitch"),
         ({"tolerance.modifications.sun.lead_crowning.standard_deviation_um": "3"},

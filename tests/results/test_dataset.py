@@ -79,13 +79,13 @@ import numpy as np
 from flexgear.model.errors import FlexgearError
 from flexgear.results.dataset_file import dataset_file
 from flexgear.results.labelled_dataset import labelled_dataset
-from flexgear.results.sinks import Coming
+from flexgear.results.sinks import RunSize
 noise = np.random.default_rng(0).normal(size=(500, 93, 3))
 data = labelled_dataset("time", np.arange(500.0), {"tooth_displacement": noise}, {}, {})
 resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
 try:
     with dataset_file(sys.argv[1]) as sink:
-        sink.begin(Coming(data.isel(time=slice(0, 0)), 500))
+        sink.begin(RunSize(data.isel(time=slice(0, 0)), 500))
         for k in range(5):
             sink.append(data.isel(time=slice(100 * k, 100 * k + 100)))
         sink.finish(data.isel(time=0, drop=True)[[]])

@@ -138,7 +138,7 @@ def test_a_history_that_jumps_warns_of_aliases_and_a_smooth_one_does_not(stage):
     _, data = stage
     wave = np.sin(2 * np.pi * np.arange(data.sizes["time"]) / 20.7)
     data = data.assign(smooth=("time", wave), jumps=("time", np.sign(wave)))
-    with pytest.warns(FlexgearWarning, match=r"jumps has no filter .*output_interval_ms"):
+    with pytest.warns(FlexgearWarning, match=r"jumps is not filtered .*output_interval_ms"):
         data.fg.orders("jumps", "carrier")
     slow = {"time": "sensor_time"}
     data = data.assign(sensor_signal=data["jumps"].drop_vars("time").rename(slow),
@@ -194,7 +194,7 @@ def test_bad_input(stage):
         (lambda: over_time(data.drop_vars("input_angle"), "sound"), "input_angle: is not in"),
         (lambda: over_time(data, "noise"), "noise: is no history of this file -- name one of inp"),
         (lambda: synchronous(history, turns_of(time, 0 * turns)), "does not rotate"),
-        (lambda: synchronous(history, back), "goes through zero"),
+        (lambda: synchronous(history, back), "passes zero"),
         (lambda: synchronous(history, turns_of(time, turns), 5e3), "samples a period"),
         (lambda: order_spectrum(synchronous(history, turns_of(time, turns), 40.0), "x"), "window"),
         (lambda: order_map(synchronous(history, turns_of(time, turns), 40.0), 1e4), "do not fit"),

@@ -56,7 +56,7 @@ def test_runout_is_no_start_up():
     ("free", "said"),
     [
         (3 * TIME / SPAN, "grows until the end"),
-        (60 * np.exp(-TIME / 2), "is still there at the end"),
+        (60 * np.exp(-TIME / 2), "still decays at the end"),
     ],
 )
 def test_a_run_that_does_not_settle_says_so(free, said):

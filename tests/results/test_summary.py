@@ -18,7 +18,7 @@ from flexgear.results.summary import (
     VERSION,
     build_summary,
     json_schema,
-    lacking,
+    missing_keys,
     modes_summary,
 )
 from flexgear.results.time_figures import (
@@ -71,7 +71,7 @@ def test_the_schema_refuses_what_is_not(change, fault):
 
 
 def test_what_must_be_there_is_named_where_it_is_missing():
-    lost = lacking({**PART, "reduction": {"ring": {}}})
+    lost = missing_keys({**PART, "reduction": {"ring": {}}})
     assert "stages.first.sun_gear_mesh_force_n" in lost and "energy_residual" in lost
     assert "torque_steps.2e6.flexible.gear_mesh_force" in lost
     assert "reduction.ring.fe_dofs" in lost
@@ -79,7 +79,7 @@ def test_what_must_be_there_is_named_where_it_is_missing():
 
 
 def test_figures_of_flexible_stages_stand_below_their_names():
-    lost = lacking({"steady": {"first": {}}})
+    lost = missing_keys({"steady": {"first": {}}})
     assert "steady.first.carrier_speed_rpm_mean" in lost
 
 

@@ -17,7 +17,7 @@ def test_alike_groups_are_one_answer_that_says_how_sure_it_is():
     few, many = tolerance_verdicts(study)
     assert few.subject == "load sharing, ring left, sun left, ring right, sun right"
     assert (few.level, few.figure) == ("watch", "0 % of sets")
-    assert "up to 8.81 % of all" in few.sentence and "draw more" in few.sentence
+    assert "may be up to 8.81 %" in few.sentence and "draw more" in few.sentence
     assert (many.level, many.subject) == ("good", "load sharing, b ring")
     assert "draw more" not in many.sentence
     (bad,) = tolerance_verdicts({**study, "load_sharing": {"stage ring": group(0.5, 0.6)}})

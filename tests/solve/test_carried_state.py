@@ -122,7 +122,7 @@ def test_a_stepped_sweep_goes_up_and_back_down(tmp_path, capsys, monkeypatch):
     machine = (
         "machine = {{ law = 'speed', kind = 'soft', times_s = [{}, {}], speeds_rpm = [{}, {}] }}"
     )
-    monkeypatch.setattr(dataset_file, "WHOLE", 0)
+    monkeypatch.setattr(dataset_file, "MAX_IN_MEMORY", 0)
     reads, read = set(), h5py.Dataset.__getitem__
     monkeypatch.setattr(
         h5py.Dataset, "__getitem__", lambda self, key: reads.add(self.name) or read(self, key)

@@ -137,5 +137,5 @@ def test_half_a_load_is_refused(tmp_path, ports, said):
 
 
 def test_a_loaded_member_on_a_spring_is_told_of_free_vibration(tmp_path):
-    with pytest.raises(InputError, match=r"which turns -- .*free vibration, without \[output\]"):
+    with pytest.raises(InputError, match=r"which rotates -- .*free vibration, without \[output\]"):
         load_case("lin-parker", TURNING)

@@ -102,7 +102,7 @@ def test_rim_stress_is_that_of_the_gauges_and_in_the_summary(model, turn):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("angle_deg = 3\ntooth = 4", "[0].tooth: stands beside angle"),
+        ("angle_deg = 3\ntooth = 4", "[0].tooth: is given beside angle"),
         ("", "[0].angle_deg: is missing, and so is tooth"),
         ("tooth = 73", "[0].tooth: is 73 -- the ring has 72 teeth"),
         ("angle_deg = 3\nz_mm = 11", "[0].z_mm: is beside the ring -- at most 10 mm"),

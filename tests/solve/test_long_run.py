@@ -20,7 +20,7 @@ from flexgear.model.load import load_case
 from flexgear.results import dataset_file as files
 from flexgear.results.dataset_file import dataset_file, encoding_of, load, save
 from flexgear.results.settling import WindowedRanges, window_edges
-from flexgear.results.sinks import Several
+from flexgear.results.sinks import SinkGroup
 from flexgear.solve import long_run
 from flexgear.solve.transient import simulate
 
@@ -92,8 +92,8 @@ class ResidentMemory:
     def __init__(self):
         self.seen, self.written = [], 0
 
-    def begin(self, coming):
-        self.written = coming.size
+    def begin(self, run_size):
+        self.written = run_size.size
 
     def append(self, data):
         pages = int(Path("/proc/self/statm").read_text().split()[1])
@@ -109,7 +109,7 @@ def test_resident_memory_reaches_a_plateau(train, tmp_path):
     memory = ResidentMemory()
     ranges = WindowedRanges(lambda data: data[["gear_mesh_force"]], window_edges(80 * CHUNK * STEP))
     with dataset_file(tmp_path / "run.nc") as file:
-        simulate(train, duration=80 * CHUNK * STEP, sink=Several([file, ranges, memory]))
+        simulate(train, duration=80 * CHUNK * STEP, sink=SinkGroup([file, ranges, memory]))
     assert len(memory.seen) >= 80
     first, last = np.array(memory.seen)[[25, -1]]
     between = memory.written * (1 - 25 / len(memory.seen))
@@ -142,8 +142,8 @@ def test_what_is_said_before_is_what_comes(train):
     told = []
 
     class Listener:
-        def begin(self, coming):
-            told.append(coming)
+        def begin(self, run_size):
+            told.append(run_size)
 
         def append(self, data):
             told.append(data.sizes["time"])
@@ -152,13 +152,13 @@ def test_what_is_said_before_is_what_comes(train):
             told.append(last)
 
     simulate(train, duration=4500 * STEP, sink=Listener())
-    coming, *sizes, last = told
-    assert sum(sizes) == coming.samples == 4500
+    run_size, *sizes, last = told
+    assert sum(sizes) == run_size.samples == 4500
     assert last.attrs["steps"] == 4500
     data = simulate(train, duration=4500 * STEP).data
     single = [n for n, how in encoding_of(data).items() if how.get("dtype") == "f4"]
     size = {str(n): v.nbytes for n, v in data.variables.items() if "time" in v.dims}
-    assert coming.size == sum(b // 2 if n in single else b for n, b in size.items())
+    assert run_size.size == sum(b // 2 if n in single else b for n, b in size.items())
 
 
 def test_a_disk_that_is_too_small_is_said_before(train, tmp_path, monkeypatch):

@@ -16,7 +16,7 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import FlexgearError
 from flexgear.model.load import load_case
 from flexgear.results.stage_part import of_kind, pairs_of
-from flexgear.results.summary import lacking
+from flexgear.results.summary import missing_keys
 from flexgear.solve import run as solve
 from flexgear.solve.bodies import rigid_bodies
 from flexgear.solve.model import model_of
@@ -63,7 +63,7 @@ def test_datasets_of_both_variants(run):
     }  # fmt: skip
     assert run.datasets["transient_rigid"].attrs["variant"] == "rigid"
     assert set(run.fields) == {"stage.ring", "stage.carrier"}
-    assert lacking(run.summary) == []
+    assert missing_keys(run.summary) == []
 
 
 def test_steady_figures_are_those_of_statics(run, case):
@@ -147,7 +147,7 @@ def short(name, **changes):
 def test_run_of_a_train_with_errors():
     progress = []
     result = solve.run(short("herringbone"), lambda stage, share: progress.append(stage))
-    assert lacking(result.summary) == []
+    assert missing_keys(result.summary) == []
     assert set(result.datasets) == {
         "modes", "campbell", "equilibrium", "sharing_stage", "sharing_stage_without_errors",
         "transient", "harmonic",

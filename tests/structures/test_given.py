@@ -100,7 +100,7 @@ def test_what_does_not_fit_the_case_is_refused(tmp_path, cheap, spoil, said):
             {"stage.ring.fe.fe_mesh": "reduced", "stage.ring.fe.fe_mesh_file": "a.op4",
              "stage.ring.fe.fe_mesh_nodes": "a.csv",
              "stage.ring.fe.fe_mesh_turn_deg": "3"},
-            "moves no reduced body",
+            "cannot move a reduced body",
         ),
     ],
 )  # fmt: skip

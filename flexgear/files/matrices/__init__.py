@@ -1,4 +1,5 @@
-"""Reduced matrices of other programs and for them: stiffness, mass and a table of nodes.
+"""Exchange of reduced bodies with other programs: stiffness and mass matrices, table of nodes.
 
-body: the matrices and their table of nodes with checks; formats; exchange: reading and writing.
+body: the matrices, their table of nodes and checks; formats: parsers of the file formats;
+exchange: reading and writing of a body.
 """

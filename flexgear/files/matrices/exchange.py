@@ -1,8 +1,8 @@
-"""Reads reduced matrices of other programs, and writes them for others.
+"""Reading and writing of reduced matrices for exchange with other programs.
 
-Formats by content: OP4 (text, binary), DMIG, Matrix Market, Abaqus and CalculiX, npz. Which matrix
-is which follows from its name in the file, else from that of the file: k… or …stiff… is stiffness,
-m… or …mass… mass.
+The format follows from a file's content: OP4 (text, binary), DMIG, Matrix Market, Abaqus and
+CalculiX, npz. The name of a matrix in the file, or else the name of the file, states its role:
+k… or …stiff… is stiffness, m… or …mass… is mass.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from flexgear.files.matrices.body import (
     LENGTHS,
     NodeTable,
     ReducedMatrices,
+    as_double,
     read_table,
     require_form,
     require_real,
-    sound,
     table_text,
 )
 from flexgear.files.matrices.formats import op4_text, read_abaqus, read_dmig, read_op4
 from flexgear.model.errors import InputError
-from flexgear.model.input_file import DAMAGED, MOST_MATRICES, read_bytes
+from flexgear.model.input_file import DAMAGED, MAX_MATRIX_BYTES, read_bytes
 
 _HEADERS = {
     (1, 0): np.lib.format.read_array_header_1_0,
@@ -42,25 +42,25 @@ _HEADERS = {
 def read_reduced(
     files: Iterable[str | Path], nodes: str | Path, units: str = "m", name: str = "body"
 ) -> ReducedMatrices:
-    """A reduced body in SI from one or more files of matrices and its table of nodes.
+    """Read a reduced body in SI from one or more files of matrices and its table of nodes.
 
-    units: "m" for SI, "mm" for N, mm, t, s. Raises InputError; ``check`` judges what was read.
+    units: "m" for SI, "mm" for N, mm, t, s. Raises InputError for a file that cannot be read;
+    ``check`` checks the matrices.
     """
     if units not in LENGTHS:
         raise InputError("units", units, "is unknown", f"choose {', '.join(LENGTHS)}")
     table = read_table(Path(nodes))
     matrices: dict[str, Array] = {}
     for file in files:
-        for key, matrix in matrices_of(_bytes(file), file, table).items():
+        data = read_bytes(Path(file), "file", MAX_MATRIX_BYTES)
+        for key, matrix in matrices_of(data, file, table).items():
             role = _role(key) or _role(Path(file).stem)
             if role is not None:
                 matrices[role] = matrix
     for role in ("stiffness", "mass"):
         if role not in matrices:
-            raise InputError(
-                str(nodes), role, "is in none of the files",
-                "name the matrices K… and M…, or the files …stiffness and …mass",
-            )  # fmt: skip
+            remedy = "name the matrices K… and M…, or the files …stiffness and …mass"
+            raise InputError(str(nodes), role, "is in none of the files", remedy)
     reduced = ReducedMatrices(
         name,
         table.names,
@@ -73,13 +73,12 @@ def read_reduced(
 
 
 def matrices_of(data: bytes, file: str | Path, table: NodeTable) -> dict[str, Array]:
-    """All matrices of a file by name, entries by node in the order of the table; none is unpacked
-    whose header is no matrix of real numbers of the table's size."""
+    """All matrices of a file by name, rows and columns in the order of the table. The header of a
+    matrix is checked for shape and type before the matrix is unpacked."""
     where = str(file)
     read = _numpy if data.startswith((b"PK", b"\x93NUMPY")) else _text_or_binary
-    return {
-        key: sound(matrix, where, key, table) for key, matrix in read(data, where, table).items()
-    }
+    matrices = read(data, where, table)
+    return {key: as_double(matrix, where, key, table) for key, matrix in matrices.items()}
 
 
 def _text_or_binary(data: bytes, where: str, table: NodeTable) -> dict[str, Any]:
@@ -100,13 +99,14 @@ def _text_or_binary(data: bytes, where: str, table: NodeTable) -> dict[str, Any]
 
 
 def _role(name: str) -> str | None:
-    plain = name.lower()
+    """ "recovery", "stiffness" or "mass" by the name of a matrix or file, else None."""
+    name = name.lower()
     for role, pattern in (
         ("recovery", r"recov|^otm|^psi"),
         ("stiffness", r"stif|^k([^a-z]|aa|gg|red|xx|2gg|\d|$)|_k$"),
         ("mass", r"mass|^m([^a-z]|aa|gg|red|xx|2gg|\d|$)|_m$"),
     ):
-        if re.search(pattern, plain):
+        if re.search(pattern, name):
             return role
     return None
 
@@ -130,10 +130,10 @@ def _numpy(data: bytes, where: str, table: NodeTable) -> dict[str, Any]:
 
 
 def _require_header(stream: IO[bytes], where: str, key: str, table: NodeTable) -> None:
-    """InputError unless NumPy's header is that of a matrix."""
+    """Raise InputError unless NumPy's header describes a real matrix that fits the table."""
     version = np.lib.format.read_magic(stream)
     if version not in _HEADERS:
-        raise ValueError(f"version {version} of npy is for names that are no matrices'")
+        raise ValueError(f"version {version} of npy is not for matrices")
     shape, _, dtype = _HEADERS[version](stream)
     require_form(shape, where, key, table)
     require_real(dtype, where, key)
@@ -145,25 +145,20 @@ def _matrix_market(data: bytes, where: str, table: NodeTable) -> dict[str, Any]:
         require_form((rows, columns), where, "", table)
         matrix = scipy.io.mmread(io.BytesIO(data))
     except (ValueError, OverflowError, OSError) as error:
-        raise InputError(
-            where, "Matrix Market", f"cannot be read: {error}", "is the file whole?"
-        ) from None
+        problem = f"cannot be read: {error}"
+        raise InputError(where, "Matrix Market", problem, "is the file whole?") from None
     return {"": matrix.toarray() if sp.issparse(matrix) else matrix}
 
 
-def _bytes(path: str | Path) -> bytes:
-    return read_bytes(Path(path), "file", MOST_MATRICES)
-
-
 FORMATS = ("op4", "mtx", "npz")
-NAMES = {"stiffness": "KRED", "mass": "MRED", "recovery": "RECOV"}
+_OP4_NAMES = {"stiffness": "KRED", "mass": "MRED", "recovery": "RECOV"}
 
 
 def write_reduced(body: ReducedMatrices, folder: Path, form: str) -> list[Path]:
-    """Files <name>_nodes.csv and <name>.op4, <name>.npz or <name>_stiffness.mtx …; their paths.
+    """Write <name>_nodes.csv and <name>.op4, <name>.npz or <name>_stiffness.mtx …; returns paths.
 
-    Matrices in N, m, kg; the recovery (m per coordinate) at the vertices of <name>_vertices.csv is
-    written if the body has one. InputError for an unknown form.
+    Matrices are in N, m, kg. The recovery (m per coordinate) at the points of <name>_vertices.csv
+    is written if the body has one. Raises InputError for an unknown format.
     """
     if form not in FORMATS:
         raise InputError("--format", form, "is unknown", f"choose {', '.join(FORMATS)}")
@@ -182,7 +177,7 @@ def write_reduced(body: ReducedMatrices, folder: Path, form: str) -> list[Path]:
 
 def _matrix_files(name: str, matrices: dict[str, Array], form: str) -> dict[str, bytes]:
     if form == "op4":
-        named = {NAMES[key]: matrix for key, matrix in matrices.items()}
+        named = {_OP4_NAMES[key]: matrix for key, matrix in matrices.items()}
         return {f"{name}.op4": op4_text(named).encode()}
     if form == "npz":
         data = io.BytesIO()

@@ -3,14 +3,14 @@
 Nastran OP4: real matrices, written as text with 17 digits, read as text or binary. Record of a
 matrix: NCOL, NROW (< 0: rows in two words), form, type (1 single, 2 double), name of eight letters,
 in text the format of numbers; then columns ICOL, IROW, NW and NW words. IROW = 0 is a sparse column
-of strings, each headed by its length and first row: (L, IROW), or L 65536 + IROW in one word, with
-L the words of its numbers + 1. A column behind the last ends it. Source: MSC Nastran DMAP guide,
-OUTPUT4.
+of strings, each headed by its length and first row: (L, IROW), or L 65536 + IROW in one word, where
+L − 1 is the number of words of its values. A column beyond the last ends the matrix. Source: MSC
+Nastran DMAP guide, OUTPUT4.
 
 Nastran DMIG bulk data: real matrices by grid point and component. DMIG NAME 0 IFO TIN …, then
 columns DMIG NAME GJ CJ _ G1 C1 A1 _ G2 C2 A2 …; IFO 6 is symmetric, given as one triangle. Fields
-of 8 letters, of 16 (DMIG*), or separated by commas; component 0 is a scalar point, a modal
-coordinate. Source: MSC Nastran quick reference guide.
+have 8 letters, or 16 (DMIG*), or are separated by commas; component 0 is a scalar point, which is a
+modal coordinate. Source: MSC Nastran quick reference guide.
 
 Abaqus and CalculiX: lines "node, component, node, component, value" of *MATRIX GENERATE, or *USER
 ELEMENT with the dofs of its nodes and *MATRIX, TYPE=STIFFNESS or MASS with one triangle row by row,
@@ -31,18 +31,16 @@ from flexgear.arrays import Array
 from flexgear.files.matrices.body import NodeTable, require_form
 from flexgear.model.errors import InputError
 
-_PER_LINE, _WIDTH = 3, 23
+_PER_LINE, _WIDTH = 3, 23  # numbers on a line, characters of a number
 _SQUARE, _SYMMETRIC, _RECTANGULAR = 1, 6, 2
 _SINGLE, _DOUBLE = 1, 2
-_KEY = 65536
-_LEAST = 1e-99
+_STRING_FACTOR = 65536  # of the length in the one-word header of a string
+_MIN_VALUE = 1e-99  # smallest with a two-digit exponent
 
 
 def op4_text(matrices: Mapping[str, Array]) -> str:
-    """Dense matrices as OP4 text; names are cut to eight letters.
-
-    Numbers below 1e-99 are 0: their exponents do not fit the columns.
-    """
+    """Dense matrices as OP4 text; names are cut to eight letters. Numbers below 1e-99 are written
+    as 0, since three-digit exponents do not fit the columns."""
     lines = []
     for name, matrix in matrices.items():
         rows, columns = matrix.shape
@@ -63,17 +61,15 @@ def op4_text(matrices: Mapping[str, Array]) -> str:
 
 
 def _lines(values: Array) -> list[str]:
-    text = [f"{v:{_WIDTH}.16E}" for v in np.where(abs(values) < _LEAST, 0.0, values).tolist()]
+    text = [f"{v:{_WIDTH}.16E}" for v in np.where(abs(values) < _MIN_VALUE, 0.0, values).tolist()]
     return ["".join(text[k : k + _PER_LINE]) for k in range(0, len(text), _PER_LINE)]
 
 
 def read_op4(
     data: bytes, where: str, require: Callable[[tuple[int, int], str], None] = lambda *_: None
 ) -> dict[str, Array]:
-    """All real matrices of a file by name. InputError for a file that is no whole OP4.
-
-    require: refuses shapes (by name) before such a matrix is made.
-    """
+    """All real matrices of an OP4 file by name; InputError for a damaged or complex file. require:
+    called with shape and name before a matrix is allocated; raises if they are wrong."""
     binary = len(data) >= 8 and struct.unpack("<i", data[:4])[0] in (24, 24 << 24)
     matrices: dict[str, Array] = {}
     try:
@@ -82,10 +78,9 @@ def read_op4(
             name, matrix = _matrix(source, require)
             matrices[name] = matrix
     except (IndexError, ValueError, struct.error, UnicodeDecodeError) as error:
-        raise InputError(
-            where, "OP4", f"cannot be read: {error or 'it ends too early'}",
-            "write real matrices with OUTPUT4, and the whole file",
-        ) from None  # fmt: skip
+        problem = f"cannot be read: {error or 'it ends too early'}"
+        remedy = "write real matrices with OUTPUT4, and give the complete file"
+        raise InputError(where, "OP4", problem, remedy) from None
     return matrices
 
 
@@ -108,36 +103,36 @@ def _matrix(
             values = source.numbers(count // source.words(kind), kind)
             matrix[row - 1 : row - 1 + len(values), column - 1] = values
             continue
-        while count > 0:  # strings of numbers, each behind L + 1 and IROW, or both in one word
+        while count > 0:  # strings of numbers, each headed by L and IROW, or both in one word
             if rows < 0:
                 (length, first), used = source.integers(2), 2
             else:
                 (key,) = source.integers(1)
-                length, first, used = key // _KEY, key % _KEY, 1
+                length, first, used = key // _STRING_FACTOR, key % _STRING_FACTOR, 1
             values = source.numbers((length - 1) // kind, kind)
             matrix[first - 1 : first - 1 + len(values), column - 1] = values
             count -= used + len(values) * kind
 
 
 class _Text:
-    """OP4 as text."""
+    """Reader of OP4 text."""
 
     def __init__(self, data: bytes) -> None:
         self.lines = data.decode("ascii").splitlines()
-        self.at, self.width = 0, _WIDTH
+        self.position, self.width = 0, _WIDTH
 
     @property
     def ended(self) -> bool:
-        """Whether nothing but blanks is left."""
-        return not any(line.strip() for line in self.lines[self.at : self.at + 4])
+        """Whether only blank lines follow."""
+        return not any(line.strip() for line in self.lines[self.position : self.position + 4])
 
-    def _next(self) -> str:
-        self.at += 1
-        return self.lines[self.at - 1]
+    def _next_line(self) -> str:
+        self.position += 1
+        return self.lines[self.position - 1]
 
     def header(self) -> tuple[int, int, int, str]:
         """NCOL, NROW, type, name."""
-        line = self._next()
+        line = self._next_line()
         columns, rows, _, kind = (int(line[8 * k : 8 * k + 8]) for k in range(4))
         match = re.search(r"\d+[ED](\d+)\.", line[40:])
         if match is not None:
@@ -145,102 +140,100 @@ class _Text:
         return columns, rows, kind, line[32:40].strip()
 
     def begin_column(self) -> None:
-        """A column begins with the next line."""
+        """Do nothing: a column begins with the next line."""
 
     def integers(self, count: int) -> tuple[int, ...]:
         """Integers of the next line: ICOL, IROW, NW of a column, or the head of a string."""
-        line = self._next()
+        line = self._next_line()
         return tuple(int(line[8 * k : 8 * k + 8] if count > 1 else line) for k in range(count))
 
     def words(self, kind: int) -> int:
-        """Count of a number in NW of a dense column."""
+        """Words per number in the count NW of a dense column."""
         return 1
 
     def numbers(self, count: int, kind: int) -> Array:
-        """The next numbers; a line is theirs alone."""
+        """The next ``count`` numbers, which begin on a new line and end with a line."""
         values: list[float] = []
         while len(values) < count:
-            line = self._next().rstrip().replace("D", "E")
+            line = self._next_line().rstrip().replace("D", "E")
             values += [float(line[k : k + self.width]) for k in range(0, len(line), self.width)]
         return np.array(values[:count])
 
     def leave(self) -> None:
-        """Nothing ends a matrix in text."""
+        """Do nothing: text has no record that ends a matrix."""
 
 
 class _Binary:
-    """OP4 in Fortran records of either byte order, words of four bytes."""
+    """Reader of binary OP4: Fortran records of either byte order, words of four bytes."""
 
     def __init__(self, data: bytes) -> None:
-        self.data, self.at, self.inside = data, 0, 0
+        self.data, self.position, self.record_end = data, 0, 0
         self.order = "<" if struct.unpack("<i", data[:4])[0] == 24 else ">"
 
     @property
     def ended(self) -> bool:
-        """Whether the file is at its end."""
-        return self.at >= len(self.data)
+        """Whether all data have been read."""
+        return self.position >= len(self.data)
 
     def integers(self, count: int) -> tuple[int, ...]:
-        """The next words."""
-        self.at += 4 * count
-        return struct.unpack_from(f"{self.order}{count}i", self.data, self.at - 4 * count)
+        """The next ``count`` words as integers."""
+        self.position += 4 * count
+        return struct.unpack_from(f"{self.order}{count}i", self.data, self.position - 4 * count)
 
     def header(self) -> tuple[int, int, int, str]:
         """NCOL, NROW, type, name."""
         _, columns, rows, _, kind = self.integers(5)
-        name = self.data[self.at : self.at + 8].decode("ascii").strip()
-        self.at += 12
+        name = self.data[self.position : self.position + 8].decode("ascii").strip()
+        self.position += 12
         return columns, rows, kind, name
 
     def begin_column(self) -> None:
-        """Leave the record before behind, and begin the next one."""
-        if self.inside:
-            self.at = self.inside + 4
+        """Skip the rest of the previous record and read the length of the next one."""
+        if self.record_end:
+            self.position = self.record_end + 4
         (length,) = self.integers(1)
-        self.inside = self.at + length
-        if length < 12 or self.inside + 4 > len(self.data):
-            raise ValueError("a record is not whole")
+        self.record_end = self.position + length
+        if length < 12 or self.record_end + 4 > len(self.data):
+            raise ValueError("a record is incomplete")
 
     def words(self, kind: int) -> int:
-        """Count of a number in NW of a dense column."""
+        """Words per number in the count NW of a dense column."""
         return kind
 
     def numbers(self, count: int, kind: int) -> Array:
-        """The next numbers; those of the last column end the matrix's records."""
+        """The next ``count`` numbers, or fewer at the end of the record."""
         size = 8 if kind == _DOUBLE else 4
-        if self.at + size * count > self.inside:
-            count = (self.inside - self.at) // size
-        values = np.frombuffer(self.data, f"{self.order}f{size}", count, self.at)
-        self.at += size * count
+        if self.position + size * count > self.record_end:
+            count = (self.record_end - self.position) // size
+        values = np.frombuffer(self.data, f"{self.order}f{size}", count, self.position)
+        self.position += size * count
         return values.astype(np.float64)
 
     def leave(self) -> None:
-        """Behind the last record of a matrix."""
-        self.at, self.inside = self.inside + 4, 0
+        """Skip the rest of the last record of a matrix."""
+        self.position, self.record_end = self.record_end + 4, 0
 
 
-Place = tuple[int, int]
+NodeDof = tuple[int, int]  # node id and component 1 to 6, or 0 for a modal coordinate
 
 
 @dataclass
 class Entries:
-    """Entries of one matrix; component 0: a modal coordinate; symmetric: given as one triangle."""
+    """Entries of one matrix by dofs of row and column; symmetric: only one triangle is stored."""
 
     symmetric: bool
-    values: dict[tuple[Place, Place], float] = field(default_factory=dict)
+    values: dict[tuple[NodeDof, NodeDof], float] = field(default_factory=dict)
 
     def matrix(self, table: NodeTable, where: str) -> NDArray[np.float64]:
-        """The matrix (d, d) with rows in the table's order, modal coordinates behind the nodes."""
+        """The matrix (d, d), its nodes in the order of the table, followed by modal coordinates."""
         rows = {(node, c): 6 * k + c - 1 for k, node in enumerate(table.ids) for c in range(1, 7)}
-        named = {place for pair in self.values for place in pair}
-        extra = sorted({*named} - {*rows}, key=lambda p: _order(p, table))
-        lost = [node for node, component in extra if component != 0]
-        if lost:
-            raise InputError(
-                where, "nodes", f"the matrices name node {lost[0]}, which the table lacks",
-                "give a table of all their nodes",
-            )  # fmt: skip
-        rows |= {place: 6 * len(table.ids) + k for k, place in enumerate(extra)}
+        dofs = {dof for pair in self.values for dof in pair}
+        extra = sorted(dofs - {*rows}, key=lambda dof: _order(dof, table))
+        unknown = [node for node, component in extra if component != 0]
+        if unknown:
+            problem = f"the matrices name node {unknown[0]}, which the table lacks"
+            raise InputError(where, "nodes", problem, "give a table of all their nodes")
+        rows |= {dof: 6 * len(table.ids) + k for k, dof in enumerate(extra)}
         require_form((len(rows), len(rows)), where, "", table)
         dense = np.zeros((len(rows), len(rows)))
         for (row, column), value in self.values.items():
@@ -250,9 +243,10 @@ class Entries:
         return dense
 
 
-def _order(place: Place, table: NodeTable) -> tuple[int, int]:
-    number = table.mode_ids.index(place[0]) if place[0] in table.mode_ids else len(table.mode_ids)
-    return number, place[0]
+def _order(dof: NodeDof, table: NodeTable) -> tuple[int, int]:
+    """Sort key of modal coordinates: their order in the table, then their ids."""
+    number = table.mode_ids.index(dof[0]) if dof[0] in table.mode_ids else len(table.mode_ids)
+    return number, dof[0]
 
 
 def read_dmig(text: str, where: str) -> dict[str, Entries]:
@@ -272,9 +266,8 @@ def read_dmig(text: str, where: str) -> dict[str, Entries]:
                     row = int(card[k]), int(card[k + 1] or 0)
                     matrices[name].values[row, column] = _number(card[k + 2])
     except (IndexError, KeyError, ValueError) as error:
-        raise InputError(
-            where, "DMIG", f"cannot be read: {error}", "write real DMIG cards with their header"
-        ) from None
+        remedy = "write real DMIG cards with their header"
+        raise InputError(where, "DMIG", f"cannot be read: {error}", remedy) from None
     return matrices
 
 
@@ -297,7 +290,7 @@ def _cards(text: str) -> list[list[str]]:
 
 
 def _fields(line: str) -> list[str]:
-    """Ten fields, without the last, which names the continuation."""
+    """The fields of a line without the last one, which names the continuation line."""
     if "," in line:
         return [f.strip() for f in (line.split(",") + [""] * 9)[:9]]
     wide = "*" in line[:8]
@@ -307,36 +300,36 @@ def _fields(line: str) -> list[str]:
 
 
 def _number(text: str) -> float:
-    """Nastran writes 1.2-5 and 1.2D-5 for 1.2e-5."""
-    plain = text.strip().upper().replace("D", "E")
-    return float(re.sub(r"(?<=[0-9.])([+-])", r"E\1", plain) if "E" not in plain else plain)
+    """A number of Nastran, which writes 1.2-5 and 1.2D-5 for 1.2e-5."""
+    text = text.strip().upper().replace("D", "E")
+    return float(re.sub(r"(?<=[0-9.])([+-])", r"E\1", text) if "E" not in text else text)
 
 
 def read_abaqus(text: str, where: str) -> dict[str, Entries]:
-    """Matrices by name: "STIFFNESS", "MASS", or "MATRIX" for one whose name is not in the file."""
+    """Matrices of a file by name: "STIFFNESS", "MASS", or "MATRIX" if the file states no name."""
     try:
         if re.search(r"^\s*\*\s*USER ELEMENT", text, re.IGNORECASE | re.MULTILINE):
             return _user_element(text)
-        return {"MATRIX": _listed(text)}
+        return {"MATRIX": _entry_list(text)}
     except (ValueError, IndexError) as error:
-        raise InputError(
-            where, "matrix", f"cannot be read: {error or 'it ends too early'}",
-            "write it with *MATRIX OUTPUT, FORMAT=MATRIX INPUT or *SUBSTRUCTURE MATRIX OUTPUT",
-        ) from None  # fmt: skip
+        problem = f"cannot be read: {error or 'it ends too early'}"
+        remedy = "write it with *MATRIX OUTPUT, FORMAT=MATRIX INPUT or *SUBSTRUCTURE MATRIX OUTPUT"
+        raise InputError(where, "matrix", problem, remedy) from None
 
 
-def _listed(text: str) -> Entries:
+def _entry_list(text: str) -> Entries:
+    """A matrix from lines "node, component, node, component, value"."""
     rows = [
         re.split(r"[,\s]+", line.strip().rstrip(","))
         for line in text.splitlines()
         if line.strip() and line.strip()[0] not in "*#%"
     ]
     if {len(row) for row in rows} != {5}:
-        raise ValueError("lines have other than five numbers")
+        raise ValueError("some lines do not have five numbers")
     entries = Entries(symmetric=False)
     for a, i, b, j, value in rows:
-        place = (int(a), int(i)), (int(b), int(j))
-        entries.values[place] = float(value.replace("D", "E"))
+        pair = (int(a), int(i)), (int(b), int(j))
+        entries.values[pair] = float(value.replace("D", "E"))
     entries.symmetric = not any(
         row != column and (column, row) in entries.values for row, column in entries.values
     )
@@ -344,8 +337,9 @@ def _listed(text: str) -> Entries:
 
 
 def _user_element(text: str) -> dict[str, Entries]:
+    """Matrices by type from *USER ELEMENT with the dofs of its nodes, and *MATRIX."""
     nodes: list[int] = []
-    dofs: list[Place] = []
+    dofs: list[NodeDof] = []
     state = ""
     numbers: list[float] = []
     blocks: list[tuple[str, list[float]]] = []
@@ -373,22 +367,23 @@ def _user_element(text: str) -> dict[str, Entries]:
     return {name: _triangle(values, dofs) for name, values in blocks}
 
 
-def _dofs(line: str, nodes: list[int], dofs: list[Place]) -> None:
-    """A line of *USER ELEMENT: dofs of the first node, or the number of a node and its dofs."""
+def _dofs(line: str, nodes: list[int], dofs: list[NodeDof]) -> None:
+    """Append the dofs of a line of *USER ELEMENT: components of the first node, or the number of a
+    node and its components."""
     values = [int(v) for v in re.split(r"[,\s]+", line.strip(", ")) if v]
     if not dofs:
         first = nodes[0] if nodes else 1
         dofs += [(first, component) for component in values]
         return
-    place, components = values[0], values[1:]
-    node = nodes[place - 1] if nodes else place
+    number, components = values[0], values[1:]
+    node = nodes[number - 1] if nodes else number
     dofs += [(node, component) for component in components]
 
 
-def _triangle(values: list[float], dofs: list[Place]) -> Entries:
-    """Rows of the lower triangle."""
+def _triangle(values: list[float], dofs: list[NodeDof]) -> Entries:
+    """A symmetric matrix from the rows of its lower triangle."""
     size = len(dofs)
     if len(values) != size * (size + 1) // 2:
-        raise ValueError(f"{len(values)} numbers are no triangle of {size} rows")
-    places = ((dofs[row], dofs[column]) for row, column in zip(*np.tril_indices(size), strict=True))
-    return Entries(symmetric=True, values=dict(zip(places, values, strict=True)))
+        raise ValueError(f"{len(values)} numbers are not the triangle of {size} rows")
+    pairs = ((dofs[row], dofs[column]) for row, column in zip(*np.tril_indices(size), strict=True))
+    return Entries(symmetric=True, values=dict(zip(pairs, values, strict=True)))

@@ -1,8 +1,8 @@
-"""REXS, the open exchange format of gearbox models (FVA): reading files into cases and back.
+"""Import and export of REXS, the open exchange format of gearbox models (FVA).
 
-document: components, attributes and relations as they stand in a file; reading: .rexs, .rexsj and
-.rexsz; assembly: what turns together; stages, stage_keys, gears, flanks, supports, shafts, joints,
-ports (and load cases): the keys of a case with the place each comes from; to_case: the commented
-case; from_case, stage_out, outgoing: a case as a file; tables: units, fields and modifications that
-both ways walk.
+Import: reading parses .rexs, .rexsj and .rexsz; document holds components, attributes and
+relations; assembly finds the bodies (components that rotate together); stages, stage_keys, gears,
+flanks, supports, shafts, joints and ports derive the keys of a case and their sources; to_case
+combines them. Export: from_case, stage_out, outgoing. tables: units, fields and modifications for
+both directions.
 """

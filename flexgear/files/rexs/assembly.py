@@ -1,12 +1,12 @@
-"""Places of components, what turns together, and how stiff in torsion it is between two places.
+"""Frames of REXS components, bodies of components that rotate together, and torsional stiffness.
 
 A component's support_vector and axes are given in the frame of the component that
-reference_component_for_position names (the gear unit, as a rule); one without a place of its own
-sits on its shaft at u_coordinate_on_shaft.
+reference_component_for_position names (usually the gear unit). A component without support_vector
+is on its shaft at u_coordinate_on_shaft.
 
-Shafts carry parts (assembly); couplings, fits, keys and splines join an inner with an outer part
-(side); carriers consist of shafts, pins and side plates. Bearings join nothing in rotation. What
-turns with the casing is held.
+Relations of type assembly connect a shaft with the parts on it. Relations of type side connect the
+inner and outer part of couplings, fits, keys and splines. A carrier consists of shafts, pins and
+side plates. Bearings do not connect parts in rotation. The body of the casing does not rotate.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from flexgear.arrays import Array
 from flexgear.files.rexs.document import Component, Document, number, read, value, vector
 from flexgear.files.rexs.tables import MATERIAL
 
-_ALONG = 1e-6  # mm, and of the length of a unit vector
-_ALIGNED = 1e-6  # 1 − cos of the angle between axes that count as parallel: 1.4 mrad
+_TOLERANCE = 1e-6  # of positions (mm) and of the length of a unit vector
+_PARALLEL_TOLERANCE = 1e-6  # of 1 − cos of the angle between two axes: 1.4 mrad
 
 
 @dataclass(frozen=True)
 class Frame:
-    """origin (3,) mm and axes (3, 3), rows u, v, w, both in the gear unit's frame."""
+    """Origin (3,), mm, and axes (3, 3) with rows u, v, w of a frame, in the gear unit's frame."""
 
     origin: Array
     axes: Array
@@ -43,33 +43,33 @@ class Frames:
         self._main = next((m for m in mains if vector(m, "u_axis_vector")), None)
         axes = None if self._main is None else _axes(self._main)
         self._axes = np.eye(3) if axes is None else axes
-        self._known: dict[int, Frame | None] = {}
+        self._frames: dict[int, Frame | None] = {}
 
     def of(self, component: Component) -> Frame | None:
-        """Frame of a component, None where the file does not place it."""
-        chain: list[Component] = []  # of components, each placed in the next one
+        """Frame of a component, None if the file does not state its position."""
+        chain: list[Component] = []  # each positioned in the frame of the next
         base: Component | None = component
-        while base is not None and base.id not in self._known:
-            self._known[base.id] = None  # for chains that bite their tail
+        while base is not None and base.id not in self._frames:
+            self._frames[base.id] = None  # ends circular references
             chain.append(base)
             base = self._base(base)
-        for placed in reversed(chain):
-            self._known[placed.id] = self._frame_of(placed)
-        return self._known[component.id]
+        for positioned in reversed(chain):
+            self._frames[positioned.id] = self._frame_of(positioned)
+        return self._frames[component.id]
 
     def sense(self, component: Component) -> float:
-        """+1 or −1: direction of the u axis of a component's shaft against the gear unit's."""
+        """−1 if the u axis of a component's shaft opposes the u axis of the gear unit, else +1."""
         shaft = component if component.kind == "shaft" else self.shaft(component)
         frame = self.of(shaft) if shaft is not None else None
         return -1.0 if frame is not None and frame.axes[0, 0] < 0 else 1.0
 
     def is_parallel(self, component: Component) -> bool:
-        """Whether its axis is parallel to the gear unit's; true where the file gives no axis."""
+        """Whether the component's axis is parallel to the gear unit's; true if it has no axis."""
         frame = self.of(component)
-        return frame is None or abs(float(frame.axes[0, 0])) > 1.0 - _ALIGNED
+        return frame is None or abs(float(frame.axes[0, 0])) > 1.0 - _PARALLEL_TOLERANCE
 
     def shaft(self, part: Component) -> Component | None:
-        """The shaft that a part sits on."""
+        """The shaft on which a part is mounted, None if there is none."""
         return next((w for w in self.document.wholes(part) if w.kind == "shaft"), None)
 
     def _frame_of(self, component: Component) -> Frame | None:
@@ -84,7 +84,7 @@ class Frames:
         return Frame(base.origin + base.axes.T @ np.array(place), axes @ base.axes)
 
     def _base(self, component: Component) -> Component | None:
-        """What the component's place is given in; None for the file's own frame."""
+        """The component in whose frame a position is given; None for the gear unit's frame."""
         if vector(component, "support_vector") is None:
             return self.shaft(component)
         named = number([component], "reference_component_for_position", "none")
@@ -103,14 +103,14 @@ class Frames:
 
 
 def _axes(component: Component) -> Array | None:
-    """Rows u, v = w × u, w of a component's own axes, unit vectors; None where it has none."""
+    """Unit vectors u, v = w × u, w (3, 3) of a component's axes as rows; None without an axis."""
     u, w = vector(component, "u_axis_vector"), vector(component, "w_axis_vector")
     if u is None or np.linalg.norm(u) == 0:
         return None
     first = np.array(u) / np.linalg.norm(u)
     third = np.array((0.0, 0.0, 1.0) if w is None else w)
     third = third - (third @ first) * first
-    if np.linalg.norm(third) < _ALONG:
+    if np.linalg.norm(third) < _TOLERANCE:
         third = np.cross(first, (0.0, 1.0, 0.0))
     third /= np.linalg.norm(third)
     return np.array([first, np.cross(third, first), third])
@@ -124,15 +124,19 @@ BEARINGS = (
     "concept_bearing", "rolling_bearing_with_catalog_geometry", "slide_bearing",
     "rolling_bearing_with_detailed_geometry", "hydrodynamic_radial_plain_bearing",
 )  # fmt: skip
-_WHOLES = ("shaft", "planet_carrier", "gear_casing", "ring_gear", "cylindrical_gear")
-_STEEL = 210e9  # Pa, of shafts whose material is not in the file
-_POISSON = 0.3
-_SLICES = 8  # of a section over which 1/J is integrated
+_ASSEMBLIES = ("shaft", "planet_carrier", "gear_casing", "ring_gear", "cylindrical_gear")
+_YOUNG_MODULUS = 210e9  # Pa, of shafts whose material is not in the file
+_POISSON_RATIO = 0.3
+_SLICES = 8  # of a section, for the integral of 1/J
 
 
 @dataclass(frozen=True)
 class Link:
-    """Two components that turn together; places along them in mm, compliance rad/(N m)."""
+    """A connection of two components that rotate together.
+
+    ends: their ids. at: positions of the connection along both, mm, None if unknown. compliance in
+    torsion, rad/(N m). coupling: id of the coupling, None for rigid connections.
+    """
 
     ends: tuple[int, int]
     at: tuple[float | None, float | None] = (None, None)
@@ -140,28 +144,29 @@ class Link:
     coupling: int | None = None
 
 
-Step = tuple[Link, int]  # a link and the end that it leads to
+Step = tuple[Link, int]  # a link and the index of the end at which the step arrives
 
 
 class Assembly:
-    """Bodies: sets of components that turn together."""
+    """The bodies of a document: sets of components that rotate together. links: by the id of a
+    component, the steps that leave it."""
 
     def __init__(self, document: Document) -> None:
         self.document = document
         self.frames = Frames(document)
         self.links: dict[int, list[Step]] = {number: [] for number in document.components}
-        self._of_parts()
-        self._of_carriers()
-        self._of_couplings()
+        self._link_parts()
+        self._link_carriers()
+        self._link_couplings()
         self._body: dict[int, int] = {}
         self._members: dict[int | None, list[Component]] = {}
         for component in document.components.values():
             if component.id not in self._body:
-                self._body |= dict.fromkeys(self._reached(component.id), component.id)
+                self._body |= dict.fromkeys(self._steps_from(component.id), component.id)
             self._members.setdefault(self.body(component), []).append(component)
 
     def body(self, component: Component) -> int:
-        """A number that all components of a body share."""
+        """Number of the component's body."""
         return self._body[component.id]
 
     def members(self, body: int | None) -> list[Component]:
@@ -169,58 +174,59 @@ class Assembly:
         return self._members.get(body, [])
 
     def held(self, component: Component) -> bool:
-        """Whether it turns with the casing, that is not at all."""
-        mine = self.body(component)
-        return any(self.body(c) == mine for c in self.document.kind("gear_casing"))
+        """Whether a component is connected to the casing and therefore does not rotate."""
+        body = self.body(component)
+        return any(self.body(c) == body for c in self.document.kind("gear_casing"))
 
     def torsion(
         self, first: Component, second: Component, beyond: int = 0
     ) -> tuple[float, list[Component]]:
-        """Stiffness between two parts of a body (N m/rad, inf if rigid) and the couplings passed.
+        """Torsional stiffness between two parts of a body and the couplings between them.
 
-        Series of shaft sections and couplings along the shortest path, without its first ``beyond``
-        links and what is between these.
+        The stiffness (N m/rad, inf if rigid) is that of the shaft sections and couplings along the
+        shortest path in series, without the first ``beyond`` links and the sections between these.
         """
         path = self.path(first, second)[max(beyond - 1, 0) :]
-        passed_links = path[1:] if beyond else path
-        compliance = sum(link.compliance for link, _ in passed_links)
+        links = [link for link, _ in (path[1:] if beyond else path)]
+        compliance = sum(link.compliance for link in links)
         for (before, k), (after, m) in pairwise(path):
             shaft = self.document.components[before.ends[k]]
-            compliance += self._between(shaft, before.at[k], after.at[1 - m])
-        passed = [
-            self.document.components[joint]
-            for link, _ in passed_links
-            if (joint := link.coupling) is not None
-        ]
-        return 1.0 / compliance if compliance > 0 else float("inf"), passed
+            compliance += self._shaft_compliance(shaft, before.at[k], after.at[1 - m])
+        ids = [link.coupling for link in links if link.coupling is not None]
+        couplings = [self.document.components[number] for number in ids]
+        return 1.0 / compliance if compliance > 0 else float("inf"), couplings
 
     def path_length(self, first: Component, second: Component) -> tuple[int, float]:
-        """Links between two parts of a body, and the distance (mm) along the first one's shaft."""
-        places = [value(c, "u_coordinate_on_shaft", "mm") for c in (first, second)]
-        return len(self.path(first, second)), abs(places[0] - places[1])
+        """Number of links between two parts of a body, and the difference of their positions on
+        the shaft, mm."""
+        positions = [value(c, "u_coordinate_on_shaft", "mm") for c in (first, second)]
+        return len(self.path(first, second)), abs(positions[0] - positions[1])
 
-    def _reached(self, first: int) -> dict[int, Step | None]:
-        """All components of the body of one, breadth first, each with the step that leads to it."""
+    def _steps_from(self, first: int) -> dict[int, Step | None]:
+        """Last step of the shortest path from a component to each component of its body, by id.
+
+        The components are in breadth-first order; the step of the first component is None.
+        """
         steps: dict[int, Step | None] = {first: None}
-        waiting = deque([first])
-        while waiting:
-            for link, k in self.links[waiting.popleft()]:
+        queue = deque([first])
+        while queue:
+            for link, k in self.links[queue.popleft()]:
                 if link.ends[k] not in steps:
                     steps[link.ends[k]] = link, k
-                    waiting.append(link.ends[k])
+                    queue.append(link.ends[k])
         return steps
 
     def path(self, first: Component, second: Component) -> list[Step]:
-        """Steps from one component of a body to another."""
-        steps, path = self._reached(first.id), []
+        """Steps of the shortest path from one component of a body to another."""
+        steps, path = self._steps_from(first.id), []
         step = steps[second.id]
         while step is not None:
             path.append(step)
             step = steps[step[0].ends[1 - step[1]]]
         return path[::-1]
 
-    def _between(self, shaft: Component, a: float | None, b: float | None) -> float:
-        """Torsional compliance ∫ du/(G J) of a shaft between two places, rad/(N m)."""
+    def _shaft_compliance(self, shaft: Component, a: float | None, b: float | None) -> float:
+        """Torsional compliance ∫ du/(G J) of a shaft between u = a and u = b (mm), rad/(N m)."""
         if shaft.kind != "shaft" or a is None or b is None or a == b:
             return 0.0
         modulus = self._shear_modulus(shaft)
@@ -236,37 +242,39 @@ class Assembly:
 
     def _shear_modulus(self, shaft: Component) -> float:
         young, poisson, _ = (read(self.document.references(shaft, "material"), r) for r in MATERIAL)
-        ratio = _POISSON if poisson is None or poisson.value >= 0.5 else poisson.value
-        return (_STEEL if young is None else 1e9 * young.value) / (2.0 * (1.0 + ratio))
+        ratio = _POISSON_RATIO if poisson is None or poisson.value >= 0.5 else poisson.value
+        return (_YOUNG_MODULUS if young is None else 1e9 * young.value) / (2.0 * (1.0 + ratio))
 
-    def _of_parts(self) -> None:
+    def _link_parts(self) -> None:
         for relation in self.document.related("assembly"):
             whole, part = self.document.at(relation, "assembly"), self.document.at(relation, "part")
             relation.used |= whole is not None and whole.kind == "gear_unit"
-            if whole is None or part is None or whole.kind not in _WHOLES:
+            if whole is None or part is None or whole.kind not in _ASSEMBLIES:
                 continue
-            self._join(Link((whole.id, part.id), (self._on(whole, part), None)))
+            self._add_link(Link((whole.id, part.id), (self._position_on(whole, part), None)))
             relation.used = True
 
-    def _on(self, shaft: Component, part: Component) -> float | None:
-        """Where a part sits along its shaft, mm from the shaft's begin. Some files state the begin
-        of a gear's face as u_coordinate_on_shaft; where the part's own position differs from that
-        coordinate, the position counts, which is that of the gear's middle."""
+    def _position_on(self, shaft: Component, part: Component) -> float | None:
+        """Position of a part along its shaft, mm from the shaft's begin, None if unknown.
+
+        Some files state the begin of a gear's face as u_coordinate_on_shaft. If the part's frame
+        differs from that coordinate, the frame is used, whose origin is the middle of the gear.
+        """
         stated = number([part], "u_coordinate_on_shaft", "mm")
         frame, base = self.frames.of(part), self.frames.of(shaft)
         if frame is None or base is None:
             return None if stated is None else stated.value
-        along = float((frame.origin - base.origin) @ base.axes[0])
-        return along if stated is None or abs(stated.value - along) > _ALONG else stated.value
+        u = float((frame.origin - base.origin) @ base.axes[0])
+        return u if stated is None or abs(stated.value - u) > _TOLERANCE else stated.value
 
-    def _of_carriers(self) -> None:
-        """A carrier is one body: its frame, its shafts and its pins."""
+    def _link_carriers(self) -> None:
+        """Link the frame, shafts and pins of each carrier."""
         for stage in self.document.kind("planetary_stage"):
-            mine = carrier_parts(self.document, stage)
-            for part in mine[1:]:
-                self._join(Link((mine[0].id, part.id)))
+            parts = carrier_parts(self.document, stage)
+            for part in parts[1:]:
+                self._add_link(Link((parts[0].id, part.id)))
 
-    def _of_couplings(self) -> None:
+    def _link_couplings(self) -> None:
         for relation, joint, (inner, outer) in self.document.joints(*COUPLINGS):
             engaged = self._engaged(joint)
             stiffness = number([joint], "rotational_stiffness", "N m / rad")
@@ -278,11 +286,11 @@ class Assembly:
                 for place in [number([joint], f"u_coordinate_on_shaft_{side}_side", "mm")]
             ]
             compliance = 0.0 if stiffness is None else 1.0 / stiffness.value
-            self._join(Link((inner.id, outer.id), (at[0], at[1]), compliance, joint.id))
+            self._add_link(Link((inner.id, outer.id), (at[0], at[1]), compliance, joint.id))
             relation.used, joint.role = True, "a joint"
 
     def _engaged(self, joint: Component) -> bool:
-        """Whether a coupling is closed, in the gear that the gear unit is shifted to."""
+        """Whether a coupling is closed in the gear step to which the gear unit is shifted."""
         attribute = joint.attributes.get("is_engaged")
         if attribute is None or attribute.value is None:
             return True
@@ -293,7 +301,7 @@ class Assembly:
         state = states[index] if 0 <= index < len(states) else next(iter(states), "true")
         return state.strip().lower() not in ("false", "0")
 
-    def _join(self, link: Link) -> None:
+    def _add_link(self, link: Link) -> None:
         for k, end in enumerate(link.ends):
             self.links[end].append((link, 1 - k))
             part = self.document.components[end]
@@ -301,7 +309,7 @@ class Assembly:
 
 
 def carrier_parts(document: Document, stage: Component) -> list[Component]:
-    """Frame, shafts and pins of a planetary stage's carrier."""
+    """Frame, shafts and pins of the carrier of a planetary stage."""
     kinds = ("planet_carrier_shaft", "planet_pin")
     shafts = document.linked(stage, "planetary_stage", "shaft", *kinds)
     return [*document.parts(stage, "planet_carrier"), *shafts]
@@ -309,7 +317,7 @@ def carrier_parts(document: Document, stage: Component) -> list[Component]:
 
 @dataclass(frozen=True)
 class ShaftSection:
-    """A section of a shaft, all in mm: where it starts, its length, diameters at both ends."""
+    """A shaft section: start on the shaft, length, diameters at both ends; all in mm."""
 
     start: float
     length: float
@@ -317,14 +325,14 @@ class ShaftSection:
     inner: tuple[float, float]
 
     def diameters(self, u: float) -> tuple[float, float]:
-        """Outer and inner diameter at a place, linear between the ends."""
+        """Outer and inner diameter at the position u of the shaft, linear between the ends."""
         share = (u - self.start) / self.length
         outer, inner = (a + share * (b - a) for a, b in (self.outer, self.inner))
         return outer, inner
 
 
 def section_of(part: Component) -> ShaftSection | None:
-    """The measures of a shaft_section; None if it has no length or diameter."""
+    """The dimensions of a shaft_section; None if it has no length or diameter."""
     length = value(part, "length", "mm")
     outer = number([part], "outer_diameter_begin", "mm")
     begin, end = (value(part, f"inner_diameter_{end}", "mm") for end in ("begin", "end"))

@@ -1,7 +1,7 @@
-"""What stands in a REXS file: components with attributes, relations between them, load cases.
+"""Content of a REXS file: components with attributes, relations between them, load cases.
 
-Every attribute remembers whether something of the case came from it, so that the rest can be
-listed: nothing of a file is dropped unseen.
+Attributes and relations are marked when they are used for the case, so that all others can be
+listed.
 """
 
 from __future__ import annotations
@@ -16,16 +16,17 @@ from flexgear.files.case_text import Datum
 from flexgear.files.rexs.tables import SCHEMA_UNITS, Row, factor
 from flexgear.model.errors import InputError, echo
 
-SAME = 1e-9  # relative difference of two numbers that say the same
-_LARGEST = 1e60  # of a number, so that its fourth power is one, too
-_SHOWN = 40  # characters of a component's name in comments
+SAME = 1e-9  # relative difference of two numbers that count as equal
+_LARGEST = 1e60  # of a number, so that its fourth power does not overflow
+_NAME_LENGTH = 40  # of a component's name in comments
 
 
 @dataclass(eq=False)
 class Attribute:
-    """One attribute as text (scalar), texts (array), or None for other types such as matrices.
+    """An attribute of a component.
 
-    where: load case that it belongs to, "" for the model itself. used: whether it is carried over.
+    value: text of a scalar, texts of an array, None for other types such as matrices. where: name
+    of its load case, "" for the model itself. used: whether the case has a key from it.
     """
 
     id: str
@@ -37,10 +38,10 @@ class Attribute:
 
 @dataclass(eq=False)
 class Component:
-    """A component: type, number and name of the file, attributes by id.
+    """A component: id, type and name in the file, attributes by id.
 
-    role: what it became in the case, "" for one that stands for nothing there. of_model: attributes
-    of the model itself, in whose place ``attributes`` has those of the load case that is taken.
+    role: the part of the case that it describes, "" if there is none. of_model: attributes of the
+    model itself; in ``attributes`` those of the selected load case replace them.
     """
 
     id: int
@@ -54,16 +55,16 @@ class Component:
 
     @property
     def label(self) -> str:
-        """Type, id and name, printable."""
+        """Type, id and name for comments, without unprintable characters."""
         name = " ".join("".join(c if c.isprintable() else " " for c in self.name).split())
-        name = name if len(name) <= _SHOWN else f"{name[: _SHOWN - 1]}…"
+        name = name if len(name) <= _NAME_LENGTH else f"{name[: _NAME_LENGTH - 1]}…"
         return f"{self.kind} {self.id}" + (f' "{name}"' if name else "")
 
 
 @dataclass(eq=False)
 class Relation:
-    """A relation of a REXS file: its type, and the id of the component in each role, the first
-    where a role stands there several times."""
+    """A relation: its type, and the id of the component in each role. Of several components in the
+    same role, the first is taken."""
 
     id: int
     kind: str
@@ -73,7 +74,7 @@ class Relation:
 
 @dataclass
 class LoadCase:
-    """Attributes of components in one load case, (component's id, attribute)."""
+    """Attributes of components in one load case, as pairs of component id and attribute."""
 
     spectrum: int
     id: int
@@ -86,10 +87,10 @@ Links = dict[int | None, list[tuple[Relation, Component]]]
 
 @dataclass
 class Document:
-    """A REXS model. ``other``: what stands in it besides, in words, to be listed.
+    """A REXS model. other: descriptions of further content, which is listed as not imported.
 
-    Components and relations are looked up by kind and by what they belong to; there may be hundreds
-    of thousands, so that each such list is made once.
+    There may be hundreds of thousands of components and relations, so the results of searches by
+    type are stored.
     """
 
     version: str
@@ -113,7 +114,7 @@ class Document:
         return self._listed(Relation, self.relations, kinds)
 
     def at(self, relation: Relation, role: str) -> Component | None:
-        """The component in a role of a relation."""
+        """The component in a role of a relation, None if there is none."""
         number = relation.refs.get(role)
         return None if number is None else self.components.get(number)
 
@@ -137,7 +138,7 @@ class Document:
         return _used(self._linked(role, target, *kinds).get(origin.id, ()))
 
     def each(self, kind: str, *roles: str) -> Iterator[tuple[Relation, list[Component]]]:
-        """Relations of a type, each with the components in these roles, where all are there."""
+        """Relations of a type that have all these roles, each with the components in the roles."""
         for relation in self.related(kind):
             components = [c for role in roles if (c := self.at(relation, role)) is not None]
             if len(components) == len(roles):
@@ -158,7 +159,8 @@ class Document:
         return self._lists[of, kinds]
 
     def _linked(self, role: str, target: str, *kinds: str) -> Links:
-        """Relations of these types and the component in a role, by the id in the other ``role``."""
+        """Relations of these types, each with its component in the role ``target``, by the id of
+        the component in ``role``."""
         key = (role, target, *kinds)
         if key not in self._links:
             links = self._links[key] = {}
@@ -169,8 +171,7 @@ class Document:
         return self._links[key]
 
     def take_load_case(self, load_case: LoadCase | None) -> None:
-        """Give components the attributes of a load case in place of the model's; None: those of the
-        model."""
+        """Replace attributes of the model by those of a load case; None restores the model's."""
         for number, _ in () if self.load_case is None else self.load_case.attributes:
             self.components[number].attributes = self.components[number].of_model
         for number, attribute in () if load_case is None else load_case.attributes:
@@ -180,19 +181,19 @@ class Document:
 
     @contextmanager
     def values_of(self, load_case: LoadCase | None) -> Iterator[None]:
-        """Let components have the attributes of another load case inside the block."""
-        before = self.load_case
+        """Select another load case inside the block."""
+        previous = self.load_case
         self.take_load_case(load_case)
         try:
             yield
         finally:
-            self.take_load_case(before)
+            self.take_load_case(previous)
 
 
 def _used(
     links: Iterable[tuple[Relation, Component]], kinds: Container[str] | None = None
 ) -> list[Component]:
-    """Components of these types (None: all); their relations are marked as used."""
+    """Mark relations with components of these types (None: all) as used; returns the components."""
     components = []
     for relation, component in links:
         if kinds is None or component.kind in kinds:
@@ -202,11 +203,11 @@ def _used(
 
 
 def number(components: Sequence[Component], ids: str | Iterable[str], unit: str) -> Datum | None:
-    """The first of the attributes ``ids`` that any of the components states, in ``unit``; or None.
+    """The first attribute of ``ids`` that any of the components has, in ``unit``; None without one.
 
-    The components stand for one part (both flanks, all planets): the first that states the
-    attribute decides, and equal statements of the others are marked as used, too. Statements in a
-    unit that cannot be converted stay unused.
+    The components describe the same part (both flanks, all planets). The value of the first one is
+    taken, and equal values of the others are marked as used. Values in a unit that cannot be
+    converted remain unused.
     """
     for name in (ids,) if isinstance(ids, str) else ids:
         for k, component in enumerate(components):
@@ -225,13 +226,14 @@ def number(components: Sequence[Component], ids: str | Iterable[str], unit: str)
 
 
 def read(components: Sequence[Component], row: Row) -> Datum | None:
-    """The key of a case in a file; None where it is not there."""
+    """Value of a case's field from the attributes of components, in the field's unit, or None. If
+    the row is positive, values that are not positive count as missing."""
     datum = number(components, row.names, row.unit)
     return None if datum is not None and row.positive and datum.value <= 0 else datum
 
 
 def mean(components: Sequence[Component], names: Iterable[str], unit: str) -> Datum | None:
-    """Mean of those of the attributes that are there; None without any."""
+    """Mean of the attributes ``names`` that the file has; None without any."""
     data = [d for name in names if (d := number(components, name, unit)) is not None]
     if not data:
         return None
@@ -240,13 +242,13 @@ def mean(components: Sequence[Component], names: Iterable[str], unit: str) -> Da
 
 
 def value(component: Component, name: str, unit: str, default: float = 0.0) -> float:
-    """An attribute as a number alone, ``default`` where it is not given."""
+    """The value of an attribute in ``unit``, ``default`` if the file does not have it."""
     datum = number([component], name, unit)
     return default if datum is None else datum.value
 
 
 def text(components: Sequence[Component], name: str) -> str | None:
-    """A word (enumeration, boolean, name) of the first component that has it."""
+    """Text of an attribute (enumeration, boolean, name) of the first component that has it."""
     for component in components:
         attribute = component.attributes.get(name)
         if attribute is None or not isinstance(attribute.value, str):
@@ -261,13 +263,14 @@ def text(components: Sequence[Component], name: str) -> str | None:
 
 
 def flag(components: Sequence[Component], name: str) -> bool | None:
-    """A boolean, None where it is not given."""
-    answer = text(components, name)
-    return None if answer is None else answer.lower() in ("true", "1", "1.0")
+    """A boolean attribute, None if the file does not have it."""
+    word = text(components, name)
+    return None if word is None else word.lower() in ("true", "1", "1.0")
 
 
 def vector(component: Component, name: str) -> tuple[float, float, float] | None:
-    """Three lengths in mm, None where they are missing."""
+    """An attribute with three components, lengths in mm; None if the file does not have it. Raises
+    InputError for a component that is not finite or is too large."""
     attribute = component.attributes.get(name)
     if attribute is None or not isinstance(attribute.value, tuple) or len(attribute.value) != 3:
         return None
@@ -277,10 +280,8 @@ def vector(component: Component, name: str) -> tuple[float, float, float] | None
     except ValueError:
         return None
     if not all(abs(v) < _LARGEST for v in (x, y, z)):
-        raise InputError(
-            component.label, name, f"{echo(' '.join(attribute.value))} is no place or direction",
-            "export the model again",
-        )  # fmt: skip
+        problem = f"{echo(' '.join(attribute.value))} is no position or direction"
+        raise InputError(component.label, name, problem, "export the model again")
     attribute.used = True
     return x, y, z
 

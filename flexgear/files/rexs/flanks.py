@@ -1,9 +1,9 @@
-"""Modified flanks of gears: the left and right flank of a file become drive and coast flank.
+"""Flank modifications: left and right flanks of a file become drive and coast flanks of a case.
 
-Which is which follows from the torque of the stage, from the side that the datum face is on, and
-from the gear being internal or not; so flanks are read with their gears, and written when the case
-has its loads. A planet's are called by the mate that they meet under the rated torque, sun and
-ring. What both flanks lack stands once, for both.
+The assignment depends on the torque of the stage, on the side of the datum face, and on whether the
+gear is internal. Flanks are therefore read with their gears but written after the loads of the
+case. The flanks of a planet are named after the gear that they touch under the rated torque, sun or
+ring. Modifications that both flanks have are written once for the gear.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from flexgear.gears.paths import tooth_sides
 
 @dataclass(frozen=True)
 class Row:
-    """A key, its value, its source, and whether it is assumed."""
+    """A key of the case, its value, its source, and whether the value is assumed."""
 
     key: str
     value: Value
@@ -33,24 +33,28 @@ class Row:
 
 @dataclass(frozen=True)
 class Entry:
-    """One modification. rows: of the section ``name`` below the flank's, "" for its own; by_face:
-    whether it differs between the two ends of the face."""
+    """One modification of a flank.
+
+    rows: keys in the section ``name`` below that of the flank, or in the flank's section for "".
+    by_face: whether the modification differs between the two ends of the face.
+    """
 
     name: str
     rows: tuple[Row, ...]
     by_face: bool = False
 
-    def says(self, other: Entry | None) -> bool:
-        """Whether another entry states the same values, to rounding."""
+    def equals(self, other: Entry | None) -> bool:
+        """Whether another entry has the same values to rounding."""
         if other is None or self.name != other.name:
             return False
-        mine, its = ({row.key: row.value for row in e.rows} for e in (self, other))
-        return mine.keys() == its.keys() and all(_same(value, its[k]) for k, value in mine.items())
+        a, b = ({row.key: row.value for row in entry.rows} for entry in (self, other))
+        return a.keys() == b.keys() and all(_same(value, b[key]) for key, value in a.items())
 
 
 @dataclass(frozen=True)
 class FlankOfGear:
-    """Reads flanks of one gear; base: diameter of its base circle, mm; tip: of its tip circle."""
+    """Reader of the flanks of one gear. base: diameter of its base circle, mm; tip: diameter of its
+    tip circle, None if unknown."""
 
     document: Document
     warn: Callable[[str], None]
@@ -58,8 +62,10 @@ class FlankOfGear:
     tip: Datum | None
 
     def entries(self, flank: Component, datum: int) -> dict[str, Entry]:
-        """Modifications of a flank by the REXS name of their kind. datum: +1 where the datum face
-        is at the end of positive z of a modification, else −1."""
+        """Modifications of a flank by REXS type.
+
+        datum: +1 if the datum face is at the +z end in the axes of modifications, else −1.
+        """
         entries: dict[str, Entry] = {}
         ends: dict[str, tuple[Component, Entry]] = {}
         for kind, m in table.MODIFICATIONS.items():
@@ -68,7 +74,7 @@ class FlankOfGear:
                 continue
             component, count = components[0], len(components)
             if count > 1:
-                self.warn(f"{flank.label} has {count} of {kind}: {component.label} alone here")
+                self.warn(f"{flank.label} has {count} of {kind}: only {component.label} is used")
             rows = self._relief(component, m) if m.section else self._amount(component, m, datum)
             if rows is None:
                 lacks = "depth and length" if m.section else "amount"
@@ -80,23 +86,23 @@ class FlankOfGear:
             else:
                 _mark(component, m)
                 entries[kind] = entry
-        end_relief = self._of_ends(ends)
+        end_relief = self._end_relief(ends)
         return entries if end_relief is None else entries | {end_relief.name: end_relief}
 
     def _amount(self, component: Component, m: Modification, datum: int) -> tuple[Row, ...] | None:
-        """A crowning or slope; None without an amount."""
+        """The row of a crowning or slope; None without an amount."""
         data = [d for size in m.sizes if (d := read([component], size)) is not None]
         mean = sum(d.value for d in data) / max(len(data), 1)
         if not 0 < abs(mean) <= table.LARGEST:
             return None
         if max(abs(d.value - mean) for d in data) > 1e-6 * abs(mean):
-            self.warn(f"{component.label} differs between its ends; the mean here")
-        turn = -datum if m.by_face else 1
-        why = data[0].source + ("; its datum face is at the +z end" if turn < 0 else "")
-        return (Row(m.sizes[0].key, turn * mean, why),)
+            self.warn(f"{component.label} differs between its ends; the mean is used")
+        sign = -datum if m.by_face else 1
+        why = data[0].source + ("; its datum face is at the +z end" if sign < 0 else "")
+        return (Row(m.sizes[0].key, sign * mean, why),)
 
     def _relief(self, component: Component, m: Modification) -> tuple[Row, ...] | None:
-        """Depth, length and form of a relief; None without these."""
+        """Rows of depth, length and form of a relief; None without depth or length."""
         depth, begin = read([component], m.sizes[0]), self._begin(component, m)
         if depth is None or begin is None or not 0 < depth.value <= table.LARGEST:
             return None
@@ -108,7 +114,7 @@ class FlankOfGear:
         return Row(m.sizes[0].key, depth.value, depth.source), begin, form
 
     def _begin(self, component: Component, m: Modification) -> Row | None:
-        """Where a relief begins: its length on the path of contact, or its circle."""
+        """The begin of a relief: its length on the path of contact, or its start diameter."""
         _, along, *circles = m.sizes
         length = read([component], along)
         if length is not None:
@@ -121,16 +127,19 @@ class FlankOfGear:
         if self.tip is None or self.tip.value <= self.base:
             return None
         ends = [math.sqrt(d**2 - self.base**2) / 2 for d in (start.value, self.tip.value)]
-        rolled = abs(ends[1] - ends[0])
-        return Row(along.key, rolled, f"from {start.source}") if rolled > 0 else None
+        path_length = abs(ends[1] - ends[0])
+        return Row(along.key, path_length, f"from {start.source}") if path_length > 0 else None
 
-    def _of_ends(self, ends: dict[str, tuple[Component, Entry]]) -> Entry | None:
-        """End relief of one end, or of both where they are equal: a case has one for a flank."""
+    def _end_relief(self, ends: dict[str, tuple[Component, Entry]]) -> Entry | None:
+        """End relief of one end, or of both ends if they are equal.
+
+        A case has one end relief for each flank, so different reliefs are left out with a warning.
+        """
         if not ends:
             return None
         components, (first, *others) = zip(*ends.values(), strict=True)
         labels = [component.label for component in components]
-        if others and not first.says(others[0]):
+        if others and not first.equals(others[0]):
             self.warn(
                 f"{' and '.join(labels)} differ and are left out: a flank of a case has one end"
                 " relief"
@@ -143,8 +152,7 @@ class FlankOfGear:
 
 
 def _mark(component: Component, m: Modification) -> None:
-    """Mark a modification as used, with attributes that only confirm the meaning of the case's
-    key."""
+    """Mark a modification as used, with attributes that state what the case's key always means."""
     component.role = (m.section or component.kind).replace("_", " ")
     for name, word in (*m.words.items(), table.ADDITIVE):
         attribute = component.attributes.get(name)
@@ -161,16 +169,19 @@ def _same(a: Value, b: Value) -> bool:
 Flank = dict[str, Entry]  # by the kind of each modification
 
 
-def _alike(first: Flank, other: Flank) -> bool:
+def _equal(first: Flank, other: Flank) -> bool:
     """Whether two flanks have the same modifications."""
-    return first.keys() == other.keys() and all(first[k].says(other[k]) for k in first)
+    return first.keys() == other.keys() and all(first[k].equals(other[k]) for k in first)
 
 
 @dataclass(frozen=True)
 class GearFlanks:
-    """Flanks of the gears of one role. section: the gear's; assumed: whether the file does not
-    state where the first gear's datum face is; flanks, words: by the side of the tooth, +1 towards
-    +θ, the left flank first."""
+    """Flanks of the gears of one role.
+
+    section: section of the gear. gear: the first gear of the role. assumed: whether the position of
+    its datum face is assumed. flanks, words: modifications and REXS names ("left", "right") by side
+    of the tooth, +1 towards +θ, the left flank first.
+    """
 
     stage: str
     kind: str
@@ -184,33 +195,36 @@ class GearFlanks:
     @property
     def differ(self) -> bool:
         """Whether left and right flank differ."""
-        return not _alike(*self.flanks.values())
+        return not _equal(*self.flanks.values())
 
     def side(self, name: str, forward: bool) -> int:
-        """Side of the tooth, +1 towards +θ, −1 towards −θ, of the flank ``name`` ("drive", "coast";
-        "sun", "ring" of planets); forward: see ``tooth_sides``."""
+        """Side of the tooth of a flank, +1 towards +θ, −1 towards −θ.
+
+        name: "drive" or "coast", of planets "sun" or "ring". forward: see ``tooth_sides``.
+        """
         return tooth_sides(self.kind, forward)[self.role, name]
 
 
 class FlankReader:
-    """Reads the flanks of all gears, and writes them once it is known which of them carry."""
+    """Reads the flanks of all gears; writes them when the loaded flanks are known."""
 
     def __init__(self, assembly: Assembly, case: CaseText) -> None:
         self.document, self.assembly, self.case = assembly.document, assembly, case
         self.gears_read: list[GearFlanks] = []
-        self._loaded: dict[str, dict[bool, str]] = {}  # what the file says, and where
+        self._loaded: dict[str, dict[bool, str]] = {}  # sources by stage and ``forward``
 
     def read(
         self, section: Section, stage: RexsStage, role: str, base: float, tip: Datum | None
     ) -> None:
-        """Flanks of the gears of a role; base: diameter of the base circle, mm; tip: of the tips.
+        """Read the flanks of the gears of a role.
 
-        Those of the first gear count for all: planets and halves of a case are alike.
+        base, tip: diameters of base and tip circle, mm. Since all planets and halves of a case have
+        equal flanks, those of the first gear are used.
         """
         where = f"{self.case.stage}.{role}"
         first: GearFlanks | None = None
 
-        def warn(message: str) -> None:  # once: of other gears it is said that they differ
+        def warn(message: str) -> None:  # other gears get the warning that they differ
             if first is None:
                 self.case.warn(f"{where}: {message}")
 
@@ -228,24 +242,27 @@ class FlankReader:
                     self.case.stage, stage.kind, role, section, gear, assumed, flanks, words
                 )
                 first = first or gear_flanks
-                if any(not _alike(first.flanks[side], flanks[side]) for side in words):
+                if any(not _equal(first.flanks[side], flanks[side]) for side in words):
                     self.case.warn(
                         f"{gear.label}: its modified flanks are not those of {first.gear.label},"
-                        " which all have here"
+                        " which are used for all"
                     )
-                self._remember(stage, gear_flanks)
+                self._record_loaded_flank(stage, gear_flanks)
         if first is not None and any(first.flanks.values()):
             self.gears_read.append(first)
 
     def has(self, stage: str) -> bool:
-        """Whether a stage that was read has modified flanks."""
+        """Whether a stage has modified flanks."""
         return any(of_gear.stage == stage for of_gear in self.gears_read)
 
     def write(self, carries: Mapping[str, bool]) -> None:
-        """All flanks. carries: by stage whether its forces are those of ``forward``
-        (``gears.paths.tooth_sides``), where the case has a torque."""
+        """Write all flanks into the case.
+
+        carries: by stage, whether the torques of the case load the flanks of ``forward``
+        (``gears.paths.tooth_sides``); stages without torque are missing.
+        """
         stages = dict.fromkeys(of_gear.stage for of_gear in self.gears_read)
-        senses = {stage: self._sense(stage, carries.get(stage)) for stage in stages}
+        forward = {stage: self._forward(stage, carries.get(stage)) for stage in stages}
         kinds = {
             kind
             for of_gear in self.gears_read
@@ -256,21 +273,21 @@ class FlankReader:
             if kind in kinds and m.positive:
                 self.case.warn(f"{kind}: taken as positive {m.positive}, over the whole flank")
         for of_gear in self.gears_read:
-            self._write(of_gear, senses[of_gear.stage])
+            self._write(of_gear, forward[of_gear.stage])
 
     def _datum(self, gear: Component) -> tuple[int, bool]:
-        """Side of the datum face, +1 at the +z end, and whether that is assumed."""
+        """Side of a gear's datum face, +1 at the +z end, and whether that is assumed."""
         frame = self.assembly.frames.of(gear)
-        along = -1 if frame is not None and frame.axes[0, 0] < 0 else 1
+        sense = -1 if frame is not None and frame.axes[0, 0] < 0 else 1
         orientation = table.ORIENTATIONS.get(text([gear], table.DATUM) or "")
-        return along * (-1 if orientation is None else orientation), orientation is None
+        return sense * (-1 if orientation is None else orientation), orientation is None
 
-    def _remember(self, stage: RexsStage, of_gear: GearFlanks) -> None:
+    def _record_loaded_flank(self, stage: RexsStage, of_gear: GearFlanks) -> None:
         """Record the loaded flank that the file states for a gear in its gear meshes."""
         gear_meshes = {
             gear_mesh.stage.id: role
-            for role, every in stage.gear_meshes.items()
-            for gear_mesh in every
+            for role, of_role in stage.gear_meshes.items()
+            for gear_mesh in of_role
         }
         kind = "stage_gear_data"
         for _, (pair, gear, data) in self.document.each(kind, "stage", "gear", kind):
@@ -280,25 +297,29 @@ class FlankReader:
             loaded_flank = text([data], table.LOADED)
             if loaded_flank in table.WORDS:
                 name = role if of_gear.role == "planet" else "drive"
-                sense = of_gear.words[of_gear.side(name, True)] == loaded_flank
-                self._loaded.setdefault(of_gear.stage, {}).setdefault(sense, data.label)
+                forward = of_gear.words[of_gear.side(name, True)] == loaded_flank
+                self._loaded.setdefault(of_gear.stage, {}).setdefault(forward, data.label)
 
-    def _sense(self, stage: str, torque: bool | None) -> bool:
-        """Which flanks of a stage carry: from its torque, else from the file, else assumed."""
+    def _forward(self, stage: str, of_torque: bool | None) -> bool:
+        """Direction of the forces of a stage as in ``tooth_sides``.
+
+        It follows from the torque; without torque from the loaded flanks in the file; without these
+        it is assumed.
+        """
         loaded_flanks = self._loaded.get(stage, {})
-        if torque is not None:
-            if (not torque) in loaded_flanks:
+        if of_torque is not None:
+            if (not of_torque) in loaded_flanks:
                 self.case.warn(
-                    f"{loaded_flanks[not torque]}, {table.LOADED}: not the flank that the torques"
-                    " load; they count"
+                    f"{loaded_flanks[not of_torque]}, {table.LOADED}: not the flank that the"
+                    " torques load; the torques are used"
                 )
-            return torque
+            return of_torque
         if len(loaded_flanks) == 1:
             return next(iter(loaded_flanks))
         if any(of_gear.differ for of_gear in self.gears_read if of_gear.stage == stage):
             self.case.warn(
-                f"{stage}: no torque says which flanks carry; those are taken that do where its"
-                " carrier (of a parallel stage its gear) drives about +u"
+                f"{stage}: no torque determines the loaded flanks; they are assumed to be those"
+                " loaded when the carrier (of a parallel stage the gear) drives about +u"
             )
         return True
 
@@ -308,18 +329,18 @@ class FlankReader:
         entries = [*left.values(), *right.values()]
         if of_gear.assumed and (of_gear.differ or any(e.by_face for e in entries)):
             self.case.warn(
-                f"{of_gear.gear.label}: no {table.DATUM}; its datum face is taken as the one"
-                " against its u axis (negative)"
+                f"{of_gear.gear.label}: no {table.DATUM}; its datum face is assumed to be that at"
+                " the negative end of its u axis"
             )
         whole = self._section(of_gear, "")
         for kind, entry in left.items():
-            if entry.says(right.get(kind)):
+            if entry.equals(right.get(kind)):
                 self._put(of_gear, whole, "", entry)
         for name in ("sun", "ring") if of_gear.role == "planet" else ("drive", "coast"):
             side = of_gear.side(name, forward)
-            section, other = self._section(of_gear, f".{name}"), of_gear.flanks[-side]
+            section, opposite = self._section(of_gear, f".{name}"), of_gear.flanks[-side]
             for kind, entry in of_gear.flanks[side].items():
-                if not entry.says(other.get(kind)):
+                if not entry.equals(opposite.get(kind)):
                     which = f"; {of_gear.words[side]} flank"
                     self._put(of_gear, section, f".{name}", entry, which)
 

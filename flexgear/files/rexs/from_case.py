@@ -1,7 +1,7 @@
-"""A case as a REXS model: gears, shafts, carriers, bearings, joints, loads; steady results.
+"""Export of a case as a REXS model: gears, shafts, carriers, bearings, joints, loads, results.
 
-Frame: u is the case's z, v its x, w its y. Speeds, torques and powers of the steady flow stand in a
-load case.
+Axes: u, v, w are z, x, y of the case. Speeds, torques and powers of steady operation are written as
+a load case.
 """
 
 from __future__ import annotations
@@ -32,68 +32,76 @@ from flexgear.model.member import LumpedInertia, MatedGear, PlanetGear
 from flexgear.model.modifications import FLANKS, FlankModifications
 from flexgear.model.names import GroupName, MemberName
 from flexgear.model.section import Section
+from flexgear.model.stage import Stage
 from flexgear.model.train import Input, Joint, MemberLoad, Output
 
 _WRITTEN = {
     "name", "title", "source", "gravity", "material", "stages", "joints", "held", "inputs",
     "output", "loads", "load_cases", "spectrum",
 }  # fmt: skip
-_UNWRITTEN = sorted(FlankModifications.model_fields.keys() - table.KEYS)  # modifications
-_OF_SPRINGS = ("damping", "elements", "journal", "rollers", "thrust")  # that REXS has not
-_OF_PORTS = {
+_UNWRITTEN = sorted(FlankModifications.model_fields.keys() - table.KEYS)  # keys of modifications
+_UNWRITTEN_OF_SPRINGS = ("damping", "elements", "journal", "rollers", "thrust")
+_WRITTEN_OF_PORTS = {
     "member", "speed", "torque", "power", "inertia", "mass", "tilt_inertia", "bearing",
 }  # fmt: skip
 
 
 def not_written(case: Case) -> list[str]:
-    """Parts of the case that the REXS model does not hold, in words."""
-    lost = _set(case, "", _WRITTEN)
+    """Descriptions of the parts of a case that its REXS model does not contain."""
+    unwritten = _set_except(case, "", _WRITTEN)
     for k, port in enumerate(case.ports):
-        where = "output" if port is case.output else f"inputs[{k}]"
-        lost += _set(port, f"{where}.", _OF_PORTS)
-        lost += _lost(port.bearing, f"{where}.bearing.", *_OF_SPRINGS)
-    lost += [f"loads on {load.member}" for load in case.loads if not _is_written(load)]
+        path = "output" if port is case.output else f"inputs[{k}]"
+        unwritten += _set_except(port, f"{path}.", _WRITTEN_OF_PORTS)
+        unwritten += _set_keys(port.bearing, f"{path}.bearing.", *_UNWRITTEN_OF_SPRINGS)
+    unwritten += [f"loads on {load.member}" for load in case.loads if not _is_written(load)]
     states = [state for c in case.load_cases for _, _, state in c.states("")]
     if any(s.frame != "fixed" and (s.force or s.moment) for s in states):
-        lost.append("loads of load_cases in turning frames")
+        unwritten.append("loads of load_cases in rotating frames")
     for k, joint in enumerate(case.joints):
-        lost += _lost(joint, f"joints[{k}].", "damping")
+        unwritten += _set_keys(joint, f"joints[{k}].", "damping")
     for stage in case.stages:
-        before = f"stages.{stage.name}."
-        lost += _lost(stage, before, "errors", "gear_mesh")
-        lost += _lost(stage.planet_bearing, f"{before}planet_bearing.", *_OF_SPRINGS)
-        for name in (*stage.members, "planet"):
-            member, where = getattr(stage, name, None), f"{before}{name}"
-            if getattr(member, "inertia", None) or getattr(member, "equivalent_mass", None):
-                lost.append(f"{where}: its moment of inertia")
-            if isinstance(member, LumpedInertia):
-                for key, support in member.supports.items():
-                    lost += _lost(support, f"{where}.{key}.", *_OF_SPRINGS)
-            if isinstance(member, MatedGear | PlanetGear):
-                ground = member.modifications
-                lost += _lost(member, f"{where}.", "rating")
-                lost += _lost(ground, f"{where}.modifications.", *_UNWRITTEN)
-                for flank in FLANKS:
-                    of_flank = getattr(ground, flank, None)
-                    lost += _lost(of_flank, f"{where}.modifications.{flank}.", *_UNWRITTEN)
-        if stage.sun is not None:
-            keys = ("flexible", "elements_per_section")
-            lost += _lost(stage.sun.shaft, f"{before}sun.shaft.", *keys)
-        if "fe" in map(stage.form, (*stage.members, "planet")):
-            lost.append(f"{before[:-1]}: FE bodies, bearings of an FE carrier")
-    return lost
+        unwritten += _not_written_of_stage(stage)
+    return unwritten
 
 
-def _set(section: Section, before: str, written: Iterable[str]) -> list[str]:
-    """Keys of a section that are set, but for those that are written."""
-    return _lost(section, before, *(k for k in type(section).model_fields if k not in written))
+def _not_written_of_stage(stage: Stage) -> list[str]:
+    """Descriptions of the parts of a stage that the REXS model does not contain."""
+    prefix = f"stages.{stage.name}."
+    unwritten = _set_keys(stage, prefix, "errors", "gear_mesh")
+    bearing = stage.planet_bearing
+    unwritten += _set_keys(bearing, f"{prefix}planet_bearing.", *_UNWRITTEN_OF_SPRINGS)
+    for name in (*stage.members, "planet"):
+        member, path = getattr(stage, name, None), f"{prefix}{name}"
+        if getattr(member, "inertia", None) or getattr(member, "equivalent_mass", None):
+            unwritten.append(f"{path}: its moment of inertia")
+        if isinstance(member, LumpedInertia):
+            for key, support in member.supports.items():
+                unwritten += _set_keys(support, f"{path}.{key}.", *_UNWRITTEN_OF_SPRINGS)
+        if isinstance(member, MatedGear | PlanetGear):
+            unwritten += _set_keys(member, f"{path}.", "rating")
+            path, modifications = f"{path}.modifications.", member.modifications
+            unwritten += _set_keys(modifications, path, *_UNWRITTEN)
+            for flank in FLANKS:
+                of_flank = getattr(modifications, flank, None)
+                unwritten += _set_keys(of_flank, f"{path}{flank}.", *_UNWRITTEN)
+    if stage.sun is not None:
+        keys = ("flexible", "elements_per_section")
+        unwritten += _set_keys(stage.sun.shaft, f"{prefix}sun.shaft.", *keys)
+    if "fe" in map(stage.form, (*stage.members, "planet")):
+        unwritten.append(f"{prefix[:-1]}: FE bodies, bearings of an FE carrier")
+    return unwritten
 
 
-def _lost(section: Section | None, before: str, *keys: str) -> list[str]:
-    """Names of the keys that a section has and that are set."""
+def _set_except(section: Section, prefix: str, written: Iterable[str]) -> list[str]:
+    """Paths of the keys of a section that are set and not in ``written``."""
+    return _set_keys(section, prefix, *(k for k in type(section).model_fields if k not in written))
+
+
+def _set_keys(section: Section | None, prefix: str, *keys: str) -> list[str]:
+    """Paths of those of ``keys`` that a section has with a value other than the default."""
     fields = {} if section is None else type(section).model_fields
     return [
-        f"{before}{key}"
+        f"{prefix}{key}"
         for key in keys
         if key in fields
         and getattr(section, key) != fields[key].get_default(call_default_factory=True)
@@ -101,8 +109,11 @@ def _lost(section: Section | None, before: str, *keys: str) -> list[str]:
 
 
 class BinResults(NamedTuple):
-    """Results of load bins beside speeds and torques, each attribute by bin (B,), not finite where
-    there is none. gears: by gear meshes of one half and gear; bearings: by that of a planet."""
+    """Results of load bins other than speeds and torques.
+
+    gears: attributes by gear meshes of one half and gear; bearings: attributes by planet bearing.
+    Each attribute has one value for each bin (B,), which is not finite if there is no result.
+    """
 
     bins: Sequence[LoadBin]
     gears: Mapping[tuple[GroupName, str], Mapping[str, Array]]
@@ -110,8 +121,8 @@ class BinResults(NamedTuple):
 
 
 def model_of_case(case: Case, rated: BinResults | None = None) -> Outgoing:
-    """The REXS model of a case, with its load cases, or with the bins of a rating and what they
-    made of gears and bearings. InputError for a train without one answer for its speeds."""
+    """The REXS model of a case with its load cases, or with the bins and results of a rating.
+    Raises InputError for a train whose speeds are not determined."""
     model = Outgoing()
     unit = model.add(
         "gear_unit", case.title or case.name, **located((0.0, 0.0, 0.0)), **_gravity(case)
@@ -135,14 +146,15 @@ def model_of_case(case: Case, rated: BinResults | None = None) -> Outgoing:
             _add_forces(train, forces, load.member, np.zeros(6))
     for b, load_bin in enumerate(bins):
         _add_load_case(train, load_bin, ports, forces)
-        for number, attributes in _rated(train, rated) if rated else ():
-            sizes = {name: float(values[b]) for name, values in attributes.items()}
-            model.result(number, **{name: x for name, x in sizes.items() if math.isfinite(x)})
+        for number, attributes in _results(train, rated) if rated else ():
+            values = {name: float(by_bin[b]) for name, by_bin in attributes.items()}
+            model.result(number, **{name: x for name, x in values.items() if math.isfinite(x)})
     return model
 
 
-def _rated(train: TrainOut, rated: BinResults) -> Iterator[tuple[int, Mapping[str, Array]]]:
-    """Components and their results by bin; bearings without ratings have no attributes for them."""
+def _results(train: TrainOut, rated: BinResults) -> Iterator[tuple[int, Mapping[str, Array]]]:
+    """Ids of components and their results by bin. Concept bearings are left out, since REXS has no
+    attributes for their rating."""
     for key, attributes in rated.gears.items():
         yield from ((number, attributes) for number in train.gear_data[key])
     for name, attributes in rated.bearings.items():
@@ -176,7 +188,7 @@ def _add_joint(train: TrainOut, joint: Joint) -> None:
 
 
 def _add_port(train: TrainOut, port: Input | Output) -> int:
-    """Adds the external load at a port; its id."""
+    """Add the external load at a port; returns its id."""
     shaft, inertia = train.end(port.member), train.case.port_inertia(port.member)
     number = train.model.part(
         shaft,
@@ -203,7 +215,7 @@ def _add_port(train: TrainOut, port: Input | Output) -> int:
 
 
 def _add_forces(train: TrainOut, forces: dict[str, list[int]], member: str, load: Array) -> None:
-    """Adds force and transverse moments (6,) on a member, with the id among ``forces``."""
+    """Add an external load (6,) on a member and append its id to ``forces``."""
     number = train.model.part(
         train.end(member),
         "external_load",
@@ -218,10 +230,8 @@ def _add_forces(train: TrainOut, forces: dict[str, list[int]], member: str, load
 def _add_load_case(
     train: TrainOut, load_bin: LoadBin, ports: dict[str, int], forces: dict[str, list[int]]
 ) -> None:
-    """Results of a load bin; loads that the case has already are not written again.
-
-    ports, forces: ids of external loads by member.
-    """
+    """Add a load case with speeds, torques, powers and loads of a load bin. ports, forces: ids of
+    external loads by member. Loads equal to those of the case are not repeated."""
     model = train.model
     model.begin_load_case()
     model.result(train.unit, operating_time=HOUR * load_bin.hours)
@@ -240,18 +250,18 @@ def _add_load_case(
 
 
 def _is_written(load: MemberLoad) -> bool:
-    """Whether REXS has an attribute for a load: constant, in fixed axes, no torque."""
+    """Whether REXS can hold a load, which must be constant, in fixed axes and without torque."""
     return not load.is_history and load.frame == "fixed" and load.moment[2] == 0
 
 
 def _force_attributes(load: Array) -> dict[str, float]:
-    """Attributes of a load (6,), N along x, y, z and N m about them, of which the last is 0."""
+    """Attributes of a load (6,): forces along and moments about x, y, z; N, N m, the last 0."""
     return dict(zip((*table.FORCES, *table.MOMENTS), map(float, load), strict=False))
 
 
 def places(case: Case) -> dict[str, Place]:
-    """Place of every member (u, v, w in m): stages side by side along u, joined ones coaxial."""
-    neighbours: dict[str, list[tuple[str, complex]]] = defaultdict(list)  # steps v + i w to others
+    """Position (u, v, w) of each member, m: stages side by side along u, joined members coaxial."""
+    neighbours: dict[str, list[tuple[str, complex]]] = defaultdict(list)  # offsets v + i w
     steps = {(joint.first, joint.second): 0j for joint in case.joints}
     for stage in case.stages:
         first, *others = (f"{stage.name}.{part}" for part in stage.members)
@@ -263,16 +273,16 @@ def places(case: Case) -> dict[str, Place]:
         neighbours[second].append((first, -step))
     across: dict[str, complex] = {}
     for start in case.member_names():
-        waiting: list[tuple[str, complex]] = [(start, 0j)]
-        while waiting:
-            position, at = waiting.pop()
-            if position not in across:
-                across[position] = at
-                waiting += [(other, at + step) for other, step in neighbours[position]]
-    placed, u = {}, 0.0
+        stack: list[tuple[str, complex]] = [(start, 0j)]
+        while stack:
+            member, at = stack.pop()
+            if member not in across:
+                across[member] = at
+                stack += [(other, at + step) for other, step in neighbours[member]]
+    positions, u = {}, 0.0
     for stage in case.stages:
         for part in stage.members:
             name = f"{stage.name}.{part}"
-            placed[name] = (u + stage.gear_width / 2, across[name].real, across[name].imag)
+            positions[name] = (u + stage.gear_width / 2, across[name].real, across[name].imag)
         u += 2 * stage.gear_width
-    return placed
+    return positions

@@ -5,8 +5,9 @@ REXS states diameters and the basic rack of the tool; a case has coefficients of
     external   d_a = d + 2 m_n (h_a + x),   d_f = d − 2 m_n (h_f − x)
     internal   d_a = d − 2 m_n (h_a + x),   d_f = d + 2 m_n (h_f − x)
 
-with x of ISO 21771 (the ring's tooth number negative: x > 0 makes every tooth thicker). Relief
-that starts at the diameter d_s takes √(r_a² − r_b²) − √(r_s² − r_b²) of the path of contact.
+with x of ISO 21771 (the ring's tooth number is negative, so that x > 0 makes every tooth thicker).
+The length on the path of contact of a relief that starts at the diameter d_s is
+√(r_a² − r_b²) − √(r_s² − r_b²).
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from flexgear.model.section import limits_of
 FLANKS = ("cylindrical_gear_flank", "flank_geometry")
 TOOLS = ("rack_shaped_tool", "cutter_wheel_tool")
 SETTINGS = "cylindrical_gear_manufacturing_settings"
-_NO_NOTE = 1e-9
+_TOLERANCE = 1e-9  # of positions on a shaft, mm
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,7 @@ class GearReader:
         self.modified = FlankReader(assembly, case)
 
     def flanks(self, gears: list[Component]) -> list[Component]:
-        """Flanks of gears, left ones first."""
+        """Flanks of gears, of each gear the left one first."""
         components = [
             flank
             for gear in gears
@@ -72,7 +73,7 @@ class GearReader:
         return components
 
     def tools(self, gears: list[Component]) -> list[Component]:
-        """Racks and cutters that made gears, or their flanks, and settings of how."""
+        """Tools and manufacturing settings of gears and their flanks."""
         components = []
         for part in [*gears, *self.flanks(gears)]:
             components += self.document.references(part, *TOOLS)
@@ -89,7 +90,7 @@ class GearReader:
         return None if datum is None else Datum(abs(round(datum.value)), datum.source)
 
     def shift(self, gears: list[Component], rack: Rack) -> Datum | None:
-        """Profile shift coefficient as it stands in the file."""
+        """Profile shift coefficient in the file."""
         names = ("addendum_modification_coefficient", "addendum_modification",
                  "generated_addendum_modification_coefficient",
                  "addendum_modification_coefficient_after_finishing")  # fmt: skip
@@ -98,8 +99,10 @@ class GearReader:
     def write(
         self, section: Section, stage: RexsStage, role: str, rack: Rack, shift: float
     ) -> None:
-        """Tip, root, fillet and blank; teeth and profile shift stand there already. Flanks are
-        read."""
+        """Write tip, root, fillet, tool, mass and blank to the gear's section; read its flanks.
+
+        The section contains teeth and profile shift already.
+        """
         gears = stage.gears(role)
         number_of_teeth = self.teeth(gears)
         internal = section.header.endswith("ring]")
@@ -117,8 +120,8 @@ class GearReader:
             for circle, sign in ((tip, out), (root, -out))
         ]
         self._coefficient(section, "addendum", heights[0])
-        of_tool = self._or_tool(heights[1], "dedendum", tools, rack)
-        dedendum = self._coefficient(section, "dedendum", of_tool)
+        root_height = self._or_tool(heights[1], "dedendum", tools, rack)
+        dedendum = self._coefficient(section, "dedendum", root_height)
         self._coefficient(section, "root_fillet", self._or_tool(None, "root_fillet", tools, rack))
         self._tool(section, tools, gears, root is not None)
         self._mass(section, gears, internal)
@@ -129,7 +132,7 @@ class GearReader:
     def _tool(
         self, section: Section, tools: list[Component], gears: list[Component], has_root: bool
     ) -> None:
-        """Write the stated data of the tool, in a table below the gear's."""
+        """Write the data of the tool in the file to a section nested in the gear's."""
         tool_section = self.case.section(f"{section.header[:-1]}.tool]", section)
         cutters = [tool for tool in tools if tool.kind == "cutter_wheel_tool"]
         teeth, shift = CUTTER
@@ -140,24 +143,24 @@ class GearReader:
             if not has_root:
                 tool_section.take("tip_diameter_mm", number(cutters, "tip_diameter", "mm"))
         amount, angle = PROTUBERANCE
-        most = 0.0
+        limit = 0.0
         if tool_section.take(amount.key, protuberance := read(tools, amount)):
             tool_section.take(angle.key, read(tools, angle))
-            most = 0.0 if protuberance is None else protuberance.value
+            limit = 0.0 if protuberance is None else protuberance.value
         allowance = number(tools, "machining_allowance", "mm")
         allowance = allowance or number(self.flanks(gears), "grinding_allowance", "mm")
-        if allowance is not None and allowance.value > 0 and allowance.value <= most:
+        if allowance is not None and 0 < allowance.value <= limit:
             tool_section.put("grinding_allowance_mm", allowance.value, allowance.source)
         elif allowance is not None and allowance.value > 0:
             self.case.warn(
-                f"{section.header}: {allowance.source} is more than the protuberance frees, so "
-                "it is left out: as if the root were ground, too"
+                f"{section.header}: {allowance.source} is more than the protuberance and is left"
+                " out, as if the root were ground, too"
             )
 
     def _or_tool(
         self, datum: Datum | None, key: str, tools: list[Component], rack: Rack
     ) -> Datum | None:
-        """A height of the tooth from the tool that made it, where its diameter is not given."""
+        """``datum`` if its value is valid for the key, else the value from the tool's profile."""
         if datum is not None and _within(key, datum.value):
             return datum
         names = {
@@ -169,8 +172,7 @@ class GearReader:
         return datum if of_tool is None else Datum(of_tool.value, f"{of_tool.source} of the tool")
 
     def _coefficient(self, section: Section, key: str, datum: Datum | None) -> float:
-        """Write a coefficient of the tooth, assumed where the file has none that can be; its
-        value."""
+        """Write a coefficient of the tooth, assumed if the file has no valid value; returns it."""
         if datum is not None and _within(key, datum.value):
             section.put(key, datum.value, datum.source)
             return datum.value
@@ -186,46 +188,50 @@ class GearReader:
         return usual
 
     def _mass(self, section: Section, gears: list[Component], internal: bool) -> None:
-        """Mass of the gear: of both halves together, but of one half of a ring."""
+        """Write the mass of the gear, of both halves together, but of one half of a ring."""
         datum = number(gears, "mass_of_component", "kg")
         if datum is None or datum.value <= 0:
             return
-        places = {self.assembly.body(gear) for gear in gears}
-        halves = 1 if internal else len(gears) // len(places)
+        bodies = {self.assembly.body(gear) for gear in gears}
+        halves = 1 if internal else len(gears) // len(bodies)
         section.put("mass_kg", datum.value * halves, datum.source)
 
     def _blank(self, section: Section, gears: list[Component], internal: bool, root: float) -> None:
-        """Bore or rim, from the gear, its body, or the shaft below it; root: diameter, mm."""
+        """Write the bore or rim, from the gear, its gear_body, or its shaft.
+
+        root: root diameter, mm.
+        """
         bodies = [b for gear in gears for b in self.document.parts(gear, "gear_body")]
         for body in bodies:
             body.role = "a blank"
         if not internal:
             bore = number([*gears, *bodies], "inner_diameter", "mm")
-            bore = bore or self._hollow(gears[0], False)
+            bore = bore or self._shaft_diameter(gears[0], outer=False)
             if bore is not None and 0 < bore.value < root:
                 section.put("bore_diameter_mm", bore.value, f"{bore.source}; for mass and inertia")
             return
         rim = number(bodies, "gear_body_rim_thickness", "mm")
         if rim is None:
-            outer = number(bodies, "outer_diameter", "mm") or self._hollow(gears[0], True)
+            outer = number(bodies, "outer_diameter", "mm")
+            outer = outer or self._shaft_diameter(gears[0], outer=True)
             if outer is not None and outer.value > root:
                 rim = Datum((outer.value - root) / 2, f"{outer.source}, less the root circle, / 2")
         if rim is not None and rim.value > 0:
             section.put("rim_thickness_mm", rim.value, f"{rim.source}; for mass and inertia")
 
-    def _hollow(self, gear: Component, outside: bool) -> Datum | None:
-        """Outer or inner diameter (mm) of the shaft where the gear sits."""
+    def _shaft_diameter(self, gear: Component, outer: bool) -> Datum | None:
+        """Outer or inner diameter of the shaft at the position of a gear, mm."""
         shaft = self.assembly.frames.shaft(gear)
-        at = value(gear, "u_coordinate_on_shaft", "mm")
+        u = value(gear, "u_coordinate_on_shaft", "mm")
         for part, section in [] if shaft is None else sections_of(self.document, shaft):
-            if section.start - _NO_NOTE <= at < section.start + section.length:
-                diameter = section.diameters(at)[0 if outside else 1]
-                return Datum(diameter, f"{part.label}, {'outer' if outside else 'inner'} diameter")
+            if section.start - _TOLERANCE <= u < section.start + section.length:
+                diameter = section.diameters(u)[0 if outer else 1]
+                return Datum(diameter, f"{part.label}, {'outer' if outer else 'inner'} diameter")
         return None
 
 
 def _over_module(components: Sequence[Component], names: Sequence[str], rack: Rack) -> Datum | None:
-    """The first of these attributes that is there, lengths over the normal module."""
+    """The first of these attributes that a component has; lengths are divided by the module."""
     for name in names:
         is_length = SCHEMA_UNITS.get(name) == "mm"
         datum = number(components, name, "mm" if is_length else "none")
@@ -237,6 +243,6 @@ def _over_module(components: Sequence[Component], names: Sequence[str], rack: Ra
 
 
 def _within(key: str, value: float) -> bool:
-    """Whether a coefficient can be a dimension of a tooth: whether a case takes it."""
+    """Whether a coefficient is within the limits of the case's key."""
     low, high = limits_of(Gear, key)
     return low is not None and high is not None and low <= value <= high

@@ -1,4 +1,4 @@
-"""A REXS model built up one component by one, and written as XML (REXS 2.0)."""
+"""A REXS model to which components are added one by one, and its XML (REXS 2.0)."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ Attributes = dict[str, Written]
 
 @dataclass
 class Outgoing:
-    """Components with attributes in the schema's units, which methods take in SI; relations;
-    results of load cases.
+    """Components, relations and load cases of a REXS model.
 
-    relations: (type, order, roles to ids). load_cases: of each, attributes by the component's id.
+    Methods take attributes in SI and store them in the schema's units. components: type, name,
+    attributes. relations: type, order, ids by role. load_cases: attributes by component id.
     """
 
     components: list[tuple[str, str, Attributes]] = field(default_factory=list)
@@ -27,16 +27,16 @@ class Outgoing:
     load_cases: list[dict[int, Attributes]] = field(default_factory=lambda: [{}])
 
     def add(self, kind: str, name: str = "", **attributes: Written | None) -> int:
-        """A component; attributes that are None are left out. Returns its id."""
+        """Add a component, without attributes that are None; returns its id."""
         self.components.append((kind, name, _in_units(attributes)))
         return len(self.components)
 
     def relate(self, kind: str, order: int = 0, **roles: int) -> None:
-        """A relation between components; order 0 for one without."""
+        """Add a relation between components; order 0 for a relation without order."""
         self.relations.append((kind, order, roles))
 
     def part(self, whole: int, kind: str, name: str = "", **attributes: Written | None) -> int:
-        """A component that belongs to another."""
+        """Add a component that belongs to another; returns its id."""
         number = self.add(kind, name, **attributes)
         self.relate("assembly", assembly=whole, part=number)
         return number
@@ -44,21 +44,21 @@ class Outgoing:
     def side(
         self, kind: str, inner: int, outer: int, name: str = "", **attributes: Written | None
     ) -> int:
-        """A bearing or coupling between two components."""
+        """Add a bearing or coupling between two components; returns its id."""
         number = self.add(kind, name, **attributes)
         self.relate("side", inner_part=inner, outer_part=outer, assembly=number)
         return number
 
     def result(self, number: int, **attributes: Written) -> None:
-        """Attributes of a component in the last load case."""
+        """Add attributes of a component to the last load case."""
         self.load_cases[-1].setdefault(number, {}).update(_in_units(attributes))
 
     def begin_load_case(self) -> None:
-        """Let results that follow be those of another load case."""
+        """Begin a new load case, to which ``result`` then adds attributes."""
         self.load_cases.append({})
 
     def xml(self, application: str, version: str, date: str) -> bytes:
-        """The file. date: ISO 8601 with its zone."""
+        """The model as XML. date: ISO 8601 with time zone."""
         root = ET.Element(
             "model",
             version=VERSION,
@@ -88,11 +88,11 @@ class Outgoing:
 
 
 def _in_units(attributes: Mapping[str, Written | None]) -> Attributes:
-    """Attributes that have a value, numbers in the schema's units; axes are unit vectors."""
+    """Attributes that are not None, converted from SI to the schema's units."""
     present = {key: value for key, value in attributes.items() if value is not None}
     for key, value in present.items():
         scale = from_si(SCHEMA_UNITS.get(key, "none"))
-        if isinstance(value, tuple) and not key.endswith("_axis_vector"):
+        if isinstance(value, tuple) and not key.endswith("_axis_vector"):  # a unit vector
             x, y, z = value
             present[key] = (x * scale, y * scale, z * scale)
         elif isinstance(value, float) and scale != 1.0:
@@ -122,6 +122,6 @@ def _text(value: float | int | bool | str) -> str:
 
 
 def located(place: Place) -> dict[str, Written | None]:
-    """REXS attributes of a component's position; its axes are parallel to the gear unit's."""
+    """REXS attributes of position and axes of a component that is parallel to the gear unit."""
     axes = {"u_axis_vector": (1.0, 0.0, 0.0), "w_axis_vector": (0.0, 0.0, 1.0)}
     return {"support_vector": place, **axes}

@@ -1,12 +1,12 @@
 """Inputs and output of a case from the external loads and speeds of a file.
 
-A port is a body with an external load that transmits torque about its axis. Power with sign says
-which way it goes: torque and speed of one sign drive. Of all speeds and torques as many are taken
-as the train leaves free, those that the file defines first; the others must follow.
+A port is a body with an external load that transmits torque about its axis. Torque and speed of
+equal sign mean that power enters there. As many speeds and torques are used as the train has free
+ones, beginning with those that the file marks as defining; the others must follow from these.
 
-A load case lasts for ``operating_time`` of the gear unit (``load_duration`` up to REXS 1.2), or for
-a share of the whole time, ``operating_time_fraction`` (``load_duration_fraction``). No time at all
-marks an extreme load.
+The duration of a load case is ``operating_time`` of the gear unit (``load_duration`` up to REXS
+1.2), or its share of the total time, ``operating_time_fraction`` (``load_duration_fraction``). A
+duration of zero marks an extreme load.
 """
 
 from __future__ import annotations
@@ -25,27 +25,28 @@ from flexgear.files.rexs.assembly import Assembly
 from flexgear.files.rexs.document import Component, Document, LoadCase, flag, number, read, value
 from flexgear.files.rexs.shafts import SunShaft
 from flexgear.files.rexs.stages import Member
-from flexgear.files.rexs.tables import BEHIND, FORCES, INERTIA, MOMENTS, PORT, SCHEMA_UNITS
+from flexgear.files.rexs.tables import FORCES, INERTIA, MOMENTS, PORT, PORT_BODY, SCHEMA_UNITS
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.load import case_of_toml
 from flexgear.model.units import RPM
 
-SAME = 1e-3  # of the largest, between what a file says and what follows from the rest of it
-_ALIGNED = 1e-6
+_SPEED_TOLERANCE = 1e-3  # of the largest speed, between stated and derived speeds
+_ALIGNMENT_TOLERANCE = 1e-6  # of the entries of a rotation matrix
 _SPEED, _TORQUE, _POWER = PORT
 _TIME = ("operating_time", "load_duration")
 _SHARE = ("operating_time_fraction", "load_duration_fraction")
-_WHOLE = 20_000.0  # h, where a file gives shares alone
-_FREE = "a case of free vibration, modes only"
+_TOTAL_HOURS = 20_000.0  # h, assumed if a file gives only shares
+_WITHOUT_LOADS = "the case is one of free vibration, for modes only"
 
 
 @dataclass(eq=False)
 class Port:
-    """A member that an external load acts on; speed (rpm), torque (N m), power (kW) about +u.
+    """A member with external loads; its speed (rpm), torque (N m) and power (kW) about +u.
 
-    masses: additional ones; inertia: theirs, kg m².
+    defines_torque: whether the file marks its torque as defining. masses: components of additional
+    masses, with the total inertia, kg m².
     """
 
     member: Member
@@ -59,7 +60,7 @@ class Port:
 
     @property
     def drives(self) -> bool | None:
-        """Whether power enters here, None where the file does not state it."""
+        """Whether power enters the train at the port; None if the file does not determine it."""
         if self.power is not None:
             return self.power.value > 0
         if self.torque is None or self.speed is None or not self.torque.value * self.speed.value:
@@ -68,7 +69,7 @@ class Port:
 
     @property
     def size(self) -> float:
-        """Magnitude of its power, or of torque times speed (N m · rpm) where the file has no
+        """Magnitude of the power (kW), or of torque times speed (N m rpm) if the file has no
         power."""
         if self.power is not None:
             return abs(self.power.value)
@@ -76,12 +77,12 @@ class Port:
         return abs(self.torque.value * self.speed.value)
 
     def take_torque(self, section: Section) -> None:
-        """Write its torque to a section, or else its power."""
+        """Write the torque to a section, or the power if there is no torque."""
         section.take(*((_TORQUE.key, self.torque) if self.torque else (_POWER.key, self.power)))
 
 
 def ports_of(assembly: Assembly, members: list[Member]) -> list[Port]:
-    """Ports in the order of the members; loads without torque are left to be listed."""
+    """Ports in the order of their members; loads that transmit no torque are ignored."""
     ports: dict[int, Port] = {}
     for load in assembly.document.kind("external_load"):
         transmits = flag([load], "transmits_torque")
@@ -98,35 +99,36 @@ def ports_of(assembly: Assembly, members: list[Member]) -> list[Port]:
         port.power = _sum(port.power, power)
         port.defines_torque |= flag([load], "defines_torque") is True
     for mass in assembly.document.kind("additional_mass"):
-        port_there = ports.get(assembly.body(mass))
-        if port_there is None:
+        port_of_body = ports.get(assembly.body(mass))
+        if port_of_body is None:
             continue
-        port_there.masses.append(mass)
+        port_of_body.masses.append(mass)
         inertia = read([mass], INERTIA)
         if inertia is not None:
             mass.role = "inertia at a port"
-            port_there.inertia = _sum(port_there.inertia, inertia)
+            port_of_body.inertia = _sum(port_of_body.inertia, inertia)
     for body, port in ports.items():
         port.speed = speed_of(assembly, body)
     return sorted(ports.values(), key=lambda port: members.index(port.member))
 
 
 def speed_of(assembly: Assembly, body: int | None) -> Datum | None:
-    """Speed of a body, rpm about the gear unit's u axis: of its shafts, else of its gears."""
-    mine = assembly.members(body)
-    shafts = [c for c in mine if c.kind == "shaft"]
+    """Speed of a body about the gear unit's u axis, rpm: that of its shafts, else of its gears."""
+    members = assembly.members(body)
+    shafts = [c for c in members if c.kind == "shaft"]
     shafts.sort(key=lambda c: flag([c], "defines_speed") is not True)
-    for component in [*shafts, *(c for c in mine if c.kind in ("cylindrical_gear", "ring_gear"))]:
+    gears = [c for c in members if c.kind in ("cylindrical_gear", "ring_gear")]
+    for component in [*shafts, *gears]:
         datum = read([component], _SPEED)
         if datum is not None:
-            for twin in mine:
+            for twin in members:
                 read([component, twin], _SPEED)
             return _signed(datum, assembly.frames.sense(component))
     return None
 
 
 def _member_of(assembly: Assembly, load: Component, members: list[Member]) -> Member | None:
-    """A member of the body that the load acts on: the nearest along links, else the first."""
+    """The member nearest to a load along the links of its body, None if the body has no member."""
     body = assembly.body(load)
     lengths = {
         member: assembly.path_length(load, member.anchor)
@@ -139,17 +141,17 @@ def _member_of(assembly: Assembly, load: Component, members: list[Member]) -> Me
 def forces_of(
     assembly: Assembly, members: list[Member]
 ) -> Iterator[tuple[Component, Member, list[float]]]:
-    """Loads with a force or moment stated, their members, and N, N m along x, y, z = v, w, u and
-    about x, y, in fixed axes, at the member's middle.
+    """External loads with forces or moments, each with its member and components (5,).
 
-    Of shafts along the gear unit's axes; others are listed.
+    Components are forces along x, y, z (v, w, u), N, and moments about x and y, N m, in fixed axes
+    at the middle of the member. Loads on shafts with other axes than the gear unit are ignored.
     """
     for load in assembly.document.kind("external_load"):
         shaft = assembly.frames.shaft(load)
         frame = None if shaft is None else assembly.frames.of(shaft)
         member = _member_of(assembly, load, members)
-        turned = frame is not None and abs(frame.axes - np.eye(3)).max() > _ALIGNED
-        if member is None or turned:
+        rotated = frame is not None and abs(frame.axes - np.eye(3)).max() > _ALIGNMENT_TOLERANCE
+        if member is None or rotated:
             continue
         names = (*FORCES, *MOMENTS)
         values = [value(load, name, SCHEMA_UNITS[name]) for name in names]
@@ -160,13 +162,14 @@ def forces_of(
 
 
 def _put_forces(section: Section, values: list[float], source: str) -> None:
-    """Force and moment of a member, without that about its axis: torques are those of ports."""
+    """Write force and transverse moments of a member; torques are written with the ports."""
     section.put("force_n", values[:3], f"{source}: v, w, u directions")
     section.put("moment_nm", [*values[3:], 0.0], f"{source}: about v and w")
 
 
-def _signed(datum: Datum | None, turn: float) -> Datum | None:
-    if datum is None or turn > 0:
+def _signed(datum: Datum | None, sense: float) -> Datum | None:
+    """A value about the axis of a shaft as one about the gear unit's u axis."""
+    if datum is None or sense > 0:
         return datum
     return Datum(-datum.value, f"{datum.source}; its shaft points against the main axis")
 
@@ -178,8 +181,8 @@ def _sum(total: Datum | None, more: Datum | None) -> Datum | None:
 
 
 class PortWriter:
-    """Ports of a document's loads. ``bodies``: those they act on; ``where``: the file; ``shafts``:
-    of suns; ``sections``: those written, by member."""
+    """Writes the ports of a document into a case. where: name of the file. bodies: bodies with
+    ports. shafts: shafts of suns. sections: written sections by member."""
 
     def __init__(
         self, assembly: Assembly, case: CaseText, members: list[Member], where: str
@@ -191,24 +194,24 @@ class PortWriter:
         self.sections: dict[Member, Section] = {}
 
     def write(self) -> None:
-        """Inputs, output and forces on members, at the end of the case."""
+        """Write inputs, output and forces on members at the end of the case."""
         mobility = power_flow(self._case({})).mobility
         speeds = self._speeds(mobility) if self.ports else {}
         why = "" if self.ports else "no external load transmits torque"
         if speeds is None:
-            why = "no speed in the file"
+            why = "the file has no speed"
         elif self.ports and len(self.ports) < mobility:
-            why = "fewer loads than free speeds"
+            why = "there are fewer loads than free speeds"
         if why or speeds is None:
-            self.case.warn(f"{why}: {_FREE}")
+            self.case.warn(f"{why}: {_WITHOUT_LOADS}")
             return
         for port in self.ports:
             if port.speed is None:
-                follows = "derived: from the speed that the file gives elsewhere"
-                port.speed = Datum(speeds[port.member.name], follows)
-        chosen, loaded = self._chosen(mobility)
+                why = "derived: from another speed in the file"
+                port.speed = Datum(speeds[port.member.name], why)
+        chosen, loaded = self._choose(mobility)
         if len(self.ports) < 2 or len(loaded) < len(self.ports) - mobility:
-            self.case.warn(f"the torques of the file do not suffice: {_FREE}")
+            self.case.warn(f"the torques of the file do not suffice: {_WITHOUT_LOADS}")
             for port in self.ports:
                 if port in chosen or port.member in self.shafts:
                     section = self._begin("[[inputs]]", port)
@@ -222,21 +225,21 @@ class PortWriter:
                 section.put("member", member.name, load.label)
                 _put_forces(section, values, load.label)
                 place = "behind the shaft" if member in self.shafts else "in the middle"
-                self.case.warn(f"{load.label}: its force acts {place} of {member.name} here")
+                self.case.warn(f"{load.label}: its force acts {place} of {member.name} in the case")
 
     def _case(self, speeds: Mapping[str, Datum]) -> Case:
-        """The case so far, with these speeds (rpm) and no torques."""
+        """The case written so far, with these speeds (rpm) and no torques."""
         raw = tomllib.loads(self.case.text())
         raw["inputs"] = [{"member": m, _SPEED.key: datum.value} for m, datum in speeds.items()]
         suns = {member.name for member in self.shafts}
-        for port in raw["inputs"]:  # whose bodies have no part in speeds
-            port |= {row.key: 1.0 for row in BEHIND} if port["member"] in suns else {}
+        for port in raw["inputs"]:  # inertias, which do not affect speeds
+            port |= {row.key: 1.0 for row in PORT_BODY} if port["member"] in suns else {}
         return case_of_toml(raw, self.where, "imported")
 
     def _speeds(self, mobility: int) -> dict[str, float] | None:
-        """Speeds (rpm) of all members, from those that the file gives; None if there are too few.
+        """Speeds (rpm) of all members, derived from speeds in the file; None if there are too few.
 
-        Warns where the file states another speed than follows from those that were taken.
+        Warns about each speed in the file that differs from the derived one.
         """
         stated = {m: datum for m in self.members if (datum := speed_of(self.assembly, m.body))}
         order = sorted(
@@ -262,30 +265,30 @@ class PortWriter:
         speeds = {name: value * RPM for name, value in flow.speed.items()}
         largest = max(map(abs, speeds.values()), default=0.0)
         for member, datum in stated.items():
-            if abs(datum.value - speeds[member.name]) > SAME * largest:
+            if abs(datum.value - speeds[member.name]) > _SPEED_TOLERANCE * largest:
                 self.case.warn(
                     f"{datum.source}: {datum.value:.6g} rpm, but {speeds[member.name]:.6g} rpm"
-                    " follows from the speed that was taken"
+                    " follows from the speeds that are used"
                 )
         return speeds
 
     def _defined(self, member: Member) -> bool:
-        """Whether a shaft of the member's body defines the speed."""
+        """Whether a shaft of the member's body defines its speed."""
         shafts = (c for c in self.assembly.members(member.body) if c.kind == "shaft")
         return any(flag([c], "defines_speed") is True for c in shafts)
 
-    def _chosen(self, mobility: int) -> tuple[list[Port], list[Port]]:
-        """Ports whose speeds, and whose torques, are taken: the first choice that a train can have,
-        of ``mobility`` speeds and the torques of all ports but ``mobility`` of them."""
+    def _choose(self, mobility: int) -> tuple[list[Port], list[Port]]:
+        """Ports whose speeds are used (``mobility`` of them), and ports whose torques are used (all
+        but ``mobility``): the first choice that determines the speeds of the train."""
         speeds = [p for p in self.ports if p.speed is not None]
         speeds.sort(key=lambda p: p.speed is not None and p.speed.source.startswith("derived"))
         speeds.sort(key=lambda p: not self._defined(p.member))
         torques = [p for p in speeds if p.torque is not None or p.power is not None]
         torques.sort(key=lambda p: (not p.defines_torque, p.drives is False))
-        count = len(self.ports) - mobility  # of torques
+        torque_count = len(self.ports) - mobility
         choices = itertools.product(
             map(list, itertools.combinations(speeds, min(mobility, len(speeds)))),
-            map(list, itertools.combinations(torques, min(count, len(torques)))),
+            map(list, itertools.combinations(torques, min(torque_count, len(torques)))),
         )
         first: tuple[list[Port], list[Port]] | None = None
         for chosen, loaded in choices:
@@ -303,17 +306,22 @@ class PortWriter:
         return section
 
     def _end(self, section: Section, port: Port) -> None:
-        """Write the inertia of a port. Behind a sun's shaft the port is a body of its own, which
-        gets mass, inertias and bearings, too."""
+        """Write the inertia of a port.
+
+        The port of a sun on a shaft is a separate body, which also has a mass and bearings.
+        """
         self.sections[port.member] = section
         shaft = self.shafts.get(port.member)
         if shaft is None:
             section.take(INERTIA.key, port.inertia)
         else:
-            shaft.write_behind(self.case, section, port.masses)
+            shaft.write_port_body(self.case, section, port.masses)
 
     def _loaded(self, chosen: list[Port], loaded: list[Port], speeds: dict[str, float]) -> None:
-        """Inputs and output; power of the output, or at a speed that follows, becomes torque."""
+        """Write inputs and output with their loads.
+
+        Power is converted to torque at the output, and at ports whose speed is derived.
+        """
         output = self._output(loaded)
         for port in sorted(self.ports, key=lambda port: port is output):
             section = self._begin("[output]" if port is output else "[[inputs]]", port)
@@ -328,31 +336,31 @@ class PortWriter:
                     port.take_torque(section)
             self._end(section, port)
         if output.drives is True:
-            self.case.warn(f"{output.loads[0].label}: its signs say that it drives, as all others")
+            self.case.warn(f"{output.loads[0].label}: by its signs it drives, as all other loads")
 
     def _output(self, loaded: list[Port]) -> Port:
-        """Where power goes out: as the file's signs say, else where it gives no torque."""
-        outs = [p for p in self.ports if p.drives is False]
-        if outs:
-            return max(outs, key=lambda port: port.size)
-        silent = [p for p in self.ports if p not in loaded] or self.ports
-        return silent[-1]
+        """The port where most power leaves the train; without such, the last port without load."""
+        outputs = [p for p in self.ports if p.drives is False]
+        if outputs:
+            return max(outputs, key=lambda port: port.size)
+        unloaded = [p for p in self.ports if p not in loaded] or self.ports
+        return unloaded[-1]
 
 
 def write_load_cases(
     document: Document, assembly: Assembly, text: CaseText, members: list[Member]
 ) -> set[int]:
-    """Write load cases that have a duration behind the ports of a case; ids of those written."""
+    """Write the load cases that have a duration at the end of a case; returns their ids."""
     written: dict[str, Any] = tomllib.loads(text.text())
     ports = [*written.get("inputs", ()), *([written["output"]] if "output" in written else [])]
     if "output" not in written:
         return set()
     ids: set[int] = set()
-    with document.values_of(None):  # of the model, not of the load case that is rated
-        whole = number(document.kind("gear_unit"), _TIME, "h")
+    with document.values_of(None):  # of the model, not of the selected load case
+        total_time = number(document.kind("gear_unit"), _TIME, "h")
     for load_case in document.load_cases:
         with document.values_of(load_case):
-            hours = _hours(document, load_case, whole, text)
+            hours = _hours(document, load_case, total_time, text)
             if hours is None:
                 continue
             ids.add(load_case.id)
@@ -385,7 +393,7 @@ def write_load_cases(
 
 
 def _section(text: CaseText, sections: dict[str, Section], member: str, why: str) -> Section:
-    """The section of a member in the load case that is being written."""
+    """The section of a member in the load case that is being written, created if missing."""
     if member not in sections:
         sections[member] = text.section("[[load_cases.members]]")
         sections[member].put("member", member, why)
@@ -393,9 +401,9 @@ def _section(text: CaseText, sections: dict[str, Section], member: str, why: str
 
 
 def _hours(
-    document: Document, load_case: LoadCase, whole: Datum | None, text: CaseText
+    document: Document, load_case: LoadCase, total_time: Datum | None, text: CaseText
 ) -> Datum | None:
-    """Duration of a load case, h; None where the file does not state it."""
+    """Duration of a load case, h; None if the file does not state it."""
     stated = {attribute.id for _, attribute in load_case.attributes}
     units = document.kind("gear_unit")
     if stated & {*_TIME}:
@@ -403,9 +411,9 @@ def _hours(
     share = number(units, _SHARE, "none") if stated & {*_SHARE} else None
     if share is None:
         return None
-    if whole is None:
-        line = f"load cases have shares of time alone: of {_WHOLE:g} h in all, assumed"
+    if total_time is None:
+        line = f"load cases have only shares of time: of {_TOTAL_HOURS:g} h in all, assumed"
         if line not in text.assumed:
             text.warn(line)
-    total = _WHOLE if whole is None else whole.value
+    total = _TOTAL_HOURS if total_time is None else total_time.value
     return Datum(share.value * total, f"{share.source}, of {total:g} h")

@@ -1,9 +1,9 @@
-"""From a file (.rexs XML, .rexsj JSON, .rexsz zip of either) to a Document.
+"""Reading of REXS files: .rexs (XML), .rexsj (JSON), and .rexsz (zip of either).
 
-What a file is follows from its content. XML is read by the standard library's expat with document
-types refused, so that no entity is ever expanded and nothing outside the file is read; its elements
-become the data of a .rexsj file, which are read then. Arrays may be base64 of little-endian
-numbers.
+The format is detected from the content. XML is parsed by the standard library's expat; document
+types are refused, so that no entity is expanded and no other file is read. XML elements are
+converted to the data of a .rexsj file, which are then interpreted. Arrays may be little-endian
+numbers in base64.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ import numpy as np
 
 from flexgear.files.rexs.document import Attribute, Component, Document, LoadCase, Relation
 from flexgear.model.errors import InputError, echo
-from flexgear.model.input_file import DAMAGED, MOST_REXS, read_bytes
+from flexgear.model.input_file import DAMAGED, MAX_REXS_BYTES, read_bytes
 
 _MODEL = ("version", "applicationId", "applicationVersion", "applicationLanguage", "date",
           "relations", "components", "load_spectrum", "accumulation")  # fmt: skip
@@ -32,15 +32,15 @@ _TYPES = {"int32": "<i4", "float32": "<f4", "float64": "<f8"}
 
 
 class _Reader:
-    """Reads a model as the data of a .rexsj file, with what every reader must check: objects that
-    are some, ids that are whole, once, and there."""
+    """Converts the data of a .rexsj file to a document. Raises InputError for data of a wrong type
+    and for ids that are not integers or not unique."""
 
     def __init__(self, where: str) -> None:
         self.where = where
         self.other: list[str] = []
 
     def document(self, model: Any) -> Document:
-        """The document; InputError where it is no REXS model."""
+        """The document; InputError if the data are no REXS model."""
         if not isinstance(model, dict):
             problem, remedy = "is missing", 'a .rexsj file begins with {"model": {…'
             raise InputError(self.where, "model", problem, remedy)
@@ -51,7 +51,7 @@ class _Reader:
         relations = [relation for relation in every if relation is not None]
         load_cases = []
         for spectrum in self._list(model, "load_spectrum"):
-            number = self._whole(spectrum.get("id", 1), "load_spectrum id")
+            number = self._integer(spectrum.get("id", 1), "load_spectrum id")
             for case in self._list(spectrum, "load_cases"):
                 load_cases.append(self._load_case(case, number, components))
             self._accumulations(spectrum)
@@ -66,27 +66,25 @@ class _Reader:
         for part in self._list(model, "components"):
             attributes = [_attribute(a) for a in self._list(part, "attributes")]
             component = Component(
-                self._whole(part.get("id"), "component id"),
+                self._integer(part.get("id"), "component id"),
                 str(part.get("type", "")),
                 str(part.get("name", "") or ""),
                 {a.id: a for a in attributes},
             )
             if component.id in components:
-                raise InputError(
-                    self.where, "component id", f"{component.id} is there twice",
-                    f"give {component.label} an id of its own",
-                )  # fmt: skip
+                remedy = f"give {component.label} a unique id"
+                raise InputError(self.where, "component id", f"{component.id} occurs twice", remedy)
             components[component.id] = component
         if not components:
-            raise InputError(self.where, "components", "there are none", "is the file whole?")
+            raise InputError(self.where, "components", "there are none", "is the file complete?")
         return components
 
     def _relation(self, part: dict[str, Any], components: Container[int]) -> Relation | None:
-        """The relation; None for one that refers to a component that is not in the file."""
-        number, kind = self._whole(part.get("id"), "relation id"), str(part.get("type", ""))
+        """The relation; None if it refers to a component that is not in the file."""
+        number, kind = self._integer(part.get("id"), "relation id"), str(part.get("type", ""))
         refs: dict[str, int] = {}
         for ref in self._list(part, "refs"):
-            component = self._whole(ref.get("id"), "ref id")
+            component = self._integer(ref.get("id"), "ref id")
             refs.setdefault(str(ref.get("role", "")), component)
             if component not in components:
                 missing = f"refers to component {component}, which is not in the file"
@@ -97,7 +95,7 @@ class _Reader:
     def _load_case(
         self, case: dict[str, Any], spectrum: int, components: dict[int, Component]
     ) -> LoadCase:
-        number = self._whole(case.get("id", 1), "load_case id")
+        number = self._integer(case.get("id", 1), "load_case id")
         every = self._results(case, f"load case {number}")
         attributes = [(k, attribute) for k, attribute in every if k in components]
         if len(attributes) < len(every):
@@ -105,7 +103,7 @@ class _Reader:
         return LoadCase(spectrum, number, attributes)
 
     def _accumulations(self, data: dict[str, Any]) -> None:
-        """List results that are summed over load cases."""
+        """Add results that are accumulated over load cases to the list of unused content."""
         for total in self._list(data, "accumulation"):
             names = defaultdict(list)
             for number, attribute in self._results(total):
@@ -119,22 +117,21 @@ class _Reader:
     def _results(self, data: dict[str, Any], load_case: str = "") -> list[tuple[int, Attribute]]:
         """Attributes with the ids of their components."""
         return [
-            (self._whole(part.get("id"), "component id"), _attribute(a, load_case))
+            (self._integer(part.get("id"), "component id"), _attribute(a, load_case))
             for part in self._list(data, "components")
             for a in self._list(part, "attributes")
         ]
 
-    def _whole(self, value: Any, key: str) -> int:
-        """An id as integer; InputError where it is none."""
+    def _integer(self, value: Any, key: str) -> int:
+        """An id as integer; InputError if it is not an integer."""
         try:
             return int(str(value))
         except ValueError:
-            raise InputError(
-                self.where, key, f"{echo(value)} is not a whole number", "is the file whole?"
-            ) from None
+            problem = f"{echo(value)} is not a whole number"
+            raise InputError(self.where, key, problem, "is the file complete?") from None
 
     def _list(self, data: dict[str, Any], key: str) -> list[dict[str, Any]]:
-        """A list of objects, one object as such a list, nothing for a key that is missing."""
+        """The objects under a key: a list, one object as a list, or [] if the key is missing."""
         listed = data.get(key)
         items = listed if isinstance(listed, list) else [] if listed is None else [listed]
         if not all(isinstance(item, dict) for item in items):
@@ -165,7 +162,7 @@ def _value(value: Any) -> str | tuple[str, ...] | None:
 
 
 def _decoded(code: str, text: str) -> tuple[str, ...] | None:
-    """The numbers of base64 as text; None for what cannot be decoded."""
+    """Numbers in base64 as texts; None if they cannot be decoded."""
     try:
         data = base64.b64decode("".join(text.split()), validate=True)
         return tuple(repr(v) for v in np.frombuffer(data, dtype=_TYPES[code]).tolist())
@@ -174,7 +171,7 @@ def _decoded(code: str, text: str) -> tuple[str, ...] | None:
 
 
 def _data_of_xml(root: ET.Element, where: str) -> dict[str, Any]:
-    """The root element in the form of a .rexsj file's "model"."""
+    """The root element as the "model" object of a .rexsj file."""
     if root.tag != "model":
         raise InputError(where, root.tag, "is the first element", "a REXS file begins with <model>")
     spectra = [
@@ -217,17 +214,17 @@ def _data_of_attribute(element: ET.Element) -> dict[str, Any]:
     elif array is not None:
         value = [c.text or "" for c in array.findall("c")] or (array.text or "").split()
     elif len(element):
-        value = {}  # a matrix or the like
+        value = {}  # another type, such as a matrix
     return {"id": element.get("id", ""), "unit": element.get("unit", ""), "value": value}
 
 
 VERSIONS = ("1.0", "1.1", "1.2", "1.3", "1.4", "1.5", "1.6", "1.7", "2.0")
-_DEEPEST = 32  # elements inside one another; the format has 8
+_MAX_NESTING = 32  # of elements; the format has 8 levels
 
 
 def read_rexs(path: str | Path) -> Document:
-    """The model in a REXS file. InputError in one line for anything that is wrong with it."""
-    where, data = str(path), read_bytes(Path(path), "file", MOST_REXS)
+    """Read the model in a REXS file; InputError if the file is damaged or of an unknown version."""
+    where, data = str(path), read_bytes(Path(path), "file", MAX_REXS_BYTES)
     if zipfile.is_zipfile(io.BytesIO(data)) or data.startswith(b"PK"):
         data = _unpacked(data, where)
     _require_size(data, where)
@@ -238,10 +235,8 @@ def read_rexs(path: str | Path) -> Document:
     elif start == b"<" or data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         model = _data_of_xml(_xml(data, where), where)
     else:
-        raise InputError(
-            where, "file", "is neither XML, JSON nor zip" if data else "is empty",
-            "name a .rexs, .rexsj or .rexsz file",
-        )  # fmt: skip
+        problem = "is neither XML, JSON nor zip" if data else "is empty"
+        raise InputError(where, "file", problem, "name a .rexs, .rexsj or .rexsz file")
     document = _Reader(where).document(model)
     _require_version(document.version, where)
     return document
@@ -250,66 +245,62 @@ def read_rexs(path: str | Path) -> Document:
 def _require_version(version: str, where: str) -> None:
     match = re.fullmatch(r"\s*(\d+\.\d+)(\.\d+)*\s*", version)
     if match is None or match[1] not in VERSIONS:
-        raise InputError(
-            where, "version", f"{echo(version)} is not known",
-            f"known are {', '.join(VERSIONS)}; save it as one of them",
-        )  # fmt: skip
+        remedy = f"known are {', '.join(VERSIONS)}; save it as one of them"
+        raise InputError(where, "version", f"{echo(version)} is not known", remedy)
 
 
 def _require_size(data: bytes, where: str) -> None:
-    if len(data) > MOST_REXS:
-        raise InputError(
-            where, "file", f"is larger than {MOST_REXS >> 20} MB", "save it without field results"
-        )
+    if len(data) > MAX_REXS_BYTES:
+        problem = f"is larger than {MAX_REXS_BYTES >> 20} MB"
+        raise InputError(where, "file", problem, "save it without field results")
 
 
 def _unpacked(data: bytes, where: str) -> bytes:
-    """The model in a zip; other files in it (pictures, FE data) are ignored."""
+    """The model file in a zip; other files (pictures, FE data) are ignored."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             names = [n for n in archive.namelist() if n.lower().endswith((".rexs", ".rexsj"))]
             if len(names) != 1:
-                held = ", ".join(sorted(archive.namelist())[:3]) or "nothing"
-                raise InputError(
-                    where, "zip", f"holds {len(names)} models (.rexs, .rexsj), not one: {held}",
-                    "save the model again",
-                )  # fmt: skip
+                content = ", ".join(sorted(archive.namelist())[:3]) or "nothing"
+                problem = f"holds {len(names)} models (.rexs, .rexsj), not one: {content}"
+                raise InputError(where, "zip", problem, "save the model again")
             with archive.open(names[0]) as file:
-                return file.read(MOST_REXS + 1)
+                return file.read(MAX_REXS_BYTES + 1)
     except DAMAGED as error:
         raise InputError(where, "zip", f"is damaged or locked: {error}", "save it again") from None
 
 
 class _Builder(ET.TreeBuilder):
-    """Elements of a file without a document type, in which alone entities can be declared."""
+    """Builder of elements that refuses document types, in which entities could be declared."""
 
     def __init__(self, where: str) -> None:
         super().__init__()
         self.where = where
 
     def doctype(self, *_: Any) -> None:
-        """Refuse a document type. Raises InputError."""
+        """Raise InputError for a document type."""
         problem = "REXS files declare no document type or entities"
-        raise InputError(self.where, "DOCTYPE", problem, "take it out")
+        raise InputError(self.where, "DOCTYPE", problem, "delete it")
 
 
 def _xml(data: bytes, where: str) -> ET.Element:
     try:
         root = ET.fromstring(data, ET.XMLParser(target=_Builder(where)))
     except (ET.ParseError, LookupError, ValueError) as error:
-        raise InputError(where, "XML", f"cannot be read: {error}", "is the file whole?") from None
-    _require_shallow(root, where)
+        problem = f"cannot be read: {error}"
+        raise InputError(where, "XML", problem, "is the file complete?") from None
+    _require_nesting(root, where)
     for element in root.iter() if root.tag[0] == "{" else ():
         element.tag = element.tag.rpartition("}")[2]
     return root
 
 
-def _require_shallow(root: ET.Element, where: str) -> None:
+def _require_nesting(root: ET.Element, where: str) -> None:
     level = [root]
-    for _ in range(_DEEPEST):
+    for _ in range(_MAX_NESTING):
         level = [child for element in level for child in element]
     if level:
-        problem = f"lies {_DEEPEST} elements deep"
+        problem = f"is nested in {_MAX_NESTING} elements"
         raise InputError(where, level[0].tag, problem, "is this a REXS file?")
 
 
@@ -317,5 +308,6 @@ def _json(data: bytes, where: str) -> Any:
     try:
         return json.loads(data.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:
-        reason = "lists in lists without end" if isinstance(error, RecursionError) else str(error)
-        raise InputError(where, "JSON", f"cannot be read: {reason}", "is the file whole?") from None
+        reason = "nested too deeply" if isinstance(error, RecursionError) else str(error)
+        problem = f"cannot be read: {reason}"
+        raise InputError(where, "JSON", problem, "is the file complete?") from None

@@ -1,9 +1,9 @@
 """The shaft of a sun: sections of a file that become a beam of the case.
 
-The beam of a case goes from the middle of the sun through cylinders to one end, where its spline
-is. Here it ends where the path to the rest of the train leaves the shaft: at a coupling, a part of
-the next member, or the load. Bearings act at the gear or, where the sun is a port, on the body
-behind the spline; they are those of the nearer place.
+The beam of a case consists of cylinders from the middle of the sun to its spline at one end. Its
+end is where the path to the rest of the train leaves the shaft: at a coupling, a part of the next
+member, or the load. A bearing acts at the gear or, if the sun is a port and the bearing is nearer
+to the end, on the body behind the spline.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from flexgear.files.rexs.assembly import Assembly, ShaftSection, sections_of
 from flexgear.files.rexs.document import Component, Document, mean, value
 from flexgear.files.rexs.stages import Member, axial_place
 from flexgear.files.rexs.supports import Scale, SupportWriter
-from flexgear.files.rexs.tables import BEHIND, SPRINGS
+from flexgear.files.rexs.tables import PORT_BODY, SPRINGS
 
-_LEAST = 0.1  # mm, of a piece of a shaft, and of a gap in it
-_CYLINDERS = 4  # in place of a cone
-_STEEL = 7850.0  # kg/m³
+_MIN_LENGTH = 0.1  # mm, of a cylinder, and of a gap between sections
+_CYLINDERS = 4  # that replace a cone
+_STEEL_DENSITY = 7850.0  # kg/m³
 _TILT = ("bending_stiffness", "N m / rad")
 _DIRECTIONS = tuple(row.field for row in SPRINGS)
 
 
 @dataclass(frozen=True)
 class Piece:
-    """A cylinder of a shaft, mm, and where it is from."""
+    """A cylinder of a shaft: length, outer and inner diameter, mm, and the source of its data."""
 
     length: float
     outer: float
@@ -38,10 +38,13 @@ class Piece:
 
 @dataclass(frozen=True, eq=False)
 class SunShaft:
-    """pieces: from the gear on. ends: places of gear and end along the gear unit's u axis, mm.
-    coupling: at the end, None where the next body is there rigidly. outside:
-    length of the shaft's sections that are not in the beam, mm; gap: from its end to that of the
-    path, without sections, mm. bearings: those at the end."""
+    """The shaft of a sun.
+
+    pieces: cylinders, beginning at the gear. ends: positions of gear and end along the gear unit's
+    u axis, mm. coupling: coupling at the end, None if the next body is rigidly connected. outside:
+    length of the sections that are not in the beam, mm. gap: length without sections between the
+    end of the beam and the end of the path, mm. bearings: bearings that act at the end.
+    """
 
     member: Member
     shaft: Component
@@ -53,9 +56,11 @@ class SunShaft:
     bearings: list[Component] = field(default_factory=list)
 
     def take_bearings(self, assembly: Assembly, case: CaseText, port: bool) -> None:
-        """Move bearings of the sun to the shaft's end where they stand nearer to it than to the
-        gear and the sun is a port; its couplings become the spline. A bearing that acts at a
-        distance, as on a rigid arm, gets a comment in the case."""
+        """Assign the bearings of the sun to the gear or the end of the shaft.
+
+        If the sun is a port, bearings nearer to the end act there. The couplings of the sun become
+        the spline. A warning is added for each bearing that is not at the point where it acts.
+        """
         member, (gear, end) = self.member, self.ends
         half = sum(value(g, "face_width", "mm") for g in member.stage.gears(member.role)) / 2
         member.couplings.clear()
@@ -63,32 +68,32 @@ class SunShaft:
             place = axial_place(assembly, bearing)
             if place is None:
                 continue
-            arm, least, where = abs(place - gear), half, "gear"
-            if port and abs(place - end) < arm:
+            distance, limit, where = abs(place - gear), half, "gear"
+            if port and abs(place - end) < distance:
                 member.bearings.remove(bearing)
                 self.bearings.append(bearing)
-                arm, least, where = abs(place - end), _LEAST, "end of the shaft"
-            if arm > least:
+                distance, limit, where = abs(place - end), _MIN_LENGTH, "end of the shaft"
+            if distance > limit:
                 case.warn(
-                    f"{bearing.label}: {arm:.4g} mm from the {where} of {member.name}, where it "
-                    "acts by a rigid arm here"
+                    f"{bearing.label}: {distance:.4g} mm from the {where} of {member.name}, where "
+                    "it acts by a rigid arm in the case"
                 )
 
     @property
     def left_out(self) -> list[str]:
-        """Lines about sections that are not in the case, or that are missing."""
+        """Descriptions of sections that are not in the case, or missing in the file."""
         shaft, sun, lines = self.shaft.label, self.member.name, []
-        if self.outside > _LEAST:
+        if self.outside > _MIN_LENGTH:
             lines.append(
                 f"{shaft}: mass and bending of {self.outside:.4g} mm of its sections, which are not"
                 f" between the middle of {sun} and the end of its beam"
             )
-        if self.gap > _LEAST:
+        if self.gap > _MIN_LENGTH:
             lines.append(f"{shaft}: has no sections in {self.gap:.4g} mm behind the beam of {sun}")
         return lines
 
     def write(self, case: CaseText, supports: SupportWriter, scale: Scale) -> None:
-        """The sections of a case from [stages.sun.shaft] on."""
+        """Write the section [stages.sun.shaft] and the sections nested in it."""
         gear, end = self.ends
         section = case.section("[stages.sun.shaft]")
         where = "the next part" if self.coupling is None else self.coupling.label
@@ -108,12 +113,15 @@ class SunShaft:
             why = "rigid: no coupling at the end of the shaft"
             case.assume(spline, row.key, scale.limit(row.field), why)
 
-    def write_behind(self, case: CaseText, section: Section, masses: list[Component]) -> None:
-        """Mass and inertia of the body behind the spline of a port: those of additional masses."""
+    def write_port_body(self, case: CaseText, section: Section, masses: list[Component]) -> None:
+        """Write mass and inertia of the body behind the spline of a port.
+
+        They are those of additional masses, or else of a short steel cylinder.
+        """
         d = 1e-3 * self.pieces[-1].outer
-        stub = _STEEL * pi / 4 * d**3
+        stub = _STEEL_DENSITY * pi / 4 * d**3
         sizes = {"mass": stub, "tilt_inertia": stub * d**2 * 7 / 48, "inertia": stub * d**2 / 8}
-        for row in BEHIND:
+        for row in PORT_BODY:
             data = [x for mass in masses if (x := mean([mass], row.names, row.unit)) is not None]
             total = sum(datum.value for datum in data)
             for mass in masses:
@@ -127,24 +135,23 @@ class SunShaft:
     def write_bearings(
         self, case: CaseText, port: Section, supports: SupportWriter, scale: Scale
     ) -> None:
-        """The bearing of the body behind the spline of a port, with what that body needs where
-        nothing holds the shaft straight, or the spline is free to tilt."""
+        """Write the bearing of the body behind the spline of a port.
+
+        Radial stiffness is assumed if nothing else supports the body, tilt stiffness if the spline
+        transmits no bending moment.
+        """
         section = case.section(f"[{port.header.strip('[]')}.bearing]", behind=port)
-        needs = (
-            ()
-            if self.bearings or len(points(supports.assembly, [self.member])) > 1
-            else ("radial",)
-        )
-        free = self.coupling is not None and not value(self.coupling, *_TILT)
-        needs = (*needs, "tilt") if free else needs
+        supported = self.bearings or len(support_positions(supports.assembly, [self.member])) > 1
+        tilts = self.coupling is not None and not value(self.coupling, *_TILT)
+        needs = (*(() if supported else ("radial",)), *(("tilt",) if tilts else ()))
         supports.springs(section, self.bearings, scale, _DIRECTIONS[:3], needs, self.ends[1])
 
 
-def points(assembly: Assembly, body: Sequence[Member]) -> set[float]:
-    """Places along the axis (0.1 mm) where bearings hold members of a body, or planets a sun."""
-    places = [m.z for m in body if m.role == "sun" and len(m.stage.halves["planet"][0]) >= 3]
-    places += [axial_place(assembly, bearing) for m in body for bearing in m.bearings]
-    return {round(z, 1) for z in places if z is not None}
+def support_positions(assembly: Assembly, body: Sequence[Member]) -> set[float]:
+    """Axial positions (mm, to 0.1 mm) of the bearings of a body and of suns among planets."""
+    positions = [m.z for m in body if m.role == "sun" and len(m.stage.halves["planet"][0]) >= 3]
+    positions += [axial_place(assembly, bearing) for m in body for bearing in m.bearings]
+    return {round(z, 1) for z in positions if z is not None}
 
 
 def sun_shafts(
@@ -154,8 +161,8 @@ def sun_shafts(
     held: Container[Member],
     loads: Mapping[Member, Component],
 ) -> dict[Member, SunShaft]:
-    """Shafts of suns up to the casing of a held one, the next member, or the load; none of suns
-    with several neighbours."""
+    """Shafts of suns, each up to the casing (of a held sun), the next member, or the load. Suns
+    with several neighbours have none."""
     casings = [c for c in assembly.document.kind("gear_casing") if assembly.held(c)]
     shafts = {}
     for sun in (m for m in members if m.role == "sun" and m.anchor is not None):
@@ -173,8 +180,8 @@ def sun_shafts(
 def _sun_shaft(
     assembly: Assembly, member: Member, target: Component | None, target_z: float | None
 ) -> SunShaft | None:
-    """The shaft of a sun up to where it meets ``target``, which is at target_z (mm); None where the
-    file has no sections there."""
+    """The shaft of a sun up to ``target``, whose axial position is target_z (mm). Returns None if
+    the file has no sections of the shaft."""
     assert member.anchor is not None
     path = [] if target is None else assembly.path(member.anchor, target)
     if len(path) < 2:
@@ -211,17 +218,16 @@ def _sun_shaft(
 def pieces_between(
     document: Document, shaft: Component, a: float | None, b: float | None
 ) -> list[Piece]:
-    """Cylinders between two places on a shaft; none where sections do not reach from one to the
-    other."""
+    """Cylinders between the positions a and b on a shaft; none if its sections have a gap there."""
     if shaft.kind != "shaft" or a is None or b is None:
         return []
     sections = [(part.label, section) for part, section in sections_of(document, shaft)]
     pieces = list(_pieces(sections, a, b, 0.0))
-    return pieces if abs(sum(p.length for p in pieces) - abs(b - a)) < _LEAST else []
+    return pieces if abs(sum(p.length for p in pieces) - abs(b - a)) < _MIN_LENGTH else []
 
 
 def _along(assembly: Assembly, shaft: Component, z: float | None) -> float | None:
-    """u on a shaft of a place along the gear unit's u axis, mm."""
+    """Coordinate u on a shaft of a position along the gear unit's u axis, mm."""
     origin = axial_place(assembly, shaft)
     return None if z is None or origin is None else (z - origin) * assembly.frames.sense(shaft)
 
@@ -229,17 +235,17 @@ def _along(assembly: Assembly, shaft: Component, z: float | None) -> float | Non
 def _pieces(
     sections: list[tuple[str, ShaftSection]], begin: float, end: float, half: float
 ) -> Iterator[Piece]:
-    """Cylinders from ``begin`` to ``end`` on a shaft, up to the first gap in its sections. One that
-    begins within ``half`` of the gear's face reaches to its middle."""
+    """Cylinders from ``begin`` to ``end`` on a shaft, up to the first gap in its sections. A gap of
+    up to ``half`` at the begin, half the face width of the gear there, is bridged."""
     forward, at = end > begin, begin
-    ordered = sorted(sections, key=lambda one: one[1].start, reverse=not forward)
+    ordered = sorted(sections, key=lambda pair: pair[1].start, reverse=not forward)
     for label, section in ordered:
         low, high = section.start, section.start + section.length
         near, far = (low, min(high, end)) if forward else (high, max(low, end))
         gap = near - at if forward else at - near
-        if gap > max(_LEAST, half if at == begin else 0.0):
+        if gap > max(_MIN_LENGTH, half if at == begin else 0.0):
             return
-        if (far - at if forward else at - far) < _LEAST:
+        if (far - at if forward else at - far) < _MIN_LENGTH:
             continue
         cone = section.outer[0] != section.outer[1] or section.inner[0] != section.inner[1]
         count = _CYLINDERS if cone else 1

@@ -1,4 +1,4 @@
-"""Keys of one stage: gears' common measures, hand, centre distance, profile shifts, backlash."""
+"""Keys of one stage: module, angles, face width, centre distance, profile shifts, backlash."""
 
 from __future__ import annotations
 
@@ -12,13 +12,16 @@ from flexgear.gears.geometry import RULE, least_backlash
 from flexgear.gears.tooth import involute
 from flexgear.model.errors import InputError
 
-AGREES = 1e-3  # modules, or rad, by which redundant values of a file may be rounded
-_NO_SHIFT = 1e-6
+_ROUNDING = 1e-3  # modules, or rad, by which redundant values of a file may differ
+_MIN_SHIFT = 1e-6  # smaller profile shifts are written as 0
 
 
 class StageWriter:
-    """Writes one stage into a case. teeth: by role; distance: between centres, mm; shift_sums: sums
-    of profile shifts without backlash, by gear mesh."""
+    """Writes one stage into a case.
+
+    teeth: numbers of teeth by role. distance: centre distance, mm. shift_sums: sums of profile
+    shifts for zero backlash, by gear mesh, None if they cannot be computed.
+    """
 
     def __init__(
         self, gears: GearReader, case: CaseText, where: str, stage: RexsStage, name: str
@@ -39,7 +42,7 @@ class StageWriter:
         self.shift_sums = {role: self._shift_sum(role) for role in stage.gear_meshes}
 
     def write(self) -> Rack:
-        """The sections [[stages]], [stages.sun] and so on. InputError where data are missing."""
+        """Write [[stages]] and the sections of its gears; InputError if data are missing."""
         self._angles()
         if self.stage.kind == "planetary":
             self._positions()
@@ -75,20 +78,18 @@ class StageWriter:
         pressure = number([*flanks, *tools], "normal_pressure_angle", "deg")
         degrees = self.case.take(self.section, "pressure_angle_deg", pressure, 20.0, "usual")
         if pressure is not None and not 0 < pressure.value < 45:
-            raise InputError(
-                self.where, pressure.source, f"{pressure.value:g} deg is no pressure angle",
-                "correct it; 20 deg is usual",
-            )  # fmt: skip
+            problem = f"{pressure.value:g} deg is no pressure angle"
+            raise InputError(self.where, pressure.source, problem, "correct it; 20 deg is usual")
         helix = self._helix()
         return Rack(module.value, math.radians(degrees), helix)
 
     def _helix(self) -> float:
-        """Helix angle, rad; hand and halves are written, too."""
+        """Write helix angle, hand and double_helical; returns the helix angle, rad."""
         role = "planet" if self.stage.kind == "planetary" else "gear"
         key = "helix_angle_reference_diameter"
         datum = number(self.stage.halves[role][0], key, "deg")
         for half in (h for s in self.stage.roles for h in self.stage.halves[s]):
-            number(half, key, "deg")  # read, so that it is not listed; hands are compared below
+            number(half, key, "deg")  # marks the angle as used; hands are compared below
         if datum is None:
             self.case.assume(self.section, "helix_angle_deg", 0, "no helix angle in the file: spur")
             return 0.0
@@ -102,8 +103,8 @@ class StageWriter:
         mate = number(self.stage.halves["sun" if role == "planet" else "pinion"][0], key, "deg")
         if mate is not None and mate.value * datum.value > 0:
             self.case.warn(
-                f"{mate.source}: has the hand of its mate, {datum.source}; external gears cannot"
-                " mesh so; the mate's hand was changed"
+                f"{mate.source}: has the hand of its mate, {datum.source}; external gears must"
+                " have opposite hands; the hand of the former was changed"
             )
         if len(self.stage.halves[role]) == 2:
             self.section.put("double_helical", True, "two gears of opposite hand on each shaft")
@@ -135,25 +136,25 @@ class StageWriter:
     def _distance(self) -> Datum | None:
         datum = number(self.stage.pairs, "center_distance", "mm")
         if datum is not None and datum.value != 0:
-            datum = Datum(abs(datum.value), datum.source)  # some files: < 0 of internal pairs
+            datum = Datum(abs(datum.value), datum.source)  # internal pairs may have a minus sign
         else:
-            datum = self._apart()
+            datum = self._distance_of_axes()
         if datum is not None:
             self.section.put("center_distance_mm", datum.value, datum.source)
         return datum
 
-    def _apart(self) -> Datum | None:
-        """Distance of two axes from their places."""
+    def _distance_of_axes(self) -> Datum | None:
+        """Centre distance from the positions of two gears, None if they are unknown."""
         ends = [self.stage.gears(role)[0] for role in self.stage.roles[:2]]
-        across = self._across(ends[0], ends[1])
-        if across is None:
+        offset = self._offset(ends[0], ends[1])
+        if offset is None:
             return None
-        distance = math.hypot(*across)
-        source = f"places of {ends[0].label} and {ends[1].label}"
+        distance = math.hypot(*offset)
+        source = f"positions of {ends[0].label} and {ends[1].label}"
         return Datum(distance, source) if distance > 0 else None
 
     def _angles(self) -> None:
-        """Working angles of the file where they do not follow from the gears' geometry."""
+        """Write working pressure angles of the file that do not follow from the geometry."""
         for role, gear_meshes in self.stage.gear_meshes.items():
             data = [
                 component
@@ -168,36 +169,37 @@ class StageWriter:
             if datum is None:
                 continue
             arm = self._arm(role)
-            follows = None
+            derived = None
             if self.distance is not None and arm < self.distance.value:
-                follows = math.acos(arm / self.distance.value)
-            if follows is None or abs(follows - math.radians(datum.value)) > AGREES:
+                derived = math.acos(arm / self.distance.value)
+            if derived is None or abs(derived - math.radians(datum.value)) > _ROUNDING:
                 self.section.put(f"{role}_pressure_angle_deg", datum.value, datum.source)
 
     def _positions(self) -> None:
-        """Angles of planets, from the first one, where they are not equally spaced."""
+        """Write the angles of the planets from the first one if they are not equally spaced."""
         planets, ring = self.stage.halves["planet"][0], self.stage.gears("ring")[0]
         angles = [self._direction(ring, planet) for planet in planets]
         if None in angles:
             gear_meshes = [
                 m for p in planets for m in self.stage.gear_meshes["sun"] if p in m.gears
             ]
-            turns = [self._turn(gear_mesh) for gear_mesh in gear_meshes]
-            angles = [None if turn is None else turn.value for turn in turns]
+            stated = [self._stated_direction(gear_mesh) for gear_mesh in gear_meshes]
+            angles = [None if datum is None else datum.value for datum in stated]
         present = [angle for angle in angles if angle is not None]
         count = len(planets)
         if len(present) < count:
             return
-        turned = sorted(math.remainder(a - present[0], 360.0) % 360.0 for a in present)
-        gaps = [math.remainder(a - 360.0 * n / count, 360.0) for n, a in enumerate(turned)]
-        if max(map(abs, gaps)) >= 1e-6:
+        relative = sorted(math.remainder(a - present[0], 360.0) % 360.0 for a in present)
+        errors = [math.remainder(a - 360.0 * n / count, 360.0) for n, a in enumerate(relative)]
+        if max(map(abs, errors)) >= 1e-6:
             why = "angles of the planets' shafts from the first one, from v to w"
-            self.section.put("planet_positions_deg", turned, why)
+            self.section.put("planet_positions_deg", relative, why)
 
-    def _across(self, first: Component, second: Component) -> tuple[float, float] | None:
-        """From one gear's axis to another's, v and w in mm; None where one has no place.
+    def _offset(self, first: Component, second: Component) -> tuple[float, float] | None:
+        """Offset (v, w) from one gear's axis to another's, mm; None if a position is unknown.
 
-        A gear without its own place has that of its shaft; a ring's may lack both: the origin.
+        The position of a gear is that of its shaft, or else its own. A ring without either is at
+        the origin.
         """
         frames = self.gears.assembly.frames
         ends = [
@@ -210,15 +212,15 @@ class StageWriter:
 
     def _direction(self, first: Component, second: Component) -> float | None:
         """Direction from one gear's axis to another's, deg from v to w about u."""
-        across = self._across(first, second)
-        if across is None or math.hypot(*across) == 0:
+        offset = self._offset(first, second)
+        if offset is None or math.hypot(*offset) == 0:
             return None
-        return math.degrees(math.atan2(across[1], across[0]))
+        return math.degrees(math.atan2(offset[1], offset[0]))
 
-    def _turn(self, gear_mesh: RexsGearMesh) -> Datum | None:
-        """The same from the first to the second gear of a gear mesh as the file states it."""
-        turn = number([gear_mesh.stage], "rotating_angle_around_neg_u_axis", "deg")
-        return None if turn is None else Datum(90.0 - turn.value, turn.source)
+    def _stated_direction(self, gear_mesh: RexsGearMesh) -> Datum | None:
+        """Direction from the first to the second gear of a gear mesh in the file, deg."""
+        angle = number([gear_mesh.stage], "rotating_angle_around_neg_u_axis", "deg")
+        return None if angle is None else Datum(90.0 - angle.value, angle.source)
 
     def _assembly(self) -> None:
         count = len(self.stage.halves["planet"][0])
@@ -228,46 +230,49 @@ class StageWriter:
             self.case.assume(self.section, "allow_unassemblable", True, why)
 
     def _position(self) -> None:
-        """Direction from pinion to gear."""
+        """Write the direction from pinion to gear."""
         pinion, gear = (self.stage.gears(role)[0] for role in self.stage.roles)
         direction, gear_mesh = self._direction(pinion, gear), self.stage.gear_meshes["sun"][0]
         if direction is not None:
-            why = f"places of {pinion.label} and {gear.label}, from v to w"
+            why = f"positions of {pinion.label} and {gear.label}, from v to w"
             self.section.put("position_deg", direction, why)
-        elif (turn := self._turn(gear_mesh)) is not None:
-            degrees = turn.value + (0.0 if gear_mesh.gears[0] is pinion else 180.0)
-            self.section.put("position_deg", math.remainder(degrees, 360.0), turn.source)
+        elif (stated := self._stated_direction(gear_mesh)) is not None:
+            degrees = stated.value + (0.0 if gear_mesh.gears[0] is pinion else 180.0)
+            self.section.put("position_deg", math.remainder(degrees, 360.0), stated.source)
 
     def _backlash(self, shifts: dict[str, Datum]) -> None:
-        """Normal backlash that is asked for beside what thicknesses leave at the centre distance,
+        """Write the normal backlash of each gear mesh that the case adds to that of the shifts.
 
-        2 m_n sin α_n (Σx without backlash − Σx), which a case has by itself. What the file does
-        not say is left to the case's rule (``least_backlash``).
+        Profile shifts and centre distance alone give the normal backlash
+        2 m_n sin α_n (Σx_0 − Σx), with Σx_0 the sum of shifts for zero backlash. If the file states
+        no backlash, the rule of the case applies (``least_backlash``).
         """
+        tolerance = _ROUNDING * self.rack.module
         for role, gear_meshes in self.stage.gear_meshes.items():
             total = self._total_backlash([gear_mesh.stage for gear_mesh in gear_meshes])
             sum_of_shifts = sum(shifts[end].value for end in self._pair(role))
-            free = self.shift_sums[role]
-            left = 0.0 if free is None else free - sum_of_shifts
-            left *= 2 * self.rack.module * math.sin(self.rack.pressure_angle)
+            zero_backlash_sum = self.shift_sums[role]
+            of_shifts = 0.0 if zero_backlash_sum is None else zero_backlash_sum - sum_of_shifts
+            of_shifts *= 2 * self.rack.module * math.sin(self.rack.pressure_angle)
             key = f"backlash_{role}_mm"
-            if total is not None and total.value - left >= -AGREES * self.rack.module:
-                extra = max(total.value - left, 0.0)
-                self.section.put(key, extra, f"{total.source}, less what profile shifts leave")
+            if total is not None and total.value - of_shifts >= -tolerance:
+                extra = max(total.value - of_shifts, 0.0)
+                self.section.put(key, extra, f"{total.source}, less that of profile shifts")
                 continue
-            thinned = self._allowances(gear_meshes)
-            if thinned is not None and left + thinned.value >= -AGREES * self.rack.module:
-                self.section.put(key, thinned.value, thinned.source)
-            elif left < -AGREES * self.rack.module and self.distance is not None:
+            allowance = self._allowances(gear_meshes)
+            if allowance is not None and of_shifts + allowance.value >= -tolerance:
+                self.section.put(key, allowance.value, allowance.source)
+            elif of_shifts < -tolerance and self.distance is not None:
                 least = 1e3 * least_backlash(1e-3 * self.distance.value, 1e-3 * self.rack.module)
-                why = f"teeth overlap by {-left:.4g} mm at the file's centre distance; and {RULE}"
-                self.case.assume(self.section, key, least - left, why)
+                overlap = f"teeth overlap by {-of_shifts:.4g} mm at the file's centre distance"
+                self.case.assume(self.section, key, least - of_shifts, f"{overlap}; and {RULE}")
 
     def _allowances(self, gear_meshes: list[RexsGearMesh]) -> Datum | None:
-        """Normal backlash of mean tooth-thickness allowances of both gears of a gear mesh, mm:
+        """Normal backlash due to the mean tooth-thickness allowances of a gear mesh, mm.
 
-        −Σ A_sn cos α_n of deviations of the chordal thickness, or −Σ A_W of base tangent lengths
-        (of external gears); None where neither gear has them, or they make teeth thicker.
+        It is −Σ A_sn cos α_n for deviations A_sn of the chordal thickness, or −Σ A_W for deviations
+        A_W of the base tangent length (external gears). Returns None if neither gear has
+        allowances, or if they make teeth thicker.
         """
         total, sources = 0.0, []
         for k in range(2):
@@ -292,8 +297,11 @@ class StageWriter:
         return backlash if backlash is not None and backlash.value >= 0 else None
 
     def _shifts(self) -> dict[str, Datum]:
-        """Profile shifts by gear. A ring's sign is the one that fits the centre distance; what is
-        missing follows from it without backlash, or is 0."""
+        """Profile shifts by gear.
+
+        The sign of the ring's shift is the one that agrees with the centre distance. A missing
+        shift follows from the centre distance for zero backlash, or else is 0.
+        """
         shifts = {
             role: self.gears.shift(self.stage.gears(role), self.rack) for role in self.stage.roles
         }
@@ -301,11 +309,10 @@ class StageWriter:
         ring, of_ring = shifts.get("ring"), self.shift_sums.get("ring")
         planet = shifts.get(hub)
         if ring is not None and planet is not None and of_ring is not None:
-            fits = [abs(sign * ring.value + planet.value - of_ring) for sign in (1, -1)]
-            if fits[1] < fits[0] - AGREES:
-                shifts["ring"] = Datum(
-                    -ring.value, f"{ring.source}; sign turned, which fits the centre distance"
-                )
+            errors = [abs(sign * ring.value + planet.value - of_ring) for sign in (1, -1)]
+            if errors[1] < errors[0] - _ROUNDING:
+                why = f"{ring.source}; sign changed, which agrees with the centre distance"
+                shifts["ring"] = Datum(-ring.value, why)
         for role in self.stage.gear_meshes:
             self._fill(shifts, role)
         for role in self.stage.roles:
@@ -317,15 +324,15 @@ class StageWriter:
         return {role: datum for role, datum in shifts.items() if datum is not None}
 
     def _fill(self, shifts: dict[str, Datum | None], role: str) -> None:
-        """Shifts of a gear mesh that the file does not give."""
-        total_shift, pair = self.shift_sums[role], self._pair(role)
-        lacking = [role for role in pair if shifts[role] is None]
-        if not lacking or total_shift is None or self.distance is None:
+        """Derive the missing profile shifts of a gear mesh from the centre distance."""
+        shift_sum, pair = self.shift_sums[role], self._pair(role)
+        missing = [role for role in pair if shifts[role] is None]
+        if not missing or shift_sum is None or self.distance is None:
             return
         total = sum(d.value for role in pair if (d := shifts[role]) is not None)
-        for role in lacking:
-            value = (total_shift - total) / len(lacking)
-            value = 0.0 if abs(value) < _NO_SHIFT else value
+        for role in missing:
+            value = (shift_sum - total) / len(missing)
+            value = 0.0 if abs(value) < _MIN_SHIFT else value
             why = f"not in the file; without backlash at {self.distance.source}"
             shifts[role] = Datum(value, f"assumed: {why}")
             self.case.warn(f"{self.stage.gears(role)[0].label}: profile_shift = {value:g}: {why}")
@@ -336,9 +343,9 @@ class StageWriter:
         section.put("teeth", int(teeth.value), teeth.source)
         section.put("profile_shift", shift.value, shift.source)
         base = number(gears, ("base_diameter", "base_circle_diameter"), "mm")
-        of_teeth, agrees = self.rack.base(int(teeth.value)), AGREES * self.rack.module
+        of_teeth, agrees = self.rack.base(int(teeth.value)), _ROUNDING * self.rack.module
         if base is not None and abs(abs(base.value) - of_teeth) > agrees:
-            why = f"{base.source}; not that of its teeth"
+            why = f"{base.source}; differs from that of its teeth"
             section.put("base_diameter_mm", abs(base.value), why)
         self.gears.write(section, self.stage, role, self.rack, shift.value)
 
@@ -347,12 +354,12 @@ class StageWriter:
         return ("planet", role) if self.stage.kind == "planetary" else ("gear", "pinion")
 
     def _arm(self, role: str) -> float:
-        """r_b1 ± r_b2 of a gear mesh, mm."""
+        """Sum (internal pairs: difference) of the base radii of a gear mesh, mm."""
         hub, mate = (self.rack.base(int(self.teeth[key].value)) / 2 for key in self._pair(role))
         return mate - hub if role == "ring" else mate + hub
 
     def _shift_sum(self, role: str) -> float | None:
-        """Sum of profile shifts of a gear mesh without backlash:
+        """Sum of profile shifts of a gear mesh for zero backlash; None if it cannot be computed.
 
         Σx = (z_1 + z_2)(inv α_w − inv α_t)/(2 tan α_n), the ring's z negative (ISO 21771).
         """

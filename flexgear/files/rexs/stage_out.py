@@ -1,7 +1,7 @@
 """A stage as REXS components: shafts, gears with flanks and tools, gear meshes, supports, results.
 
-The datum face of every gear is that at its −z end, against its u axis. In a parallel stage the
-pinion has the sun's role, the gear the planet's.
+The datum face of every gear is at its −z end, the negative end of its u axis. In a parallel stage
+the pinion has the role of the sun and the gear that of the planet.
 """
 
 from __future__ import annotations
@@ -32,10 +32,12 @@ _DATUM, _ORIENTATION = -1, "negative"
 
 @dataclass
 class TrainOut:
-    """A train that becomes a model. places: of members; unit, casing, material: ids of components;
-    shafts: their ids by member or planet; ends: of those behind the spline of a sun's shaft, where
-    ports and joints are; gear_data: ids by gear meshes of one half and gear; bearings: by planet's
-    bearing."""
+    """A train that is exported to a REXS model, with the ids of its components.
+
+    places: positions of members. unit, casing, material: ids. shafts: ids by member or planet.
+    ends: ids of the shafts behind the splines of suns, at which ports and joints act. gear_data:
+    ids by gear meshes of one half and gear. bearings: ids by planet bearing.
+    """
 
     case: Case
     flow: PowerFlow
@@ -50,7 +52,7 @@ class TrainOut:
     bearings: dict[str, list[int]] = field(default_factory=dict)
 
     def shaft(self, member: str, place: Place, whole: int) -> int:
-        """Adds the shaft of a member (or a planet) to ``whole``, beginning at ``place``; its id."""
+        """Add the shaft of a member or planet that begins at ``place``; returns its id."""
         port = self.case.port_at(member)
         defines = None if port is None else port.speed is not None
         number = self.model.part(whole, "shaft", member, **located(place), defines_speed=defines)
@@ -58,12 +60,16 @@ class TrainOut:
         return number
 
     def end(self, member: str) -> int:
-        """Id of the shaft of a member where it meets the rest of the train."""
+        """Id of the shaft of a member at which ports and joints act."""
         return self.ends.get(member, self.shafts[member])
 
 
 class StageOut:
-    """Adds one stage to a model. gears, meshes: role and id of each."""
+    """Adds one stage to a model.
+
+    gears, gear_meshes: role and id of each. words: REXS flank ("left", "right") by member and name
+    of the flank. reach: distance from the begin of a shaft to the middle of the stage, m.
+    """
 
     def __init__(self, train: TrainOut, stage: Stage) -> None:
         self.train, self.stage, self.model = train, stage, train.model
@@ -77,15 +83,15 @@ class StageOut:
         }
         self.loaded = train.case.output is not None
         self.halves = (-1, 1) if stage.double_helical else (0,)
-        self.reach = stage.face_width / 2 - self._middle(self.halves[0])  # from the middle
+        self.reach = stage.face_width / 2 - self._middle(self.halves[0])
         beam = stage.sun.shaft if stage.sun else None
-        back = () if beam is None or beam.direction == "+z" else beam.sections
-        self.sun_reach = max(self.reach, sum(section.length for section in back))
+        below = () if beam is None or beam.direction == "+z" else beam.sections
+        self.sun_reach = max(self.reach, sum(section.length for section in below))
         self.gears: list[tuple[str, int]] = []
         self.gear_meshes: list[tuple[str, int]] = []
 
     def add(self) -> None:
-        """Stage, shafts, gears, gear meshes, supports and results."""
+        """Add stage, shafts, gears, gear meshes, supports and results."""
         if self.stage.kind == "planetary":
             self._planetary()
         else:
@@ -98,7 +104,7 @@ class StageOut:
             self._results()
 
     def _results(self) -> None:
-        """Speeds of the gears; forces in the gear meshes, of one planet and half each."""
+        """Add speeds of the gears, and the force in the gear mesh of each planet and half."""
         flow = self.flow
         speed = {"sun": flow.sun_speed, "ring": flow.ring_speed, "planet": flow.planet_speed}
         for role, number in self.gears:
@@ -150,7 +156,10 @@ class StageOut:
             self._gear_mesh(self.train.unit, "sun", pair, self.stage.name)
 
     def _middle(self, half: int) -> float:
-        """Place of a half's middle from that of the stage, m; half: −1 left, 1 right, 0 neither."""
+        """Axial distance from the middle of the stage to that of a half, m.
+
+        half: −1 left, 1 right, 0 for a stage with one helix.
+        """
         return half * (self.stage.face_width + self.stage.half_gap) / 2
 
     def _shaft(self, member: str, place: Place, whole: int | None = None) -> int:
@@ -159,8 +168,11 @@ class StageOut:
         return self.train.shaft(member, begin, self.train.unit if whole is None else whole)
 
     def _sun_shaft(self, beam: Shaft) -> None:
-        """Adds the sections of the sun's shaft, the spline at its end, and behind that the casing
-        of a held sun, or a shaft with the port's bearing."""
+        """Add the sections of the sun's shaft and its spline.
+
+        The spline connects to the casing if the sun is held, else to a shaft with the port's
+        bearing.
+        """
         train, model, member = self.train, self.model, f"{self.stage.name}.sun"
         shaft, at, held = train.shafts[member], self.sun_reach, member in train.case.held_members()
         for section in beam.sections:
@@ -187,13 +199,15 @@ class StageOut:
             self._bearing(behind, train.casing, name, port.bearing, end_place, 1.0)
 
     def _gears(self, role: str, shaft: int, name: str, place: Place) -> list[int]:
-        """Adds a gear for each half of the stage and returns their ids; place: of the middle of the
-        stage on the gear's axis."""
+        """Add a gear for each half of the stage; returns their ids.
+
+        place: position of the middle of the stage on the gear's axis.
+        """
         stage, gear, tooth = self.stage, self.members[role], self.geometry.gears[role]
         ring, (u, v, w) = role == "ring", place
         reach = self.sun_reach if name == f"{stage.name}.sun" else self.reach
         base = tooth.base_radius if gear.base_diameter is None else gear.base_diameter / 2
-        right = (stage.planet_hand == "right") != (role == "sun")  # of a single or left half
+        right = (stage.planet_hand == "right") != (role == "sun")  # hand of a single or left half
         numbers = []
         for half in self.halves:
             helix = stage.helix_angle * (1 if right != (half > 0) else -1)
@@ -205,7 +219,7 @@ class StageOut:
                 number_of_teeth=gear.teeth,
                 normal_module=stage.normal_module,
                 face_width=stage.face_width,
-                helix_angle_reference_diameter=helix + 0.0,  # no −0
+                helix_angle_reference_diameter=helix + 0.0,  # makes −0 positive
                 tip_diameter=2 * tooth.tip_radius,
                 root_diameter=2 * tooth.root_radius,
                 base_diameter=2 * base,
@@ -227,7 +241,7 @@ class StageOut:
         return numbers
 
     def _gear_mesh(self, whole: int, role: str, pair: tuple[int, int, str], name: str) -> None:
-        """Adds a cylindrical_stage; pair: gears of this role and the planet's, and their half."""
+        """Add a cylindrical_stage; pair: ids of the gear of this role and the planet, and side."""
         *gears, side = pair
         group = GroupName.of(self.stage.name, role, side)
         geometry = self.geometry.gear_meshes[role]
@@ -258,7 +272,7 @@ class StageOut:
                 self.model.result(data, **{table.LOADED: flank})
 
     def _flanks(self, number: int, role: str, half: int) -> None:
-        """Add both flanks of a gear, with the tool that made it."""
+        """Add both flanks of a gear, and its tool."""
         gear, tool = self.members[role], self.geometry.gears[role].tool
         flanks = {
             word: self.model.add(
@@ -295,13 +309,15 @@ class StageOut:
                 manufacturing_settings=settings,
             )
             modifications = gear.modifications.of(names[word])
-            for component in self._ground(modifications, table.outward(_DATUM, half)):
+            for component in self._modifications(modifications, table.outward(_DATUM, half)):
                 self.model.relate("reference", origin=flank, referenced=component)
 
-    def _ground(self, modifications: FlankModifications, datum: int) -> Iterator[int]:
-        """Modifications of one flank; datum: +1 where positive z of a modification is towards the
-        datum face. Signs of slopes as in ``flanks``: positive towards the tip, and towards the
-        non-datum face."""
+    def _modifications(self, modifications: FlankModifications, datum: int) -> Iterator[int]:
+        """Add the modifications of one flank; yields their ids.
+
+        datum: +1 if the positive z of a modification is towards the datum face, else −1. Slopes are
+        positive if more is missing at the tip or at the non-datum face, as in ``tables``.
+        """
         for kind, m in table.MODIFICATIONS.items():
             part: Any = getattr(modifications, m.section) if m.section else modifications
             end = "+z" if m.face * datum > 0 else "-z"
@@ -329,7 +345,7 @@ class StageOut:
                 continue
             springs = springs_out(support, copies)
             torsion = torsion_out(support, self.geometry, part)
-            if torsion > 0:  # else it is held rigidly, which is a coupling without stiffness
+            if torsion > 0:  # a coupling without this attribute is rigid
                 springs["rotational_stiffness"] = torsion * copies
             place = located((u + support.z, v, w))
             self.model.side("coupling", shaft, casing, f"{member} held{which}", **place, **springs)
@@ -353,7 +369,7 @@ class StageOut:
 def add_section(
     model: Outgoing, shaft: int, start: float, length: float, outer: float, inner: float
 ) -> None:
-    """Adds a cylinder to a shaft, m."""
+    """Add a cylinder to a shaft; position, length and diameters in m."""
     model.part(
         shaft,
         "shaft_section",
@@ -367,13 +383,13 @@ def add_section(
 
 
 def springs_out(springs: Springs, share: float) -> dict[str, Written | None]:
-    """Radial, axial and bending stiffness; without the rotational one, since a coupling of zero
-    rotational stiffness would hold nothing."""
+    """REXS attributes of radial, axial and bending stiffness, each times ``share``. Rotational
+    stiffness is left out, since a coupling with a value of zero transmits no torque."""
     x, y, axial, tilt_x, tilt_y, _ = springs.stiffness
     values = ((x + y) / 2, axial, (tilt_x + tilt_y) / 2)
     return {row.names[0]: share * k for row, k in zip(table.SPRINGS, values, strict=False)}
 
 
 def torsion_out(springs: Joint | Support, radii: StageRadii, part: str) -> float:
-    """Stiffness about the axis, N m/rad, including the tangential stiffness of a member."""
+    """Torsional stiffness, N m/rad, including the tangential stiffness at a member's radius."""
     return springs.stiffness[5] + springs.tangential * radii.rotation_radius(part) ** 2

@@ -1,8 +1,8 @@
-"""Stages of a REXS model, their gears and members, and the bearings that carry them.
+"""Stages of a REXS model, their gears and members, and the bearings of these.
 
-A REXS gear mesh is a cylindrical_stage with two gears. A planetary stage collects those of every
-planet with sun and ring: the ring is the internal gear, planets mesh with it, suns with planets.
-Double-helical stages are pairs of gears of opposite hand on the same shafts.
+A gear mesh is a cylindrical_stage with two gears. A planetary stage contains the gear meshes of its
+planets with sun and ring: the ring is the internal gear, planets mesh with the ring, suns with the
+planets. Double-helical stages have two gears of opposite hand on each shaft.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ GEARS = ("cylindrical_gear", "ring_gear")
 
 @dataclass(frozen=True)
 class RexsGearMesh:
-    """A gear mesh: its cylindrical_stage and its two gears, gear_1 first."""
+    """A gear mesh: its cylindrical_stage and the gears gear_1 and gear_2."""
 
     stage: Component
     gears: tuple[Component, Component]
@@ -30,10 +30,10 @@ class RexsGearMesh:
 
 @dataclass
 class RexsStage:
-    """A stage: gears by "sun", "planet", "ring" (or "pinion", "gear").
+    """A stage with its gears by role: "sun", "planet", "ring", or "pinion", "gear".
 
-    halves: of each role a list of twins (the planets) for each half, left (−u) half first; one half
-    unless double-helical. meshes: by "sun" and "ring", or "sun" alone if parallel.
+    halves: by role, the gears (of planets several) of each half, left (−u) half first; one half
+    unless double-helical. gear_meshes: by "sun" and "ring", of a parallel stage by "sun" only.
     """
 
     component: Component
@@ -43,7 +43,7 @@ class RexsStage:
     carrier: list[Component] = field(default_factory=list)
 
     def gears(self, role: str) -> list[Component]:
-        """All gears of a role, those of the left half first."""
+        """All gears of a role, first those of the left half."""
         return [gear for half in self.halves[role] for gear in half]
 
     @property
@@ -66,33 +66,33 @@ class RexsStage:
         ]
 
 
-class Unfit(Exception):
+class UnsupportedError(Exception):
     """A stage that a case cannot represent; its text is the reason."""
 
 
 def is_internal(gear: Component) -> bool:
-    """A ring: by its type, or by a negative number of teeth."""
+    """Whether a gear is internal, by its type or by a negative number of teeth."""
     teeth = number([gear], "number_of_teeth", "none")
     return gear.kind == "ring_gear" or (teeth is not None and teeth.value < 0)
 
 
 def is_helical(stage: RexsStage) -> bool:
-    """Whether its gears have a helix angle."""
+    """Whether the gears of a stage have a helix angle."""
     datum = number(stage.all_gears, "helix_angle_reference_diameter", "deg")
     return datum is not None and datum.value != 0
 
 
 def stages_of(assembly: Assembly) -> tuple[list[RexsStage], list[str]]:
-    """All stages in the order of their ids, and in words those that cannot be carried over."""
+    """All stages in the order of their ids; descriptions of those that cannot be carried over."""
     gear_meshes, refused = _gear_meshes(assembly.document), []
     stages, inside = [], set()
     for planetary in assembly.document.kind("planetary_stage"):
         inner = {s.id for s in assembly.document.parts(planetary, "cylindrical_stage")}
-        mine = [gear_mesh for gear_mesh in gear_meshes if gear_mesh.stage.id in inner]
+        of_stage = [gear_mesh for gear_mesh in gear_meshes if gear_mesh.stage.id in inner]
         inside |= inner
         try:
-            stages.append(_planetary(assembly, planetary, mine))
-        except Unfit as why:
+            stages.append(_planetary(assembly, planetary, of_stage))
+        except UnsupportedError as why:
             refused.append(f"{planetary.label}: not carried over, {why}")
     groups = defaultdict(list)
     for gear_mesh in gear_meshes:
@@ -100,10 +100,10 @@ def stages_of(assembly: Assembly) -> tuple[list[RexsStage], list[str]]:
             bodies = tuple(assembly.body(g) for g in gear_mesh.gears)
             groups[frozenset(bodies)].append(gear_mesh)
     for group in groups.values():
-        for pair in _halves_of_pairs(group):
+        for pair in _by_stage(group):
             try:
                 stages.append(_parallel(pair, assembly))
-            except Unfit as why:
+            except UnsupportedError as why:
                 refused.append(f"{pair[0].stage.label}: not carried over, {why}")
     for other in assembly.document.kind("bevel_stage", "worm_stage", "general_stage"):
         refused.append(f"{other.label}: not carried over, only cylindrical gears are")
@@ -144,29 +144,32 @@ def _planetary(
     suns = list(dict.fromkeys(mate for g, mate in pairs if g in planets and mate not in rings))
     if not rings or not planets or not suns:
         lacks = "ring" if not rings else "sun"
-        raise Unfit(f"it has no gear mesh of planets with a {lacks}")
+        raise UnsupportedError(f"it has no gear mesh of planets with a {lacks}")
     if any(gear in planets for gear in suns):
-        raise Unfit("its planets mesh with one another")
+        raise UnsupportedError("its planets mesh with one another")
     if any(
         g not in rings and g not in planets and g not in suns for m in gear_meshes for g in m.gears
     ):
-        raise Unfit("some of its gears mesh with neither sun nor ring")
+        raise UnsupportedError("some of its gears mesh with neither sun nor ring")
     if any(not any(m.mate(p) in suns for m in gear_meshes if p in m.gears) for p in planets):
-        raise Unfit("its planets have one gear for the sun and another for the ring")
+        raise UnsupportedError("its planets have one gear for the sun and another for the ring")
     by_shaft = defaultdict(list)
     for planet in planets:
         by_shaft[assembly.body(planet)].append(planet)
     counts = {len(gears) for gears in by_shaft.values()}
     if counts not in ({1}, {2}) or {len(rings), len(suns)} - counts:
-        raise Unfit(f"it has {len(suns)} suns, {len(rings)} rings and planets of {counts} gears")
-    twins = [_along(gears, assembly) for gears in by_shaft.values()]
+        raise UnsupportedError(
+            f"it has {len(suns)} suns, {len(rings)} rings and planets of {counts} gears"
+        )
+    planet_gears = [_sorted_along_axis(gears, assembly) for gears in by_shaft.values()]
     halves = {
-        "sun": [[gear] for gear in _along(suns, assembly)],
-        "planet": [[gears[k] for gears in twins] for k in range(max(counts))],
-        "ring": [[gear] for gear in _along(rings, assembly)],
+        "sun": [[gear] for gear in _sorted_along_axis(suns, assembly)],
+        "planet": [[gears[k] for gears in planet_gears] for k in range(max(counts))],
+        "ring": [[gear] for gear in _sorted_along_axis(rings, assembly)],
     }
     if max(counts) == 2 and not _opposite(halves["planet"][0][0], halves["planet"][1][0]):
-        raise Unfit("its planets have two gears that are no halves of a double helix")
+        problem = "its planets have two gears that are not halves of a double helix"
+        raise UnsupportedError(problem)
     for relation in assembly.document.related("planet_shaft", "central_shaft"):
         relation.used |= relation.refs.get("planetary_stage") == planetary.id
     return RexsStage(
@@ -181,21 +184,21 @@ def _planetary(
     )
 
 
-def _halves_of_pairs(group: list[RexsGearMesh]) -> list[list[RexsGearMesh]]:
-    """Gear meshes of the same two bodies: those of opposite hand belong together."""
-    rest, halves = list(group), []
+def _by_stage(group: list[RexsGearMesh]) -> list[list[RexsGearMesh]]:
+    """The gear meshes of two bodies, grouped by stage: two of opposite hand form one stage."""
+    rest, stages = list(group), []
     while rest:
         gear_mesh = rest.pop(0)
-        mate = next((m for m in rest if _opposite(gear_mesh.gears[0], m.gears[0])), None)
-        if mate is not None:
-            rest.remove(mate)
-        halves.append([gear_mesh] if mate is None else [gear_mesh, mate])
-    return halves
+        other = next((m for m in rest if _opposite(gear_mesh.gears[0], m.gears[0])), None)
+        if other is not None:
+            rest.remove(other)
+        stages.append([gear_mesh] if other is None else [gear_mesh, other])
+    return stages
 
 
 def _parallel(gear_meshes: list[RexsGearMesh], assembly: Assembly) -> RexsStage:
     if any(is_internal(gear) for gear_mesh in gear_meshes for gear in gear_mesh.gears):
-        raise Unfit("an internal gear pair with fixed axes")
+        raise UnsupportedError("an internal gear pair with fixed axes")
     first, second = ([gear_mesh.gears[k] for gear_mesh in gear_meshes] for k in (0, 1))
     teeth = [number(gears, "number_of_teeth", "none") for gears in (first, second)]
     if None not in teeth and teeth[0].value > teeth[1].value:  # type: ignore[union-attr]
@@ -204,15 +207,15 @@ def _parallel(gear_meshes: list[RexsGearMesh], assembly: Assembly) -> RexsStage:
         gear_meshes[0].stage,
         "parallel",
         {
-            "pinion": [[gear] for gear in _along(first, assembly)],
-            "gear": [[gear] for gear in _along(second, assembly)],
+            "pinion": [[gear] for gear in _sorted_along_axis(first, assembly)],
+            "gear": [[gear] for gear in _sorted_along_axis(second, assembly)],
         },
         {"sun": gear_meshes},
     )
 
 
 def _opposite(first: Component, second: Component) -> bool:
-    """Whether two gears are halves of a double helix."""
+    """Whether two gears are halves of a double helix: equal but for the sign of the helix angle."""
     same = all(
         value(first, key, unit) == value(second, key, unit)
         for key, unit in (("number_of_teeth", "none"), ("normal_module", "mm"))
@@ -221,8 +224,8 @@ def _opposite(first: Component, second: Component) -> bool:
     return same and helix[0] != 0 and helix[0] == -helix[1]
 
 
-def _along(gears: list[Component], assembly: Assembly) -> list[Component]:
-    """Gears of a shaft from −u to +u of the gear unit, as they stand where that is not said."""
+def _sorted_along_axis(gears: list[Component], assembly: Assembly) -> list[Component]:
+    """Gears of a shaft sorted from −u to +u of the gear unit."""
     return sorted(
         gears,
         key=lambda g: assembly.frames.sense(g) * value(g, "u_coordinate_on_shaft", "mm"),
@@ -234,7 +237,11 @@ ROLES = {"planetary": ("sun", "ring", "carrier"), "parallel": ("pinion", "gear")
 
 @dataclass(eq=False)
 class Member:
-    """A member of a stage. anchor: a component of it; z: its place along the axis, mm."""
+    """A member of a stage.
+
+    anchor: one of its components, None if the file has none. body: number of its body. z: axial
+    position, mm, None if unknown. bearings, couplings: those between member and casing.
+    """
 
     stage: RexsStage
     stage_name: str
@@ -252,7 +259,7 @@ class Member:
 
 
 def axial_place(assembly: Assembly, component: Component | None) -> float | None:
-    """Place along the gear unit's u axis, mm."""
+    """Position of a component along the gear unit's u axis, mm, None if unknown."""
     if component is None:
         return None
     frame = assembly.frames.of(component)
@@ -260,26 +267,23 @@ def axial_place(assembly: Assembly, component: Component | None) -> float | None
 
 
 def members_of(stages: dict[str, RexsStage], assembly: Assembly) -> list[Member]:
-    """All members, stage by stage."""
+    """The members of all stages, by name of the stage."""
     members = []
     for name, stage in stages.items():
         for role in ROLES[stage.kind]:
             parts = stage.carrier if role == "carrier" else stage.gears(role)
             anchor = parts[0] if parts else None
-            at = [
-                z for part in (stage.gears("planet") if role == "carrier" else parts)
-                if (z := axial_place(assembly, part)) is not None
-            ]  # fmt: skip
+            gears = stage.gears("planet") if role == "carrier" else parts
+            positions = [z for gear in gears if (z := axial_place(assembly, gear)) is not None]
             body = None if anchor is None else assembly.body(anchor)
-            members.append(
-                Member(stage, name, role, anchor, body, sum(at) / len(at) if at else None)
-            )
+            z = sum(positions) / len(positions) if positions else None
+            members.append(Member(stage, name, role, anchor, body, z))
     return members
 
 
 def assign_bearings(assembly: Assembly, members: list[Member]) -> list[str]:
-    """Give each bearing and coupling to the casing to the nearest member that it carries. Returns
-    in words those that carry no member."""
+    """Assign bearings and couplings to the casing to the nearest member of the body they support.
+    Returns descriptions of the bearings that are not carried over."""
     by_body = defaultdict(list)
     for member in members:
         by_body[member.body].append(member)
@@ -301,11 +305,12 @@ def assign_bearings(assembly: Assembly, members: list[Member]) -> list[str]:
                 held.couplings.append(joint)
             continue
         if planets & {*bodies}:
-            continue  # a planet bearing, read with its stage
-        carried = [m for body in bodies if body not in casing for m in by_body[body]]
-        nearest = _nearest(assembly, joint, carried) if casing & {*bodies} else None
+            continue  # planet bearings are read with their stage
+        supported = [m for body in bodies if body not in casing for m in by_body[body]]
+        nearest = _nearest(assembly, joint, supported) if casing & {*bodies} else None
         if nearest is None:
-            why = "between two bodies that turn" if not casing & {*bodies} else "carries no member"
+            rotating = not casing & {*bodies}
+            why = "between two rotating bodies" if rotating else "supports no member"
             lost.append(f"{joint.label}: not carried over, {why}")
             continue
         nearest.bearings.append(joint)
@@ -314,12 +319,12 @@ def assign_bearings(assembly: Assembly, members: list[Member]) -> list[str]:
 
 
 def planet_bearings(assembly: Assembly, stage: RexsStage) -> list[list[Component]]:
-    """Bearings of each planet."""
+    """Bearings of each planet of a stage."""
     bearings = []
     for planet in stage.halves["planet"][0]:
-        mine, of_planet = assembly.body(planet), []
+        body, of_planet = assembly.body(planet), []
         for relation, joint, ends in assembly.document.joints(*BEARINGS):
-            if mine in map(assembly.body, ends):
+            if body in map(assembly.body, ends):
                 relation.used, joint.role = True, "a planet bearing"
                 of_planet.append(joint)
         bearings.append(of_planet)
@@ -327,6 +332,7 @@ def planet_bearings(assembly: Assembly, stage: RexsStage) -> list[list[Component
 
 
 def _nearest(assembly: Assembly, joint: Component, members: list[Member]) -> Member | None:
+    """The member nearest to a joint along the axis, the first if the joint has no position."""
     if not members:
         return None
     place = axial_place(assembly, joint)

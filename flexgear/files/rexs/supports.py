@@ -1,4 +1,4 @@
-"""Springs of a case from bearings and couplings of a file, and the blank of a carrier.
+"""Springs of a case from bearings and couplings of a file; mass and inertia of a carrier.
 
 Bearings of one member act side by side on a rigid shaft. With ratings each is a support of its own;
 else with radial stiffness k_i at z_i they are Σ k_i at their centre z_c = Σ k_i z_i/Σ k_i, with the
@@ -21,34 +21,34 @@ from flexgear.files.rexs.tables import RATING, SPRINGS
 
 _SPRINGS = {row.field: row for row in SPRINGS}
 _POINT = "operating_point_stiffness_"
-_OPERATING = {  # names of REXS 1.3 on, and before
+_OPERATING = {  # names since REXS 1.3, and earlier names
     "radial": (
         (f"{_POINT}f_v_d_v", f"{_POINT}dF_v_d_v"),
         (f"{_POINT}f_w_d_w", f"{_POINT}dF_w_d_w"),
     ),
     "axial": ((f"{_POINT}f_u_d_u", f"{_POINT}dF_u_d_u"),),
 }
-_ASSUMED = "assumed: "  # begins such a source
-RIGID = 10.0  # of E b: a hundred gear meshes
-UNKNOWN = 0.1  # of E b: about a gear mesh
+_ASSUMED = "assumed: "  # prefix of the source of an assumed stiffness
+RIGID = 10.0  # times E b: a hundred gear meshes
+UNKNOWN = 0.1  # times E b: about one gear mesh
 CLEARANCES = ("operating_radial_bearing_clearance", "radial_bearing_clearance", "radial_clearance",
               "radial_backlash")  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Scale:
-    """Size of a stage: E b (N/m), a radius (m) for stiffness against turning."""
+    """Reference stiffness of a stage: E b (N/m), and a radius (m) for rotational stiffness."""
 
     stiffness: float
     radius: float
 
     def limit(self, direction: str) -> float:
-        """Stiffness from which a direction counts as rigid."""
+        """Stiffness above which a direction counts as rigid, N/m or N m/rad."""
         lever = self.radius**2 if direction in ("tilt", "torsion") else 1.0
         return RIGID * self.stiffness * lever
 
     def guess(self, direction: str) -> float:
-        """Stiffness assumed where it is not known."""
+        """Stiffness that is assumed if it is unknown, N/m or N m/rad."""
         return self.limit(direction) * UNKNOWN / RIGID
 
 
@@ -59,7 +59,7 @@ class SupportWriter:
         self.document, self.assembly, self.case = assembly.document, assembly, case
 
     def support(self, member: Member, scale: Scale, needs: tuple[str, ...]) -> None:
-        """Section of a member's support. needs: directions that must have a stiffness."""
+        """Write the support of a member. needs: directions that must have a stiffness."""
         joints = [*member.bearings, *member.couplings]
         if not joints and not needs:
             return
@@ -90,14 +90,14 @@ class SupportWriter:
     def planet(
         self, bearings: list[list[Component]], scale: Scale, z: float | None, needs: tuple[str, ...]
     ) -> None:
-        """Section of the planet bearing: that of the first planet, others where they differ."""
+        """Write the planet bearing of a stage, with the data of the first planet."""
         section = self.case.section("[stages.planet_bearing]")
         first = bearings[0] if bearings else []
         if not first:
             self.case.warn("[stages.planet_bearing]: no bearing of a planet in the file")
         for others in bearings[1:]:
             for twin, bearing in zip(others, first, strict=False):
-                for row in SPRINGS:  # alike ones are used, others listed
+                for row in SPRINGS:  # marks equal values as used
                     read([bearing, twin], row)
         self.springs(section, first, scale, ("radial", "axial", "tilt"), needs, z)
         clearance = number(first, CLEARANCES, "mm")
@@ -116,7 +116,11 @@ class SupportWriter:
         z: float | None,
         halves: int = 1,
     ) -> None:
-        """Springs of all directions, shared by the halves of a ring; z: where they act, mm."""
+        """Write the stiffness of each direction: the sum over the joints, per half of a ring.
+
+        z: axial position of the member, mm. needs: directions for which a stiffness is assumed if
+        the joints have none.
+        """
         note = "; half of it for each ring half" * (halves == 2)
         radial: list[tuple[float, float]] = []
         for direction in directions:
@@ -140,26 +144,29 @@ class SupportWriter:
             elif total > 0:
                 section.put(key, total / halves, f"{' + '.join(sources)}{note}")
             elif direction in needs:
-                why = "nothing in the file holds it; about the stiffness of a gear mesh"
+                why = "no support in the file; about the stiffness of a gear mesh"
                 self.case.assume(section, key, scale.guess(direction) / halves, f"{why}{note}")
 
     def _spread(
         self, section: Section, radial: list[tuple[float, float]], tilt: float
     ) -> tuple[float, list[str]]:
-        """Tilt stiffness with what radial springs at a distance add; their centre is written."""
+        """Tilt stiffness including that of the distances between radial springs, and its source.
+
+        radial: stiffness (N/m) and axial position (mm) of radial springs, whose centre is written.
+        """
         total = sum(k for k, _ in radial)
         if not radial or total <= 0:
             return tilt, []
         centre = sum(k * z for k, z in radial) / total
-        lever = sum(k * (z - centre) ** 2 for k, z in radial) * 1e-6
+        added = sum(k * (z - centre) ** 2 for k, z in radial) * 1e-6
         if centre and abs(centre) <= 1e3:
             section.put("z_mm", centre, "centre of the radial springs along the axis")
-        return tilt + lever, ["distance of the radial springs"] if lever > 0 else []
+        return tilt + added, ["distance of the radial springs"] if added > 0 else []
 
     def _stiffness(self, joint: Component, direction: str, scale: Scale) -> Datum | None:
-        """Stiffness of one bearing or coupling; None where it does not act in the direction."""
+        """Stiffness of one bearing or coupling; None if it does not act in the direction."""
         datum, limit = read([joint], _SPRINGS[direction]), scale.limit(direction)
-        only_stated = direction == "tilt" or (direction == "torsion" and not _turns(joint))
+        only_stated = direction == "tilt" or (direction == "torsion" and not _is_coupling(joint))
         absorbs = None if only_stated else self._absorbs(joint, direction)
         if datum is not None and datum.value > limit:
             return Datum(limit, f"{datum.source} (rigid in the file)")
@@ -168,7 +175,7 @@ class SupportWriter:
         stated = datum if datum is not None and datum.value > 0 else None
         if only_stated or stated is not None or (datum is not None and absorbs is None):
             return stated
-        if _turns(joint):
+        if _is_coupling(joint):
             return Datum(limit, f"{_ASSUMED}{joint.label} is rigid")
         point = self._operating_point(joint, direction)
         if point is not None or (absorbs is None and joint.kind == "concept_bearing"):
@@ -178,7 +185,7 @@ class SupportWriter:
         return Datum(scale.guess(direction), why)
 
     def _operating_point(self, joint: Component, direction: str) -> Datum | None:
-        """Stiffness at the operating point, where a file has results of bearings."""
+        """Stiffness of a bearing at its operating point; None if the file has no such results."""
         pairs = _OPERATING.get(direction, ())
         data = [number([joint], names, "N / m") for names in pairs]
         loaded = [datum for datum in data if datum is not None and datum.value > 0]
@@ -188,19 +195,22 @@ class SupportWriter:
         return Datum(mean, " and ".join(d.source for d in loaded) + (", mean" * (len(loaded) > 1)))
 
     def _absorbs(self, joint: Component, direction: str) -> bool | None:
-        """Whether a bearing takes force in a direction, None where that is not said."""
+        """Whether a bearing supports force in a direction; None if the file does not state it."""
         if direction == "radial":
-            answer = flag([joint], "radial_force_absorption")
+            absorbs = flag([joint], "radial_force_absorption")
             rolling = joint.kind.startswith("rolling")
-            return True if answer is None and rolling else answer
+            return True if absorbs is None and rolling else absorbs
         word = text([joint], "axial_force_absorption")
         if word is None or direction != "axial":
             return None
         if word in ("positive", "negative"):
-            self.case.warn(f"{joint.label}: takes axial force in one direction, here in both")
+            self.case.warn(
+                f"{joint.label}: supports axial force in one direction, in the case in both"
+            )
         return word != "no_direction"
 
     def _rating(self, section: Section, bearings: list[Component]) -> None:
+        """Write load ratings, rolling elements and number of the bearings of one planet."""
         if read(bearings, RATING[0]) is None:
             return
         for row in RATING:
@@ -215,7 +225,7 @@ class SupportWriter:
             section.put("count", min(len(bearings), 8), "bearings of one planet")
 
     def carrier_blank(self, member: Member, density: float, arm: float) -> None:
-        """Mass and inertia of a carrier from its frame, or from its side plates and pins.
+        """Write mass and inertia of a carrier from its frame, or from its side plates and pins.
 
         density: kg/m³; arm: centre distance, m.
         """
@@ -223,7 +233,7 @@ class SupportWriter:
         stated = number(member.stage.carrier, "mass_of_component", "kg")
         frames = [c for c in member.stage.carrier if c.kind == "planet_carrier"]
         plates = [p for frame in frames for p in self.document.parts(frame, "side_plate")]
-        blanks = []  # outer and inner diameter, length, distance of its axis from the carrier's; m
+        blanks = []  # outer and inner diameter, length, distance from the carrier's axis; m
         for plate in plates:
             sizes = [
                 value(plate, key, "m") for key in ("outer_diameter", "inner_diameter", "length")
@@ -250,6 +260,6 @@ class SupportWriter:
             )
 
 
-def _turns(joint: Component) -> bool:
-    """A coupling rather than a bearing."""
+def _is_coupling(joint: Component) -> bool:
+    """Whether a joint is a coupling rather than a bearing."""
     return "bearing" not in joint.kind

@@ -1,15 +1,15 @@
-"""Units and modifications of REXS as they are called, read and written: tables for both ways.
+"""Tables of the units, attributes and flank modifications of REXS for import and export.
 
-A file states the unit of each attribute; where it does not, the schema's holds. Names and units
-are those of the public REXS schemas 1.0 to 2.0 (rexs.info, FVA).
+A file states the unit of each attribute; if it does not, the unit of the schema applies. Names and
+units are those of the public REXS schemas 1.0 to 2.0 (rexs.info, FVA).
 
-Who looks at the datum face from outside, with a tooth pointing up from its root to its tip, sees
-its left flank on the left (ISO 21771, ISO 1328-1). Seen from +z a tooth of an external gear that
+The left flank of a tooth is on the left if one looks at the datum face from outside with the tooth
+pointing up from root to tip (ISO 21771, ISO 1328-1). Seen from +z, a tooth of an external gear that
 points up has +θ on its left; a tooth of a ring points up below the axis, and has +θ on its right:
 
     side of the left flank = d (external), −d (internal), d = ±1 for a datum face at the ±z end.
 
-In an external pair left flanks touch left ones, in an internal pair too.
+Left flanks touch left flanks in external and in internal pairs.
 
 REXS leaves the signs of slopes to the standards. Here, as for a case (``gears.modifications``),
 
@@ -31,7 +31,7 @@ from flexgear.model.modifications import LARGEST as LARGEST_M
 from flexgear.model.section import Section
 from flexgear.model.units import unit_name
 
-# name without spaces -> (dimension, multiply by, divide by): SI, exact to the last bit
+# name without spaces -> (dimension, factor, divisor) for SI; two numbers make the result exact
 _UNITS: dict[str, tuple[str, float, float]] = {
     "none": ("number", 1, 1),
     "": ("number", 1, 1),
@@ -67,7 +67,7 @@ _UNITS: dict[str, tuple[str, float, float]] = {
     "MRev": ("revolutions", 1_000_000, 1),
 }
 
-# what is read or written here, by attribute; a file of any version may leave its units out
+# units of the attributes that are read or written; files of any version may omit units
 SCHEMA_UNITS: dict[str, str] = {
     **dict.fromkeys(
         (
@@ -136,7 +136,7 @@ _SIGNS = {"°": "deg", "µ": "mu", "μ": "mu", "²": "^2", "³": "^3", "rpm": "1
 
 
 def _plain(name: str) -> str:
-    """A unit's name without spaces, as it stands in the table."""
+    """A unit's name without spaces and with the signs of the table."""
     text = "".join(name.split())
     for sign, word in _SIGNS.items():
         text = text.replace(sign, word)
@@ -144,14 +144,14 @@ def _plain(name: str) -> str:
 
 
 def from_si(unit: str) -> float:
-    """Factor from an SI number to a known unit."""
+    """Factor that converts an SI value to a unit of the table."""
     _, times, over = _UNITS[_plain(unit)]
     return over / times
 
 
 def factor(unit: str, into: str) -> float | None:
-    """Factor from the unit ``unit`` to ``into``. None for an unknown unit or one of another
-    dimension; 1 exactly for the same unit."""
+    """Factor that converts a value from ``unit`` to ``into``, exactly 1 for equal units. None for
+    unknown units and units of different dimension."""
     a, b = _plain(unit), _plain(into)
     if a == b:
         return 1.0
@@ -163,32 +163,36 @@ def factor(unit: str, into: str) -> float | None:
 
 Word = Literal["left", "right"]
 WORDS: tuple[Word, Word] = ("left", "right")
-DATUM = "datum_face_orientation"  # of a gear: on the side of its u axis, or against it
+DATUM = "datum_face_orientation"  # whether the datum face is at the +u or −u end of the gear
 ORIENTATIONS = {"positive": 1, "negative": -1}
 ENDS = ("tip", "root")
 FACES = {"datum_face": 1, "non_datum_face": -1}
 
 
 def tooth_side(word: Word, internal: bool, datum: int) -> int:
-    """Side of the tooth of a flank, +1 towards +θ; datum: +1 for a datum face at the +z end."""
+    """Side of the tooth of a flank, +1 towards +θ, −1 towards −θ. datum: +1 for a datum face at the
+    +z end, else −1."""
     left = -datum if internal else datum
     return left if word == "left" else -left
 
 
 def word_of(side: int, internal: bool, datum: int) -> Word:
-    """The flank on a side of the tooth."""
+    """The flank, "left" or "right", on a side of the tooth."""
     return "left" if tooth_side("left", internal, datum) == side else "right"
 
 
 def outward(datum: int, half: int) -> int:
-    """End of the datum face in the axis of modifications: +z, but out from the middle in the left
-    half (−1) of a double-helical stage, which is the mirror image of the right one (1)."""
+    """End of the datum face, ±1, on the z axis of modifications.
+
+    In the left half (half = −1) of a double-helical stage, the mirror image of the right half, that
+    axis points towards −z, outwards from the middle.
+    """
     return -datum if half < 0 else datum
 
 
-LARGEST = 1e6 * LARGEST_M  # µm, of an amount
+LARGEST = 1e6 * LARGEST_M  # µm, limit of an amount
 FORMS = ("linear", "parabolic")
-ADDITIVE = ("is_additive_modification", "true")  # what a case means anyway
+ADDITIVE = ("is_additive_modification", "true")  # modifications of a case are always additive
 LOADED = "loaded_tooth_flank"
 
 
@@ -196,8 +200,8 @@ LOADED = "loaded_tooth_flank"
 class Row:
     """A field of a section of a case and the REXS attribute that holds it.
 
-    suffix: unit of the case's key, "" for a number. names: of the attribute, the first one is
-    written, and the first that a file has is read. positive: whether it is read above 0 alone.
+    suffix: unit of the case's key, "" for a number. names: names of the attribute; the first is
+    written, the first that a file has is read. positive: whether only values above 0 are read.
     """
 
     field: str
@@ -207,19 +211,19 @@ class Row:
 
     @property
     def key(self) -> str:
-        """The key as case files write it."""
+        """The key in case files, field with unit."""
         return f"{self.field}_{self.suffix}" if self.suffix else self.field
 
     @property
     def unit(self) -> str:
-        """Unit of the key."""
+        """Unit of the key as REXS names it."""
         return unit_name(self.suffix) if self.suffix else "none"
 
 
-def written(section: Section, rows: Iterable[Row], turn: int = 1) -> dict[str, Any]:
-    """Attributes (SI) of the fields that a section has; turn: sign of numbers."""
+def written(section: Section, rows: Iterable[Row], sign: int = 1) -> dict[str, Any]:
+    """REXS attributes (SI), times ``sign``, of the fields of ``rows`` that a section has."""
     values = {row.names[0]: getattr(section, row.field, None) for row in rows}
-    return {name: turn * value for name, value in values.items() if value is not None}
+    return {name: sign * value for name, value in values.items() if value is not None}
 
 
 MATERIAL = (
@@ -252,7 +256,7 @@ PORT = (
     Row("power", "kw", ("power",)),
 )
 INERTIA = Row("inertia", "kg_m2", ("moment_of_inertia_u_axis",))
-BEHIND = (  # the spline of a sun's shaft: a port's body
+PORT_BODY = (  # behind the spline of a sun's shaft
     INERTIA,
     Row("mass", "kg", ("mass_of_component",)),
     Row("tilt_inertia", "kg_m2", ("moment_of_inertia_v_axis", "moment_of_inertia_w_axis")),
@@ -267,10 +271,11 @@ GRAVITY = tuple(f"direction_vector_gravity_{axis}" for axis in AXES)
 class Modification:
     """A REXS component that modifies a flank.
 
-    sizes: lengths; of one field at both ends of a flank the mean is read. section: of a case's
-    modifications that they are in, "" for the flank's own. words: what a case means anyway.
-    by_face: whether its sign hangs on the datum face; face: where it is, 1 at the datum, −1 at the
-    non-datum face, 0 at neither; positive: what a positive one is.
+    sizes: rows of its lengths; of two rows for the same field the mean is read. section: section of
+    a case's modifications with these fields, "" for the flank's section. words: attributes with the
+    only meaning that a case knows. by_face: whether the sign depends on the datum face. face: 1 for
+    a modification at the datum face, −1 at the non-datum face, 0 for others. positive: meaning of
+    positive values.
     """
 
     sizes: tuple[Row, ...]

@@ -1,7 +1,8 @@
-"""The commented case of a REXS model.
+"""Import of a REXS model as a commented case.
 
-Members are lumped, or suns on shafts. Every key of the case says which component and attribute it
-comes from, or why it was assumed; what the case does not hold is listed below it.
+Members are lumped, or suns on shafts. A comment at every key of the case states its component and
+attribute, or why its value is assumed. Content of the file that is not in the case is listed at the
+end.
 """
 
 from __future__ import annotations
@@ -37,44 +38,41 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import InputError
 from flexgear.model.load import case_of_toml
 
-_PLACING = ("reference_component_for_position", "support_vector", "u_axis_vector")
-_MOST_IDS = 8  # of components in a line; the rest is counted
+_FRAME_ATTRIBUTES = ("reference_component_for_position", "support_vector", "u_axis_vector")
+_MAX_IDS = 8  # of components in a line; others are only counted
 
 
 def left_out(document: Document) -> list[str]:
-    """Lines about components, attributes and relations that were not carried over."""
-    _mark_axes(document)
+    """Descriptions of components, attributes and relations that were not carried over."""
+    _mark_frames(document)
     groups: dict[tuple[str, str, bool], list[str]] = defaultdict(list)
     for component in document.components.values():
         unused = [a.id for a in component.attributes.values() if not a.used]
         unused += [
-            f"{name} (of the model, the load case's counts)"
+            f"{name} (of the model; that of the load case is used)"
             for name, attribute in component.of_model.items()
             if component.attributes[name] is not attribute
         ]
-        whole = not component.role and not any(a.used for a in component.attributes.values())
+        none = not component.role and not any(a.used for a in component.attributes.values())
         if unused or not component.role:
             names = ", ".join(sorted(unused)) or "no attributes"
-            groups[component.kind, names, whole].append(str(component.id))
+            groups[component.kind, names, none].append(str(component.id))
     lines = []
-    for (kind, names, whole), ids in groups.items():
-        numbers = ", ".join(ids[:_MOST_IDS]) + (
-            f" and {len(ids) - _MOST_IDS} more" * (len(ids) > _MOST_IDS)
-        )
-        lines.append(f"{kind} {numbers}: {'not carried over; ' if whole else ''}{names}")
+    for (kind, names, none), ids in groups.items():
+        more = f" and {len(ids) - _MAX_IDS} more" if len(ids) > _MAX_IDS else ""
+        numbers = ", ".join(ids[:_MAX_IDS]) + more
+        lines.append(f"{kind} {numbers}: {'not carried over; ' if none else ''}{names}")
     relations = Counter(r.kind for r in document.relations if not r.used)
     lines += [f"{count} relations of type {kind}" for kind, count in relations.items()]
     return lines + list(document.other)
 
 
-def _mark_axes(document: Document) -> None:
-    """Mark places and axes of components that were carried over as used: they make its frame.
-
-    The w axis of a gear also says where its teeth stand, which a case works out by itself.
-    """
+def _mark_frames(document: Document) -> None:
+    """Mark the positions and axes of components that were carried over as used. The w axis of a
+    gear also states the angle of its teeth, which a case computes, so it is not marked."""
     for component in document.components.values():
-        placing = _PLACING if "gear" in component.kind else (*_PLACING, "w_axis_vector")
-        for name in placing if component.role else ():
+        names = [*_FRAME_ATTRIBUTES, *([] if "gear" in component.kind else ["w_axis_vector"])]
+        for name in names if component.role else ():
             if name in component.attributes:
                 component.attributes[name].used = True
 
@@ -85,7 +83,7 @@ _GRAVITY = 9.80665
 
 @dataclass(frozen=True)
 class Imported:
-    """A case as text; in sentences what was assumed or did not fit, and what is not in it."""
+    """Text of a case, its assumptions and warnings, and descriptions of what is not in it."""
 
     text: str
     assumed: tuple[str, ...]
@@ -93,11 +91,14 @@ class Imported:
 
 
 def case_of_document(document: Document, where: str, load_case: int | None = None) -> Imported:
-    """The case of a model. InputError where it has no stage that a case can hold."""
+    """Convert a REXS model to a case; InputError if it has no stage that a case can represent.
+    where: name of the file. load_case: id of the load case, None for the first one."""
     return _Conversion(document, where, load_case).run()
 
 
 class _Conversion:
+    """Conversion of one document. lost: descriptions of what is not carried over."""
+
     def __init__(self, document: Document, where: str, load_case: int | None) -> None:
         self.document, self.where = document, where
         self.case = CaseText()
@@ -109,6 +110,7 @@ class _Conversion:
         self.scales: dict[str, Scale] = {}  # by stage
 
     def run(self) -> Imported:
+        """Write all sections of the case."""
         stages, refused = stages_of(self.assembly)
         self.lost += refused
         if not stages:
@@ -135,12 +137,12 @@ class _Conversion:
         self.joints.write(self.case, self.scales)
         damping = self.case.section("[damping]")
         self.case.assume(damping, "kind", "modal", "damping is not in REXS")
-        self.case.assume(damping, "ratio", 0.02, "usual of roller bearings and bolted housings")
+        self.case.assume(damping, "ratio", 0.02, "usual for roller bearings and bolted housings")
         try:
             ports.write()
-        except InputError as fault:  # the case is written for its reader to mend
+        except InputError as fault:  # the case is written all the same, for the user to correct
             key, message = fault.key, f"{fault.problem} -- {fault.remedy}"
-            self.case.warn(f"the case cannot run before this is mended: {key}: {message}")
+            self.case.warn(f"the case cannot run before this is corrected: {key}: {message}")
         for member, shaft in self.joints.shafts.items():
             if member in ports.sections:
                 scale, section = self.scales[member.stage_name], ports.sections[member]
@@ -152,8 +154,10 @@ class _Conversion:
         return Imported(self._text(listed), tuple(self.case.assumed), listed)
 
     def _carries(self, stages: Iterable[str]) -> dict[str, bool]:
-        """By stage, whether its mean gear-mesh force is positive; without stages that carry none,
-        or whose forces do not follow from the case as it is."""
+        """Whether the mean gear-mesh force of each loaded stage is positive, by stage.
+
+        Empty if the case does not determine the forces.
+        """
         try:
             case = case_of_toml(tomllib.loads(self.case.text()), self.where, "imported")
             flow = power_flow(case)
@@ -169,18 +173,17 @@ class _Conversion:
         chosen = next((c for c in cases if number in (None, c.id)), None)
         if chosen is None:
             numbers = ", ".join(str(c.id) for c in cases) or "none"
-            raise InputError(
-                self.where, "load case", f"{number} is not there", f"there are: {numbers}"
-            )
+            problem = f"{number} is not in the file"
+            raise InputError(self.where, "load case", problem, f"there are: {numbers}")
         self.document.take_load_case(chosen)
 
     def _list_other_cases(self, written: set[int]) -> None:
-        """List load cases that are not in the case."""
+        """Add the load cases that are not in the case to ``lost``."""
         for other in self.document.load_cases:
             if other is not self.document.load_case and other.id not in written:
                 self.lost.append(
                     f"load case {other.id} (spectrum {other.spectrum}), {len(other.attributes)}"
-                    f" attributes: --load-case {other.id} takes it in place of the first"
+                    f" attributes: --load-case {other.id} imports it instead of the first"
                 )
 
     def _material(self, gears: list[Component]) -> None:
@@ -195,9 +198,9 @@ class _Conversion:
             material.role = "the material"
 
     def _stages(self, gears: GearReader, named: dict[str, RexsStage]) -> dict[str, Rack]:
-        """Write all stages with supports; racks by the stage's name."""
+        """Write all stages with their supports; returns racks by stage."""
         racks = {}
-        spatial = self.joints.bends
+        spatial = self.joints.has_flexible_shafts
         axial = spatial or any(is_helical(stage) for stage in named.values())
         for name, stage in named.items():
             racks[name] = StageWriter(gears, self.case, self.where, stage, name).write()
@@ -221,7 +224,8 @@ class _Conversion:
     def _gear_mesh(self, modified: bool) -> None:
         gear_mesh = self.case.section("[stages.gear_mesh]")
         if modified:
-            self.case.assume(gear_mesh, "model", "per_pair", "modified flanks touch pair by pair")
+            why = "modified flanks need contact of each tooth pair"
+            self.case.assume(gear_mesh, "model", "per_pair", why)
             self.case.assume(gear_mesh, "contact_law", "one-sided", "gaps open and close")
             return
         why = "mean of ISO 6336-1; gear-mesh stiffness is not carried over"
@@ -239,9 +243,9 @@ class _Conversion:
         )
 
     def _needs(self, member: Member, axial: bool) -> tuple[str, ...]:
-        """Directions in which a member must not be free.
+        """Directions in which a member must have a stiffness.
 
-        A sun may float between its planets. Members of one body hold one another axially.
+        A sun may float between its planets. Only one member of each body needs axial support.
         """
         joints, body = self.joints, self.joints.body(member)
         floats = member.role == "sun" and len(member.stage.halves["planet"][0]) >= 3
@@ -252,20 +256,20 @@ class _Conversion:
             return tuple(needs)
         if member in self.held:
             needs = ["radial", "axial", "torsion"] if axial else ["radial", "torsion"]
-        if joints.bends and not joints.is_straight(member):
+        if joints.has_flexible_shafts and not joints.is_held_against_tilt(member):
             needs.append("tilt")
         return tuple(needs)
 
     def _held(self, ports: PortWriter) -> dict[Member, str]:
-        """Members that do not turn, and why."""
-        held, used, members = {}, ports.bodies, self.members
+        """Members that do not rotate, with reasons."""
+        held, members = {}, self.members
         for member in members:
             if member.anchor is not None and self.assembly.held(member.anchor):
                 held[member] = f"{member.anchor.label} is coupled to the casing"
         for member in members:
             stage = [m for m in members if m.stage is member.stage]
-            alone = sum(m.body == member.body for m in members) == 1
-            free = alone and member.body not in used and not any(m in held for m in stage)
+            single = sum(m.body == member.body for m in members) == 1
+            free = single and member.body not in ports.bodies and not any(m in held for m in stage)
             if member.role == "ring" and free:
                 why = f"nothing drives {member.anchor.label if member.anchor else 'the ring'}"
                 held[member] = f"assumed: {why}"
@@ -278,10 +282,10 @@ class _Conversion:
         printable = "".join(c if c.isprintable() else " " for c in title)[:80]
         top.put("title", printable or "Imported from REXS", units[0].label if printable else "")
         helical = any(rack.helix for rack in racks.values())
-        why = "helical stages push along the axis" if helical else "spur gears alone"
+        why = "helical stages have axial forces" if helical else "all gears are spur gears"
         kinematics = "axial" if helical else "planar"
-        if self.joints.bends:
-            kinematics, why = "spatial", "a shaft between its members bends"
+        if self.joints.has_flexible_shafts:
+            kinematics, why = "spatial", "a shaft between members is flexible"
         self.case.assume(top, "kinematics", kinematics, why)
         if self.held:
             names = [member.name for member in self.held]
@@ -290,7 +294,7 @@ class _Conversion:
         for unit in units:
             unit.role = "the case"
         for casing in self.document.kind("gear_casing"):
-            casing.role = "what holds"
+            casing.role = "the casing"
 
     def _gravity(self, top: Section, units: list[Component]) -> None:
         if flag(units, "account_for_gravity") is not True:
@@ -299,7 +303,7 @@ class _Conversion:
         parts = [0.0 if p is None else p.value for p in (number(units, n, "none") for n in GRAVITY)]
         length = sum(p * p for p in parts) ** 0.5
         if length == 0:
-            self.case.warn(f"{units[0].label}: accounts for gravity, but gives no direction")
+            self.case.warn(f"{units[0].label}: accounts for gravity, but states no direction")
             return
         value = _GRAVITY if size is None else size.value
         why = f"{units[0].label}, direction_vector_gravity: x, y, z are v, w, u"
@@ -311,8 +315,8 @@ class _Conversion:
         head = [
             f"From {file}: REXS {self.document.version}" + (f", written by {by}" if by else ""),
             "",
-            "Behind each key stands the component and attribute it is from, or why it is assumed.",
-            "Frame: z is the u axis of the gear unit, x is v, y is w.",
+            "The comment at each key states its component and attribute, or why it is assumed.",
+            "Axes: z is the u axis of the gear unit, x is v, y is w.",
         ]
         tail = ["", "Not in this case" + (":" if listed else ": nothing of the file.")]
         tail += [f"  {line}" for line in listed]
@@ -320,9 +324,9 @@ class _Conversion:
 
 
 def _names(stages: list[RexsStage]) -> list[str]:
-    """Names of stages: the file's where they are plain words of their own, else stage_1, …"""
+    """Names of stages: those of the file if they are valid and unique, else stage_1, …"""
     names = [stage.component.name.strip() for stage in stages]
-    plain = all(re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,31}", name) for name in names)
-    if plain and len({*names}) == len(names):
+    valid = all(re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,31}", name) for name in names)
+    if valid and len({*names}) == len(names):
         return names
     return [f"stage_{k}" for k in range(1, len(stages) + 1)]

@@ -1,1 +1,1 @@
-"""What a report says of a run: verdicts and tables in words and units that a person uses."""
+"""Verdicts and tables of reports, with labels and units for readers."""

@@ -1,7 +1,7 @@
-"""Rows, tables and verdicts of a report, the sections they stand in, and words and units of keys.
+"""Rows, tables, verdicts and sections of a report, and labels and units of keys.
 
-Keys end in their unit and may name a gear or a gear mesh; a key that has no words here is printed
-by its parts.
+Keys end in their unit and may contain the name of a gear or gear mesh. A key without a label here
+is printed as its words.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ MARKS: dict[Level, str] = {
     "note": "for information",
 }
 
-SECTIONS = {  # in the order of the page: heading and what the section answers
+SECTIONS = {  # in the order of the page: heading and description
     "rating": ("Safety and life", "The weakest parts first, and what is not assessed."),
-    "spectrum": ("Load spectrum", "What loads the train, and how long."),
+    "spectrum": ("Load spectrum", "Loads of the train and their durations."),
     "rating_gears": (
         "Gears, factor by factor",
-        "Load factors of every gear mesh, and what flanks and roots bear, each with its source.",
+        "Load factors of every gear mesh, and strength of flanks and roots, each with its source.",
     ),
     "geometry": (
         "Geometry",
@@ -50,27 +50,27 @@ SECTIONS = {  # in the order of the page: heading and what the section answers
     "power": ("Power flow", "Speeds, torques and powers of the members in steady running."),
     "gear_meshes": (
         "Gear meshes",
-        "Contact ratios, gear-mesh forces and what each tooth pair carries.",
+        "Contact ratios, gear-mesh forces and loads of tooth pairs.",
     ),
-    "face": ("Load along the face", "How evenly teeth carry along the face, and what tilts them."),
+    "face": ("Load along the face", "Distribution of load along the face, and misalignment."),
     "sharing": (
         "Load sharing",
-        "How evenly the planets share the load. K is the largest load of a planet over "
+        "Distribution of load between the planets. K is the largest load of a planet over "
         "the mean of all, at the worst instant; 1 is perfectly even.",
     ),
     "tolerance": ("Tolerance study", "How far random errors of the parts spread the load sharing."),
     "bearings": ("Bearings", "What bearings carry, and their basic rating life."),
     "deflections": ("Deflections", "How far ring, carrier, sun and planets move under load."),
     "dynamics": ("Dynamics", "Steady running and torque drops in time, and their spectra."),
-    "modes": ("Natural modes", "Frequencies, what moves in them, and what excites them."),
-    "accuracy": ("Accuracy", "How far reduction, time step and equilibrium can be trusted."),
+    "modes": ("Natural modes", "Frequencies, mode types and excitations."),
+    "accuracy": ("Accuracy", "Errors of reduction, time step and equilibrium."),
     "case": ("The case", "Every parameter of the run, defaults included."),
 }
 
 
 @dataclass(frozen=True)
 class Row:
-    """A figure with its name. unit: SI, or another one of ``wording.with_unit``."""
+    """A figure with its label. unit: SI, or another unit of ``wording.with_unit``."""
 
     label: str
     value: Value
@@ -79,7 +79,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows below one title in a section; folded: until a reader opens it."""
+    """Rows below a title in a section; folded: whether the page hides them until opened."""
 
     section: str
     title: str
@@ -89,11 +89,10 @@ class Table:
 
 @dataclass(frozen=True)
 class Verdict:
-    """One answer of the first screen: what about, the figure, a sentence, how it stands.
+    """A verdict of the first screen: subject, figure and sentence.
 
-    level: "good" and "bad" where there is something to hold the figure to, "watch" where an eye is
-    needed, "note" where there is no limit, "open" where data of the case are missing; section: of
-    the report, where its details are.
+    level: "good" or "bad" against a limit, "watch" for a figure that needs attention, "note"
+    without a limit, "open" if data of the case are missing. section: section with the details.
     """
 
     level: Level
@@ -113,15 +112,15 @@ PRINTED = {
 
 
 def row(figure: Figure, value: Any, name: str = "") -> Row:
-    """The row of one figure; name: in place of angle brackets in its path."""
+    """The row of a figure; name: replaces angle brackets in its path."""
     unit, by = PRINTED.get(figure.unit, (figure.unit, 1.0))
     label = figure.label.format(name=words(name))
     return Row(label, value if value is None else by * value, figure.printed or unit)
 
 
 def rows(figures: Iterable[Figure], section: Mapping[str, Any]) -> Iterator[Row]:
-    """Rows of those figures of a section that have a label, in the order of their declaration, of
-    several names name by name."""
+    """Rows of the figures of a section that have a label, in the order of declaration and by
+    name."""
     for first, group in groupby((f for f in figures if f.label), key=lambda f: f.names[0]):
         if first in section:
             yield from _rows([(f, f.names[1:]) for f in group], section[first])
@@ -140,10 +139,10 @@ def _rows(figures: list[tuple[Figure, list[str]]], value: Any, name: str = "") -
                 yield from _rows([(f, rest[1:])], value[rest[0]], name)
 
 
-ROUNDING = 1e-6  # of the largest figure of a section: smaller ones are rounding
+ROUNDING = 1e-6  # of the largest figure of a section, below which figures are zero
 _PITCHES = "pitches"
 _SHARE = "share"
-# words of a key, {part} for a gear or gear mesh in it
+# labels of keys, {part} for the name of a gear or gear mesh
 _WORDS = {
     "planets": "number of planets",
     "(z_sun + z_ring)/N": "sun and ring teeth over number of planets",
@@ -271,7 +270,7 @@ _VALUES = {
 
 
 def label_and_unit(key: str) -> tuple[str, str]:
-    """Words and unit of a key: "base_pitch_mm" -> ("base pitch", "mm")."""
+    """Label and unit of a key: "base_pitch_mm" -> ("base pitch", "mm")."""
     label, unit = split_unit(key)
     for pattern, text in _WORDS.items():
         before, _, after = pattern.partition("{part}")
@@ -283,14 +282,12 @@ def label_and_unit(key: str) -> tuple[str, str]:
 
 
 def row_of(key: str, value: Any, unit: str = "") -> Row:
-    """A row of words; unit: for a key without a unit suffix."""
+    """The row of a key and its value; unit: for a key without a unit suffix."""
     label, stated_unit = label_and_unit(key)
     unit = stated_unit or unit
     if isinstance(value, Mapping):
-        return Row(
-            label,
-            ", ".join(f"{r.label} {with_unit(r.value, r.unit)}" for r in rows_of(value, unit)),
-        )
+        texts = (f"{r.label} {with_unit(r.value, r.unit)}" for r in rows_of(value, unit))
+        return Row(label, ", ".join(texts))
     if isinstance(value, Sequence) and not isinstance(value, str):
         return Row(label, listed(value, unit))
     if isinstance(value, bool):
@@ -306,8 +303,8 @@ def rows_of(figures: Mapping[str, Any], unit: str = "") -> list[Row]:
 
 
 def titled(key: str, figures: Mapping[str, Any]) -> tuple[str, dict[str, str]]:
-    """Title of a section and its texts by label. If its key ends in a unit, all numbers are in that
-    unit, at one scale, which the title states."""
+    """Title of a section and its texts by label. If the key ends in a unit, all numbers are in one
+    scale of that unit, which the title states."""
     title, unit = label_and_unit(key)
     lists = [v if isinstance(v, Sequence) else [v] for v in figures.values()]
     if not unit or unit == FACTOR or not all(_are_numbers(values) for values in lists):
@@ -317,22 +314,22 @@ def titled(key: str, figures: Mapping[str, Any]) -> tuple[str, dict[str, str]]:
     least = ROUNDING * max((abs(v) for v in every if math.isfinite(v)), default=0.0)
     lists = [[v if abs(v) >= least else 0.0 for v in values] for values in lists]
     printed, by = scale(every, unit)
-    texts = (_side_by_side(values, by, unit) for values in lists)
+    texts = (_joined(values, by, unit) for values in lists)
     labels = (label_and_unit(name)[0] for name in figures)
     return f"{title} ({printed})", dict(zip(labels, texts, strict=True))
 
 
 def listed(values: Sequence[Any], unit: str) -> str:
-    """Values side by side, in the unit that suits the largest, said once."""
+    """Values separated by commas, followed by the unit that suits the largest."""
     if not _are_numbers(values) or unit == FACTOR:
         return ", ".join(with_unit(v, unit) for v in values)
     printed, by = scale(values, unit)
-    return f"{_side_by_side(values, by, unit)} {printed}".rstrip()
+    return f"{_joined(values, by, unit)} {printed}".rstrip()
 
 
 def _are_numbers(values: Sequence[Any]) -> bool:
     return all(isinstance(v, int | float) and not isinstance(v, bool) for v in values)
 
 
-def _side_by_side(values: Sequence[float], by: float, unit: str) -> str:
+def _joined(values: Sequence[float], by: float, unit: str) -> str:
     return ", ".join(number(v * by, digits_of(unit)) for v in values)

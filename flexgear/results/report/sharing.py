@@ -1,7 +1,7 @@
-"""The load sharing factor of a run, one definition: K = N max F/ΣF, the largest at any instant.
+"""The load sharing factor K = N max F/ΣF of a run, largest over time.
 
-It is found twice, in equilibria, which hold errors and deflections, and in time, where vibration
-adds to the planets' forces; the standard's value (IEC 61400-4) is one of equilibria.
+It is computed from equilibria, with errors and deflections, and from transients, in which vibration
+adds to the planets' forces. The standard's value (IEC 61400-4) is for equilibria.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 from flexgear.model.names import GroupName
 from flexgear.results.report.wording import factor, window_words
 
-APART = 0.01  # by which factors in equilibria and in time differ before a sentence says why
+_DIFFERENCE = 0.01  # between factors in equilibria and in time that needs an explanation
 DEFINITION = (
     "K is the largest load of a planet over the mean of all, at the worst instant: in equilibria "
     "from errors and deflections alone, in time with the vibration of the gear meshes."
@@ -22,11 +22,10 @@ DEFINITION = (
 
 @dataclass(frozen=True)
 class Sharing:
-    """K of one stage, at whichever of its gear meshes it is largest; None where it was not looked
-    at.
+    """Largest K of a stage over its gear meshes, None if not computed.
 
-    assumed: by IEC 61400-4 for the number of planets; window: what K in time is the largest of;
-    halves: largest K of each half of a double-helical stage, by its name.
+    assumed: value of IEC 61400-4 for the number of planets; window: description of the time window;
+    halves: largest K of each half of a double-helical stage, by side.
     """
 
     stage: str
@@ -38,24 +37,24 @@ class Sharing:
 
     @property
     def figure(self) -> str:
-        """ "1.0009 in equilibria, 1.563 in time"."""
+        """Text such as "1.0009 in equilibria, 1.563 in time"."""
         factors = ((self.in_equilibria, "in equilibria"), (self.in_time, "in time"))
         return ", ".join(f"{factor(k)} {how}" for k, how in factors if k is not None)
 
     @property
     def reason(self) -> str:
-        """Why the two differ; nothing where they hardly do."""
+        """Reason for the difference between the two factors, "" if they hardly differ."""
         if self.in_equilibria is None or self.in_time is None:
             return ""
-        if self.in_time > self.in_equilibria + APART:
+        if self.in_time > self.in_equilibria + _DIFFERENCE:
             return "Vibration of the gear meshes adds to the planets' forces in time."
-        if self.in_time < self.in_equilibria - APART:
+        if self.in_time < self.in_equilibria - _DIFFERENCE:
             return "In time inertia evens out a part of what errors do in equilibria."
         return ""
 
 
 def sharings(load_sharing: Mapping[str, Any]) -> Iterator[Sharing]:
-    """K of every stage with planets that share a load; load_sharing: of a summary."""
+    """K of each stage with planets that share a load; load_sharing: section of a summary."""
     static = first_variant(load_sharing["quasi_static"])
     in_time = first_variant(load_sharing["transient"])
     stages: dict[str, tuple[list[float], list[float], float | None]] = {}
@@ -78,7 +77,7 @@ def sharings(load_sharing: Mapping[str, Any]) -> Iterator[Sharing]:
 
 
 def first_variant(by_variant: Mapping[str, Any]) -> Any:
-    """Value of the case's own variant, which comes first; {} where there is none."""
+    """Value of the first variant, that of the case; {} if there is none."""
     return next(iter(by_variant.values()), {})
 
 

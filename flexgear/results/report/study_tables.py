@@ -1,4 +1,4 @@
-"""What the report says of a rating and of a tolerance study: verdicts and tables."""
+"""Verdicts and tables of a rating and of a tolerance study."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from flexgear.results.report.wording import (
 from flexgear.results.tolerance_dataset import SPREADS
 
 RATING, GEARS, SPECTRUM = "rating", "rating_gears", "spectrum"
-MOST_BINS = 60  # of a spectrum that are listed
-LEAST = 1e-6  # damage below which no digits are printed
-EVEN = 1e-3  # of the load: equal parts that differ by less are loaded alike
-DIRECT = "direct path: computed stress at every place of the teeth, beyond ISO 6336"
-PLACES = ("s/g", "z/b", "φ", "planet")  # of a tooth, and which
+MAX_BINS = 60  # of a spectrum that are listed
+MIN_DAMAGE = 1e-6  # below which no digits are printed
+EVEN = 1e-3  # relative difference of loads below which equal parts count as equally loaded
+DIRECT = "direct path: computed stress at every point of the teeth, beyond ISO 6336"
+POSITIONS = ("s/g", "z/b", "φ", "planet")  # symbols of the position of the largest stress
 SYMBOLS = {"flank": "S_H", "root": "S_F", "bearing": "load factor"}
 
 
 def rating_verdicts(rating: Rating) -> list[Verdict]:
-    """The weakest flank, root and bearing of every stage, and what is not assessed."""
+    """Verdicts on the weakest flank, root and bearing of each stage, and on unassessed parts."""
     verdicts, equal = [], rating.equal
     for part in rating.weakest.values():
         subject = titled_by_stage(LIMITS[part.kind], part.stage)
@@ -43,7 +43,7 @@ def rating_verdicts(rating: Rating) -> list[Verdict]:
         verdicts.append(Verdict(_level(part), subject, _figure(part), sentence, RATING))
     if rating.reliability is not None:
         figure = with_unit(rating.reliability, "share")
-        text = f"That no part of the gearbox fails within {number(rating.hours)} h."
+        text = f"Probability that no part of the gearbox fails within {number(rating.hours)} h."
         verdicts.append(Verdict("note", "Reliability", figure, text, RATING))
     verdicts += _extreme(rating)
     names = ", ".join(_words(rating, name) for name in rating.not_assessed)
@@ -55,7 +55,7 @@ def rating_verdicts(rating: Rating) -> list[Verdict]:
 
 
 def _extreme(rating: Rating) -> list[Verdict]:
-    """The least static safety of a tooth under an extreme load."""
+    """The verdict on the smallest safety of a tooth under an extreme load, if there is one."""
     every = [
         (float(part.safety[b]), part, load_bin.name)
         for part in rating.ranked
@@ -68,22 +68,21 @@ def _extreme(rating: Rating) -> list[Verdict]:
     figure = f"{SYMBOLS[part.kind]} {number(safety, 3)} of {number(part.required)}"
     level: Level = "good" if safety >= part.required else "bad"
     text = f"{words(part.name)} in {name}."
-    yields = [
+    yield_ratios = [
         (sheet["S_0.2"].value, part.name, load_bin.name)
         for part in rating.ranked
         for load_bin, sheet in zip(rating.bins, part.factors, strict=True)
         if load_bin.extreme and "S_0.2" in sheet
     ]
-    if yields:
-        ratio, root, name = min(yields)
-        text += (
-            f" Fillets yield first in the {words(root)}: σ_0.2 is {number(ratio, 3)} σ_F in {name}."
-        )
+    if yield_ratios:
+        ratio, root, name = min(yield_ratios)
+        text += f" Fillets of the {words(root)} yield first:"
+        text += f" σ_0.2 is {number(ratio, 3)} σ_F in {name}."
     return [Verdict(level, "Extreme loads", figure, text, RATING)]
 
 
 def _words(rating: Rating, name: str) -> str:
-    """A part or gear mesh in words; that of a parallel stage by its pinion."""
+    """Label of a part or gear mesh; the gear mesh of a parallel stage is named after its pinion."""
     group = GroupName.parse(name) if name in {g.name for g in rating.gear_meshes} else None
     if group is None or rating.case.stage(group.stage).kind == "planetary":
         return words(name)
@@ -96,7 +95,7 @@ def _level(part: RatedPart) -> Level:
 
 
 def _figure(part: RatedPart) -> str:
-    """ "S_H 1.12 of 1.25", "life 130 000 h (14.8 years) of 170 000 h (19.4 years)"."""
+    """Text such as "S_H 1.12 of 1.25", "life 13 000 h (1.48 years) of 17 000 h (1.94 years)"."""
     if part.kind == "bearing":
         required = "" if math.isnan(part.required) else f" of {life_text(part.required)}"
         return f"life {life_text(part.life)}{required}"
@@ -104,8 +103,8 @@ def _figure(part: RatedPart) -> str:
 
 
 def _equal(rating: Rating, parts: Sequence[RatedPart]) -> str:
-    """ "5 planets, worst is planet 3; ", of equal parts, the weakest first; "" of one that has no
-    equal."""
+    """Text about equal parts, weakest first, such as "5 planets, worst is planet 3; "; "" for a
+    single part."""
     weakest, texts = parts[0], list[str]()
     b = weakest.worst_bin if weakest.governing_bin is None else weakest.governing_bin
     even = all(math.isclose(part.load[b], weakest.load[b], rel_tol=EVEN) for part in parts)
@@ -114,21 +113,20 @@ def _equal(rating: Rating, parts: Sequence[RatedPart]) -> str:
     planets = rating.case.stage(weakest.stage).planets
     if weakest.planets and planets > 1:
         planet = 0 if even and weakest.kind == "bearing" else weakest.planets[b]
-        texts.append(
-            f"{planets} planets" + (f", worst is planet {planet}; " if planet else " alike; ")
-        )
+        worst = f", worst is planet {planet}; " if planet else " alike; "
+        texts.append(f"{planets} planets{worst}")
     return "".join(texts)
 
 
 def _sentence(rating: Rating, part: RatedPart) -> str:
-    """Where the least safety is from, damage, and which load case makes most of it."""
+    """Load case of the smallest safety, damage, and the load case with most of the damage."""
     worst, at, total = rating.bins[part.worst_bin].name, part.governing_bin, part.damage_sum
     texts = [] if at is None or part.kind == "bearing" else [f"least in {rating.bins[at].name}"]
     if math.isnan(total):
         texts.append(f"no load case with a duration, most loaded in {worst}")
     elif math.isinf(total):
         texts.append(f"above static strength in {worst}")
-    elif total < LEAST:
+    elif total < MIN_DAMAGE:
         texts.append("damage below 10⁻⁶")
     else:
         share = with_unit(part.damage[part.worst_bin] / total, "share")
@@ -151,7 +149,7 @@ def _sentence(rating: Rating, part: RatedPart) -> str:
 
 
 def rating_tables(rating: Rating, parts: bool = True) -> list[Table]:
-    """Tables of a rating; parts: with every factor of every part, too."""
+    """Tables of a rating; parts: whether they include every factor of every part."""
     listed = [
         Row(
             words(name),
@@ -175,7 +173,7 @@ def rating_tables(rating: Rating, parts: bool = True) -> list[Table]:
 
 
 def _one_by_one(rating: Rating) -> Iterator[Table]:
-    """Equal parts, folded: one by one."""
+    """Folded tables of the single parts of each set of equal parts."""
     for name, parts in rating.equal.items():
         if len(parts) > 1 and not parts[0].missing:
             rows = [Row(words(p.name), f"{_figure(p)}; {_sentence(rating, p)}") for p in parts]
@@ -183,10 +181,10 @@ def _one_by_one(rating: Rating) -> Iterator[Table]:
 
 
 def _direct(part: RatedPart) -> Row:
-    """ "safety 1.17, norm 1.27; stress 1.12 of the norm: by form 1.17, …; at z/b -0.13"."""
+    """Row such as "safety 1.17, norm 1.27; stress 1.12 of the norm: form 1.17; at z/b -0.13"."""
     lines = part.direct
     causes = ", ".join(f"{s} {number(f.value, 3)}" for s, f in lines.items() if f.meaning == CAUSE)
-    where = [f"{s} {with_unit(f.value, f.unit)}" for s, f in lines.items() if s in PLACES]
+    where = [f"{s} {with_unit(f.value, f.unit)}" for s, f in lines.items() if s in POSITIONS]
     return Row(
         words(part.name),
         f"safety {number(lines['S_direct'].value, 3)}, norm {number(part.least_safety, 3)}; stress "
@@ -196,7 +194,7 @@ def _direct(part: RatedPart) -> Row:
 
 def _bins(rating: Rating) -> Iterator[Row]:
     first = rating.case.inputs[0].member
-    for load_bin in rating.bins[:MOST_BINS]:
+    for load_bin in rating.bins[:MAX_BINS]:
         hours = f"{number(load_bin.hours)} h" if load_bin.hours else "no duration"
         how_long = "extreme" if load_bin.extreme else hours
         torque = with_unit(load_bin.torque[first], "N m")
@@ -204,12 +202,12 @@ def _bins(rating: Rating) -> Iterator[Row]:
         loads = ", ".join(words(load.member) for load in load_bin.loads)
         loads_text = f", loads on {loads}" if loads else ""
         yield Row(load_bin.name, f"{torque}, {speed}, {how_long}{loads_text}")
-    if len(rating.bins) > MOST_BINS:
-        yield Row("and more", len(rating.bins) - MOST_BINS)
+    if len(rating.bins) > MAX_BINS:
+        yield Row("and more", len(rating.bins) - MAX_BINS)
 
 
 def _gear_meshes(rating: Rating) -> Iterator[Table]:
-    """Load factors of every group of gear meshes in the bin in which they are largest."""
+    """Load factors of each group of gear meshes in the loaded bin with the largest torque."""
     for gear_mesh in rating.gear_meshes:
         loaded = [b for b, factors in enumerate(gear_mesh.factors) if factors]
         if loaded:
@@ -224,8 +222,7 @@ def _gear_meshes(rating: Rating) -> Iterator[Table]:
 
 
 def _parts(rating: Rating) -> Iterator[Table]:
-    """Every factor of every part, in the bin that damages it most; of equal ones all but the
-    weakest are folded."""
+    """Factors of each part in its worst bin; of equal parts all but the weakest are folded."""
     equal = rating.equal
     for part in rating.parts:
         b, folded = part.worst_bin, part is not equal[part.alike][0]
@@ -236,13 +233,13 @@ def _parts(rating: Rating) -> Iterator[Table]:
 
 
 def _rows(sheet: Sheet) -> list[Row]:
-    """ "K_γ, load sharing of the planets (computed, planet 3)"."""
+    """Rows with labels such as "K_γ, load sharing of the planets (computed, planet 3)"."""
     lines = sheet.items()
     return [Row(f"{symbol}, {f.meaning} ({f.source})", f.value, f.unit) for symbol, f in lines]
 
 
 def in_words(table: Table) -> Table:
-    """The table with names as words, for pages."""
+    """The table with names written as words, for pages."""
     rows = [
         Row(spelled(r.label), spelled(r.value) if isinstance(r.value, str) else r.value, r.unit)
         for r in table.rows
@@ -251,18 +248,18 @@ def in_words(table: Table) -> Table:
 
 
 def spelled(text: str) -> str:
-    """A text with names as words: "wind_4" -> "wind 4"; keys to be written stay: "key k_v"."""
+    """A text with names written as words: "wind_4" -> "wind 4"; keys remain: "key k_v"."""
     name = r"(?<!\bkey )(?<!\.)\b[a-z][a-z0-9]*(?:_[a-z0-9]+)+\b"
     return re.sub(name, lambda match: match[0].replace("_", " "), text)
 
 
 TOLERANCE = "tolerance"
-_RARE = 0.05  # share of sets above the standard's value that is let pass
+_MAX_SHARE = 0.05  # of sets above the standard's value for a good verdict
 
 
 def tolerance_tables(summary: Mapping[str, Any]) -> list[Table]:
-    """Tables of a tolerance study: how far every figure spreads, by group of gear meshes;
-    summary: that of ``tolerance_summary``."""
+    """Tables of the scatter of each figure of a tolerance study, by group of gear meshes; summary:
+    that of ``tolerance_summary``."""
     drawn = [
         Row("sets of parts", summary["samples"]),
         Row("of them without an equilibrium, left out", summary["failed"]),
@@ -290,7 +287,7 @@ def _spread(figures: Mapping[str, Any], unit: str) -> Iterator[Row]:
 
 
 def _estimate(estimate: Mapping[str, Any] | None, unit: str) -> str:
-    """An estimate with its confidence interval."""
+    """Text of an estimate with its confidence interval."""
     if estimate is None:
         return "–"
     value, low, high = (with_unit(estimate[name], unit) for name in ("value", "low", "high"))
@@ -298,8 +295,8 @@ def _estimate(estimate: Mapping[str, Any] | None, unit: str) -> str:
 
 
 def tolerance_verdicts(summary: Mapping[str, Any]) -> list[Verdict]:
-    """Verdicts on the samples above the value of IEC 61400-4, equal ones of groups together, and on
-    samples without equilibrium."""
+    """Verdicts on the samples above the value of IEC 61400-4, one for groups with equal verdicts,
+    and on samples without equilibrium."""
     groups: dict[Verdict, list[str]] = {}
     for group, figures in summary["load_sharing"].items():
         groups.setdefault(_verdict(figures), []).append(words(group))
@@ -314,16 +311,16 @@ def tolerance_verdicts(summary: Mapping[str, Any]) -> list[Verdict]:
 
 
 def _verdict(figures: Mapping[str, Any]) -> Verdict:
-    """The verdict on a group without its name."""
+    """The verdict on a group, without the name of the group."""
     subject, above = "load sharing", figures.get("share_above_iec_61400_4")
     if above is None:
         mean = figures["mean"]
         text = "–" if mean is None else f"K {number(mean['value'])} in the mean"
-        return Verdict("note", subject, text, "IEC 61400-4 states no value to hold it to.")
+        return Verdict("note", subject, text, "IEC 61400-4 states no limit.")
     limit = number(figures["iec_61400_4"])
-    sentence = f"So many have a larger K than the {limit} that IEC 61400-4 assumes."
-    level: Level = "good" if above["high"] is not None and above["high"] <= _RARE else "watch"
-    if level == "watch" and above["value"] <= _RARE:
+    sentence = f"These sets have a larger K than the {limit} that IEC 61400-4 assumes."
+    level: Level = "good" if above["high"] is not None and above["high"] <= _MAX_SHARE else "watch"
+    if level == "watch" and above["value"] <= _MAX_SHARE:
         high = "more" if above["high"] is None else f"up to {with_unit(above['high'], 'share')}"
-        sentence += f" It may be {high} of all, as far as these sets tell: draw more of them."
+        sentence += f" The share of all sets may be {high}: draw more samples."
     return Verdict(level, subject, f"{with_unit(above['value'], 'share')} of sets", sentence)

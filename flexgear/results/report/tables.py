@@ -13,6 +13,7 @@ from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.report import case_reports
 from flexgear.model.case import Case
 from flexgear.model.names import FlankName
+from flexgear.model.section import quantity_of
 from flexgear.model.units import Quantity, unit_name
 from flexgear.results.face_load import CYCLE_FIGURES, FLANK_FIGURES, misalignment_of_groups
 from flexgear.results.quantities import Figure
@@ -46,16 +47,16 @@ _TITLES = {
     "not_modelled": "not modelled, with its size",
     "missing_on_flanks": "missing on modified flanks, least and most",
 }
-ROUNDING = 1e-9
-NOISE = 1e-6  # of a load or an energy: less is rounding of the solver
-REDUCTION = (  # figures of a reduced body that are listed
+ROUNDING = 1e-9  # of the load of a planet bearing
+NOISE = 1e-6  # of a load or an energy, rounding of the solver
+REDUCTION = (  # listed figures of a reduced body
     "fe_dofs", "interface_dofs", "fixed_interface_modes", "static_error", "frequency_error",
     "frequency_limit_hz",
 )  # fmt: skip
 TIMES = {
     "bodies": "meshing and reduction",
     "coupled_systems": "coupling",
-    "transients": "transients, after all that is worked out beside them",
+    "transients": "transients, after all that is computed in parallel",
 }
 
 
@@ -78,7 +79,7 @@ def tables(case: Case, flow: PowerFlow, summary: Summary) -> list[Table]:
 
 
 def stage_tables(case: Case) -> Iterator[Table]:
-    """Tables of assembly, gears, gear meshes, modified flanks and what is not modelled."""
+    """Tables of assembly, gears, gear meshes, modified flanks and neglected effects."""
     for stage, report in case_reports(case).items():
         for name, section_rows in report.items():
             section = GEAR_MESH_PART if name in GEAR_MESH_SECTIONS else GEOMETRY
@@ -226,7 +227,7 @@ def _meeting(row: Mapping[str, Any]) -> Row:
 
 
 def _share(label: str, value: float | None) -> Row:
-    """A share that is zero where it is rounding."""
+    """Row of a share, zero if it is rounding."""
     return Row(label, value if value is None or value > NOISE else 0.0, "share")
 
 
@@ -260,8 +261,8 @@ LISTED = 3  # orders of the gear mesh
 
 
 def face_tables(summary: Mapping[str, Any]) -> Iterator[Table]:
-    """By variant: every group of gear meshes over a turn, causes of misalignment, gear-mesh cycles;
-    of its planets the largest."""
+    """Tables of each variant: figures of groups of gear meshes, misalignment by cause, gear-mesh
+    cycles; values are the largest of the planets."""
     for variant, flanks in summary.get("face_load", {}).items():
         groups: dict[str, list[Mapping[str, Any]]] = {}
         for flank, values in flanks.items():
@@ -283,10 +284,10 @@ def face_tables(summary: Mapping[str, Any]) -> Iterator[Table]:
 
 
 def rim_rows(reduction: Mapping[str, Any]) -> Iterator[Row]:
-    """Rows of a ring's reduction: share of its rim in the bending of a tooth along the face, and
+    """Row of a ring's reduction: bending of the rim along the face over that of a tooth, and
     whether tooth pairs include it."""
     if "rim_error" in reduction:
-        rim_text = "counted" if reduction["rim_counts"] else "left out"
+        rim_text = "included" if reduction["rim_counts"] else "left out"
         label = f"bending of the rim along the face within a tooth, of the tooth's own ({rim_text})"
         yield Row(label, reduction["rim_error"], "share")
 
@@ -294,7 +295,7 @@ def rim_rows(reduction: Mapping[str, Any]) -> Iterator[Row]:
 def _largest(
     name: str, every: Sequence[Mapping[str, Any]], figures: Sequence[Figure]
 ) -> Iterator[Row]:
-    """Rows of figures, of several flanks the largest of each."""
+    """Rows of the largest value of each figure over several flanks."""
     for figure in figures:
         sizes = [of_flank[figure.path] for of_flank in every if figure.path in of_flank]
         if figure.label and sizes:
@@ -303,7 +304,7 @@ def _largest(
 
 
 def _of_cycles(name: str, every: Sequence[Mapping[str, Any]]) -> Iterator[Row]:
-    """Rows from ``gear_mesh_cycles``; none for flanks that do not carry throughout."""
+    """Rows of gear-mesh cycles; none for flanks that are unloaded at some positions."""
     stiffness = [flank_figures[STIFFNESS] for flank_figures in every if STIFFNESS in flank_figures]
     for key, pick in (("min", min), ("mean", max), ("max", max)):
         if stiffness:
@@ -319,12 +320,12 @@ def _of_cycles(name: str, every: Sequence[Mapping[str, Any]]) -> Iterator[Row]:
             yield Row(f"{name}, {label}, order {order}", 1e-6 * max(sizes), "m")
 
 
-MOST = 12  # entries of a list that are written out
+MAX_ENTRIES = 12  # of a list that are printed
 
 
 def case_tables(case: Case) -> list[Table]:
-    """Every parameter: one table for each stage and each other part of the case, without load
-    cases, which only a rating takes."""
+    """Tables of all parameters, one for each stage and each other section, without load cases,
+    which only a rating uses."""
     top = [
         Row("name", case.name),
         Row("title", case.title or "–"),
@@ -353,8 +354,8 @@ def _is_model(value: Any) -> bool:
 
 
 def _rows(section: BaseModel, before: str = "") -> Iterator[Row]:
-    """Rows of a section and of those inside it; what is not given is left out."""
-    for name, field in type(section).model_fields.items():
+    """Rows of a section and its nested sections, without keys that are not given."""
+    for name in type(section).model_fields:
         value = getattr(section, name)
         label = before + words(name)
         if isinstance(value, BaseModel):
@@ -363,26 +364,14 @@ def _rows(section: BaseModel, before: str = "") -> Iterator[Row]:
             for k, item in enumerate(value):
                 yield from _rows(item, f"{label} {k + 1} · ")
         elif value is not None and value != ():
-            yield Row(label, _text(value, next(_marks(field), None)))
-
-
-def _marks(field: Any) -> Iterator[Quantity]:
-    """Quantities that a field's annotation carries, also inside an optional or a list."""
-    yield from (m for m in field.metadata if isinstance(m, Quantity))
-    yield from _inside(field.annotation)
-
-
-def _inside(annotation: Any) -> Iterator[Quantity]:
-    yield from (m for m in getattr(annotation, "__metadata__", ()) if isinstance(m, Quantity))
-    for part in getattr(annotation, "__args__", ()):
-        yield from _inside(part)
+            yield Row(label, _text(value, quantity_of(type(section), name)))
 
 
 def _text(value: Any, quantity: Quantity | None) -> str:
-    """A value with its unit: that of SI if keys may end in it, else the usual one."""
+    """Text of a value with its SI unit if keys may have it, else with the usual unit."""
     if isinstance(value, tuple):
-        listed = ", ".join(_text(v, quantity) for v in value[:MOST])
-        return listed if len(value) <= MOST else f"{listed}, … ({len(value)} values)"
+        listed = ", ".join(_text(v, quantity) for v in value[:MAX_ENTRIES])
+        return listed if len(value) <= MAX_ENTRIES else f"{listed}, … ({len(value)} values)"
     if quantity is not None and isinstance(value, int | float):
         usual, *_ = suffixes = quantity.suffixes
         suffix = next((s for s in suffixes if quantity.to_si(1.0, s) == 1.0), usual)

@@ -1,4 +1,4 @@
-"""Numbers and names as a person reads them: 788 kN, 21.3 µm, "sun gear mesh"."""
+"""Text of numbers with units and of names for readers: 788 kN, 21.3 µm, "sun gear mesh"."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from flexgear.model.names import PLANET_PASS, SHAFT, ExcitationName, MemberName
 from flexgear.model.stage import Stage
 from flexgear.model.units import ALL_SUFFIXES, unit_name
 
-# unit -> (at least so large, printed unit, multiply by), the largest first; the last one takes all
+# unit -> (smallest value, printed unit, factor), in decreasing order
 _SCALES: dict[str, tuple[tuple[float, str, float], ...]] = {
     "N": ((1e6, "MN", 1e-6), (1e3, "kN", 1e-3), (0, "N", 1)),
     "N m": ((1e6, "MN m", 1e-6), (1e3, "kN m", 1e-3), (0, "N m", 1)),
@@ -27,11 +27,11 @@ _SCALES: dict[str, tuple[tuple[float, str, float], ...]] = {
     "share": ((0, "%", 100),),
     "rad/s": ((0, "r/min", 30 / math.pi),),
 }
-NOTHING = 1e-12  # of a unit, rounding
-# significant digits where four are too few: dimensions to µm, speeds and frequencies side by side
+ZERO = 1e-12  # in SI, below which values are printed as 0
+# significant digits other than four: for dimensions to 1 µm, and for similar speeds and frequencies
 _DIGITS = {"mm": 6, "°": 5, "r/min": 5, "rad/s": 5, "Hz": 5, "share": 3}
-LONGEST, YEAR = 1e6, 8766.0  # h
-_EVEN = 0.01  # load factors nearer to one get a digit more
+MAX_LIFE, YEAR = 1e6, 8766.0  # h
+_EVEN = 0.01  # excess of load factors over one below which they have a digit more
 _UNITS = {"deg": "°", "rpm": "r/min", "h": "h", "m3": "m³"}
 FACTOR = "factor"  # unit of load factors
 _TIMES = {"1": "Once", "2": "Twice"}
@@ -39,20 +39,19 @@ _ALWAYS = {"iso": "ISO", "hz": "Hz", "fe": "FE", "id": "name"}
 
 
 def scale(values: Iterable[float], unit: str) -> tuple[str, float]:
-    """Printed unit and factor that suit the largest of values in an SI unit."""
+    """Printed unit for the largest of some values in an SI unit, and the factor to it."""
     largest = max((abs(v) for v in values if math.isfinite(v)), default=0.0)
     steps = _SCALES.get(unit, ((0, unit, 1.0),))
-    if largest <= NOTHING:
+    if largest <= ZERO:
         return steps[min(1, len(steps) - 1)][1:]
     return next((name, by) for least, name, by in steps if largest >= least)
 
 
 def number(value: float, digits: int = 4) -> str:
-    """Significant digits without exponents, with thousands separated; "–" where there is no
-    number."""
+    """Text of a number with significant digits and separated thousands; "–" if not finite."""
     if not math.isfinite(value):
         return "–"
-    if value == 0 or abs(value) < NOTHING:
+    if value == 0 or abs(value) < ZERO:
         return "0"
     if abs(value) >= 1e7 or abs(value) < 1e-4:
         mantissa, power = f"{value:.2e}".split("e")
@@ -64,28 +63,27 @@ def number(value: float, digits: int = 4) -> str:
 
 
 def factor(value: float) -> str:
-    """A load factor with the digits that its excess over one needs: 1.0002, 1.563."""
+    """Text of a load factor, with an additional digit near one: 1.0002, 1.563."""
     return f"{value:.{4 if abs(value - 1.0) < _EVEN else 3}f}" if math.isfinite(value) else "–"
 
 
 def life_text(hours: float) -> str:
-    """A life as "23.4 h", "58 300 h (6.65 years)" or "over 1 000 000 h": three figures, no number
-    beyond any use; "–" where there is none."""
+    """Text of a life with three digits: "23.4 h", "58 300 h (6.65 years)", "over 1 000 000 h"."""
     if math.isnan(hours):
         return "–"
-    if hours >= LONGEST:
-        return f"over {number(LONGEST)} h"
+    if hours >= MAX_LIFE:
+        return f"over {number(MAX_LIFE)} h"
     years = f" ({number(hours / YEAR, 3)} years)" if hours >= YEAR else ""
     return f"{rounded(hours)} h{years}"
 
 
 def rounded(value: float) -> str:
-    """``number`` with three figures also before the point: 127293.4 -> "127 000"."""
+    """``number`` rounded to three significant digits: 127293.4 -> "127 000"."""
     return number(float(f"{value:.3g}"), 3)
 
 
 def with_unit(value: float | str | bool | None, unit: str = "") -> str:
-    """A figure with its unit: 788275 N -> "788.3 kN"; "–" where there is none."""
+    """Text of a value with its unit: 788275 N -> "788.3 kN"; "–" for None."""
     if value is None:
         return "–"
     if isinstance(value, bool):
@@ -103,12 +101,12 @@ def with_unit(value: float | str | bool | None, unit: str = "") -> str:
 
 
 def digits_of(unit: str) -> int:
-    """Significant digits of figures that are given in this unit."""
+    """Number of significant digits of values in a unit."""
     return _DIGITS.get(unit, 4)
 
 
 def window_words(figures: Mapping[str, Any]) -> str:
-    """The part of a run that figures are of, from those of a transient in a summary."""
+    """Text of the time window of a transient's figures in a summary."""
     start, end = figures["window_s"]
     printed, by = scale([end], "s")
     if figures.get("settled") is False:
@@ -118,24 +116,24 @@ def window_words(figures: Mapping[str, Any]) -> str:
 
 
 def words(name: str) -> str:
-    """A name of a figure, case key or body as words: "stage_1.ring" -> "stage 1 ring"; the only
-    stage of a case, called "stage", is left out: "stage.ring" -> "ring"."""
+    """The words of the name of a figure, key or body: "stage_1.ring" -> "stage 1 ring". The only
+    stage of a case, "stage", is left out: "stage.ring" -> "ring"."""
     parts = re.split(r"[._\s]+", re.sub(r"^stage[. ](?=\w)", "", name))
     return " ".join(_ALWAYS.get(p.lower(), p) for p in parts if p)
 
 
 def titled_by_stage(what: str, stage: str) -> str:
-    """A title with the name of its stage, without it for the only stage of a case."""
+    """A title followed by the name of its stage unless that is the only stage of a case."""
     return what if stage in ("", "stage") else f"{what}, {words(stage)}"
 
 
 def of_stage(stage: str) -> str:
-    """The words " of stage 1"; empty for the only stage of a case, called "stage"."""
+    """Text such as " of stage 1"; "" for the only stage of a case."""
     return "" if stage == "stage" else f" of {words(stage)}"
 
 
 def excitation_words(label: str) -> str:
-    """ "stage_1 x 3" -> "Order 3 of the gear mesh of stage 1"."""
+    """Description of an excitation: "stage_1 x 3" -> "Order 3 of the gear mesh of stage 1"."""
     name = ExcitationName.parse(label)
     if name.kind == PLANET_PASS:
         return f"The pass of planets of {words(name.stage)}"
@@ -146,7 +144,7 @@ def excitation_words(label: str) -> str:
 
 
 def split_unit(key: str) -> tuple[str, str]:
-    """Words and printed unit of a key that ends in one: "base_pitch_mm" -> ("base pitch", "mm")."""
+    """Words and printed unit of a key: "base_pitch_mm" -> ("base pitch", "mm")."""
     suffixes = [s for s in (*ALL_SUFFIXES, *_UNITS) if key.endswith(f"_{s}")]
     if not suffixes:
         return words(key), ""
@@ -155,7 +153,7 @@ def split_unit(key: str) -> tuple[str, str]:
 
 
 def stage_line(stage: Stage) -> str:
-    """ "planetary, 3 planets, 21/42/105 teeth, normal module 15 mm"."""
+    """Text such as "planetary, 3 planets, 21/42/105 teeth, normal module 15 mm"."""
     gears = ("sun", "planet", "ring") if stage.kind == "planetary" else ("pinion", "gear")
     teeth = "/".join(str(getattr(stage, gear).teeth) for gear in gears)
     planets = f", {stage.planets} planets" if stage.kind == "planetary" else ""

@@ -29,7 +29,7 @@ from scipy.sparse.csgraph import connected_components
 from flexgear.arrays import Array, Ints
 from flexgear.files.atomic import atomic_file
 from flexgear.model.errors import FlexgearError, InputError
-from flexgear.model.input_file import MOST_FE_MESH, require_regular
+from flexgear.model.input_file import MAX_FE_MESH_BYTES, require_regular
 from flexgear.structures.fe_mesh.fe_mesh import (
     EDGES_VTK,
     HEX_FROM_VTK,
@@ -103,7 +103,7 @@ def read_fe_mesh(
     """
     path = Path(path)
     require_format(path, "fe_mesh_file")
-    require_regular(path, "fe_mesh_file", MOST_FE_MESH)
+    require_regular(path, "fe_mesh_file", MAX_FE_MESH_BYTES)
     deck = read_inp(path) if path.suffix == ".inp" else _read_meshio(path)
     kind, cells = _solid_cells(deck, path)
     used, cells = np.unique(cells, return_inverse=True)

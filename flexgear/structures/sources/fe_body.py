@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.model.bodies import MOST_MODES, FeMeshSource, Material
+from flexgear.model.bodies import MAX_MODES, FeMeshSource, Material
 from flexgear.model.errors import InputError
-from flexgear.model.input_file import MOST_FE_MESH, require_regular
+from flexgear.model.input_file import MAX_FE_MESH_BYTES, require_regular
 from flexgear.model.names import BodyName, NodeName
 from flexgear.structures.bodies import Body, Spring, rigid_rows, rigid_variant, stiffness_at
 from flexgear.structures.cache import content_key
@@ -144,7 +144,7 @@ class FeBody(ABC):
             return
         file = Path(str(self.section.fe_mesh_file))
         try:
-            require_regular(file, f"stage.{self.key.part}.fe.fe_mesh_file", MOST_FE_MESH)
+            require_regular(file, f"stage.{self.key.part}.fe.fe_mesh_file", MAX_FE_MESH_BYTES)
         except InputError as fault:
             problem = f"{file}: {fault.problem}"
             raise InputError(self.parameters.where, fault.key, problem, fault.remedy) from None
@@ -166,7 +166,7 @@ class FeBody(ABC):
 
         limit_hz: highest frequency of error estimates, by default that of the case or all that were
         compared. Where the case states no number of modes, the body has as many as this limit
-        needs, at most ``MOST_MODES``. Given matrices are not changed and have no error estimates.
+        needs, at most ``MAX_MODES``. Given matrices are not changed and have no error estimates.
         """
         if self.section.fe_mesh == "reduced":
             return self._given()
@@ -267,4 +267,4 @@ def _modes_for(source: FeBody, reached: float, limit: float) -> int:
     """
     if limit <= reached or source.section.fixed_interface_modes is not None:
         return source.modes
-    return min(20 * math.ceil(source.modes * (limit / reached) ** 2 / 20), MOST_MODES)
+    return min(20 * math.ceil(source.modes * (limit / reached) ** 2 / 20), MAX_MODES)

@@ -32,20 +32,20 @@ XML = planetary().xml()
 BAD = {
     "empty": (b"", "is empty"),
     "text": (b"gearbox", "neither XML, JSON nor zip"),
-    "truncated": (XML[: len(XML) // 2], "is the file whole"),
-    "truncated json": (planetary().json()[:500], "is the file whole"),
+    "truncated": (XML[: len(XML) // 2], "is the file complete"),
+    "truncated json": (planetary().json()[:500], "is the file complete"),
     "other xml": (b"<html/>", "begins with <model>"),
     "other json": (b'{"a": 1}', "is missing"),
     "bomb": (BOMB, "DOCTYPE"),
     "outside": (OUTSIDE, "DOCTYPE"),
-    "deep": (b"<model>" + b"<a>" * 10000 + b"</a>" * 10000 + b"</model>", "elements deep"),
-    "deep and open": (b"<model>" + b"<a>" * 10000, "is the file whole"),
+    "deep": (b"<model>" + b"<a>" * 10000 + b"</a>" * 10000 + b"</model>", "is nested in"),
+    "deep and open": (b"<model>" + b"<a>" * 10000, "is the file complete"),
     "deep json": (b'{"model": ' + b"[" * 100000, "cannot be read"),
     "version": (planetary("3.1").xml(), ", ".join(VERSIONS)),
     "no version": (XML.replace(b'version="2.0"', b"", 1), "is not known"),
     "no components": (b'<model version="2.0"><components/></model>', "there are none"),
     "id": (XML.replace(b'component id="7"', b'component id="seven"'), "not a whole number"),
-    "twice": (XML.replace(b'component id="7"', b'component id="8"'), "is there twice"),
+    "twice": (XML.replace(b'component id="7"', b'component id="8"'), "occurs twice"),
     "encoding": (XML.replace(b"UTF-8", b"klingon"), "cannot be read"),
     "two models": (zipped(a_rexs=XML, b_rexs=XML), "holds 2 models"),
     "no model": (zipped(readme_txt="hello"), "holds 0 models"),
@@ -84,7 +84,7 @@ def test_case_that_cannot_run_is_written_for_mending(tmp_path):
         m.set(number, center_distance=(ARM + 12.0, MM))
     path = m.write(tmp_path / "far.rexs")
     made = case_of_document(read_rexs(path), str(path))
-    assert any("cannot run before this is mended" in line for line in made.assumed)
+    assert any("cannot run before this is corrected" in line for line in made.assumed)
 
 
 SPOILT = ["0", "-1", "many", "1e30", "nan", "", ("1", "2"), None]

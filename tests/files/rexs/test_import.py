@@ -144,7 +144,7 @@ def test_ring_shift_of_either_sign_convention(imported, sign):
         m.set(number, center_distance=(distance, MM))
     case, made = imported(m)
     assert case.stages[0].ring.profile_shift == pytest.approx(-(total + 0.1), rel=1e-12)
-    assert ("sign turned" in made.text) == (sign == -1)
+    assert ("sign changed" in made.text) == (sign == -1)
     radii = stage_radii(case.view("low"))
     assert radii.center_distance == pytest.approx(1e-3 * distance, rel=1e-12)
 
@@ -223,7 +223,7 @@ def test_load_cases(imported, spectrum):
     first, made = imported(m)
     assert first.inputs[0].torque == 2000 and first.inputs[0].speed * TURNS == pytest.approx(12)
     assert any("load case 9" in line and "--load-case 9" in line for line in made.left_out)
-    assert any("the load case's counts" in line for line in made.left_out)
+    assert any("that of the load case is used" in line for line in made.left_out)
     second, _ = imported(m, load_case_id=9)
     assert second.inputs[0].torque == 1000 and second.inputs[0].speed * TURNS == pytest.approx(6)
     with pytest.raises(InputError, match="there are: 4, 9"):
