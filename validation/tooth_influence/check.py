@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
-from flexgear.gears.slices import Nominal, bent
+from flexgear.gears.slices import NominalLoad, with_flexibility
 from flexgear.gears.stiffness import iso_mean_stiffness, iso_peak
 from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh.tooth_segment import tooth_segment
@@ -191,8 +191,8 @@ def test_gear_mesh_stiffness_against_iso(case, monkeypatch):
         ratio = g.gear_meshes[kind].transverse_contact_ratio
         width = case.stage.face_width
         contact = (found.scale, found.limit)
-        nominal = Nominal(abs(forces[kind]) / (ratio * width), path.base_pitch)
-        lines = bent(path.slices, found.flexibility, found.beside, contact, nominal)
+        nominal = NominalLoad(abs(forces[kind]) / (ratio * width), path.base_pitch)
+        lines = with_flexibility(path.slices, found.flexibility, found.beside, contact, nominal)
         mean = lines.on_path.sum() * (path.slices.s[1] - path.slices.s[0]) / path.base_pitch / width
         iso = iso_mean_stiffness(iso_peak(case, kind), ratio, width) / width
         print(f"  {kind}: {mean / 1e9:.1f}, ISO 6336-1 c_γ {iso / 1e9:.1f}: {mean / iso:.2f} of it")
