@@ -41,9 +41,9 @@ from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Transient
 from flexgear.arrays import Array, Ints
 from flexgear.coupling.kernels.elements import packed, pair_rows
-from flexgear.coupling.kernels.pairs import BESIDE, fill_rows
+from flexgear.coupling.kernels.pairs import NEIGHBOURS, fill_rows
 from flexgear.coupling.laws.coupled_slices import forces_of
-from flexgear.coupling.pair_data import FOLLOWING, KINDS, OF_LINE, PairData, narrowing_columns
+from flexgear.coupling.pair_data import FOLLOWING, KINDS, LINE_COLUMNS, PairData, narrowing_columns
 from flexgear.coupling.system import System
 from flexgear.gears.slices import Line, line_ends
 from flexgear.structures.bodies import rotation as turn_about_z
@@ -107,7 +107,7 @@ def _fill_gear_mesh(
     tables = pairs.table[m] + pairs.gear_table[m, teeth[0]] + pairs.planet_table[m, teeth[1]]
     values = interpolated(pairs, m, s, tables)
     radius = values[:, 0]
-    z, stiffness, gap = np.split(values[:, OF_LINE : OF_LINE + 3 * count], 3, axis=1)
+    z, stiffness, gap = np.split(values[:, LINE_COLUMNS : LINE_COLUMNS + 3 * count], 3, axis=1)
     centre = line_centres(pairs, m, s, tables)
     with np.errstate(divide="ignore", invalid="ignore"):
         lever = np.where(radius > 0, 0.5 / radius, 0.0)
@@ -116,8 +116,8 @@ def _fill_gear_mesh(
     middle, approach = approaches[:, :2].mean(axis=1), approaches[:, 2:].mean(axis=1)
     x = middle[:, None] + tilt[:, None] * (z - centre[:, None]) - gap
     second_share = 0.5 + lever[:, None] * (z - centre[:, None])  # of the second row in each slice
-    if pairs.bent[m]:
-        force, tangent = forces_of(x, second_share, values[:, OF_LINE + 3 * count :])
+    if pairs.coupled[m]:
+        force, tangent = forces_of(x, second_share, values[:, LINE_COLUMNS + 3 * count :])
     else:
         force = stiffness * np.maximum(x, 0.0)
         shares = np.stack([1.0 - second_share, second_share], axis=1)
@@ -256,7 +256,7 @@ def gear_mesh_stiffness(result: Equilibrium | Transient, lines: LineLoads) -> Ar
     """Stiffness dΣF/dx (t, M) of gear meshes under their load, N/m; 0 without contact."""
     pairs: PairData = result.modal.system.pairs
     stiffness = np.nan_to_num(lines.tangent).sum(axis=(2, 3, 4))
-    for m in map(int, np.flatnonzero(pairs.bent)):
+    for m in map(int, np.flatnonzero(pairs.coupled)):
         for t in range(len(stiffness)):
             slots = np.flatnonzero(result.pair_tooth[t, m] >= 0)
             if len(slots) > 1:
@@ -271,7 +271,7 @@ def _coupled_stiffness(pairs: PairData, m: int, s: Array, tangent: Array) -> flo
     """Stiffness of n pairs of gear mesh m that are coupled by flexibility, N/m; s (n,): their path
     coordinates, m, rising; tangent (n, 2, 2): of the two rows of each pair, N/m."""
     n = len(s)
-    neighbours = interpolated(pairs, m, s)[:, BESIDE:OF_LINE].reshape(n, 2, FOLLOWING)
+    neighbours = interpolated(pairs, m, s)[:, NEIGHBOURS:LINE_COLUMNS].reshape(n, 2, FOLLOWING)
     tangents, flexibility = np.zeros((2 * n, 2 * n)), np.zeros((2 * n, 2 * n))
     for k in range(n):
         rows, after = slice(2 * k, 2 * k + 2), slice(2 * k + 2, 2 * k + 2 + FOLLOWING)
@@ -333,7 +333,7 @@ def ground_slope(pairs: PairData, m: int) -> float:
     if count == 0:
         return 0.0
     s = pairs.table_start[pairs.table[m]] + pairs.table_step[pairs.table[m]] * np.arange(len(table))
-    z, stiffness, gap = np.split(table[:, OF_LINE : OF_LINE + 3 * count], 3, axis=1)
+    z, stiffness, gap = np.split(table[:, LINE_COLUMNS : LINE_COLUMNS + 3 * count], 3, axis=1)
     path = s[:, None] + pairs.slope[m] * z
     on = (stiffness > 0) & (path >= pairs.path_lo[m]) & (path <= pairs.path_hi[m])
     if not np.any(gap[on]):

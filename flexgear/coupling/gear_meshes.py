@@ -14,8 +14,8 @@ from flexgear.arrays import Array
 from flexgear.coupling.laws import LAW_NUMBERS
 from flexgear.coupling.pair_data import (
     FACE_LOAD,
-    FEWEST_SLOTS,
     KINDS,
+    LEAST_SLOTS,
     PER_PAIR,
     SUMMED,
     WAVE,
@@ -171,7 +171,7 @@ def pair_data(
     )
     data = PairData(
         one_sided=any(s.options.contact_law != "linear" for s in sets),
-        slots=max([FEWEST_SLOTS, *(_most_pairs(s) for s in sets)]),
+        slots=max([LEAST_SLOTS, *(_most_pairs(s) for s in sets)]),
         tooth_position=_tooth_positions(sets, blocks),
         table_start=start,
         table_step=step,
@@ -269,7 +269,7 @@ def _gear_mesh(s: GearMeshSet, table: int, i: int, opposite: int) -> dict[str, A
         "planet_step": p.planet_step,
         "planet_teeth": p.planet_teeth,
         "slices": 0 if p.slices is None else p.slices.count,
-        "bent": int(p.slices is not None and p.slices.bending is not None),
+        "coupled": int(p.slices is not None and p.slices.bending is not None),
         "error_amplitude": e.harmonic_amplitude[i],
         "error_phase": e.harmonic_phase[i],
         "error_offset": e.offset[i],

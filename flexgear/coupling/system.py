@@ -186,8 +186,8 @@ class System(BodyCoordinates):
 
     @property
     def dampers(self) -> Array:
-        """C (d, d) N s/m, N m s/rad of the dampers at bearings, supports, joints and ports, before
-        anything has turned."""
+        """Damping matrix C (d, d) of dampers at bearings, supports, joints and ports at zero
+        angles, N s/m, N m s/rad."""
         out = np.zeros_like(self.mass)
         for bearing in self.bearings:
             if bearing.law == DAMPERS.name:

@@ -129,7 +129,7 @@ def _loads_with_ends(pairs: PairData, loads: LineLoads) -> Array:
 def sections(pairs: PairData) -> Array:
     """Lengths (M,) along the face over which line loads are averaged, m: for coupled slices normal
     base pitch over π, i.e. m_n cos α_n, else 0 (see ``gears.slices``)."""
-    return np.where(pairs.bent == 1, pairs.pitch * pairs.cos_b / np.pi, 0.0)
+    return np.where(pairs.coupled == 1, pairs.pitch * pairs.cos_b / np.pi, 0.0)
 
 
 def _pressure(model: Model, loads: LineLoads) -> Array:

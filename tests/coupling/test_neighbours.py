@@ -10,7 +10,7 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.line_loads import gear_mesh_stiffness, line_loads
 from flexgear.analysis.modes import rows_at
 from flexgear.coupling.kernels.elements import row_stiffness
-from flexgear.coupling.pair_data import OF_LINE
+from flexgear.coupling.pair_data import LINE_COLUMNS
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
@@ -155,7 +155,7 @@ def test_modes_have_the_flexibility_that_rows_have(model):
     beside = flexibility - own
     assert np.diag(beside) == pytest.approx(0.0, abs=1e-9 * own.max())
     table = model[0].system.pairs.slice_table
-    assert 0.0 < beside.max() <= (1 + 1e-9) * table[:, :, 2:OF_LINE].max()
+    assert 0.0 < beside.max() <= (1 + 1e-9) * table[:, :, 2:LINE_COLUMNS].max()
 
 
 def test_a_torque_drop_keeps_its_energy(model):

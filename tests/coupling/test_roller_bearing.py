@@ -14,8 +14,9 @@ from flexgear.analysis.transient import Drive
 from flexgear.coupling.build import build_system
 from flexgear.coupling.kernels.elements import packed
 from flexgear.coupling.laws import LAW_NUMBERS
-from flexgear.coupling.laws.rollers import roller_loads, roller_parameters, roller_stiffness
+from flexgear.coupling.laws.rollers import roller_loads, roller_parameters
 from flexgear.coupling.modal import modal_system
+from flexgear.gears.bearings.rows import roller_stiffness
 from flexgear.model.bearings import Rollers
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case

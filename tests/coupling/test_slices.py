@@ -15,7 +15,7 @@ from flexgear.analysis import equilibrium
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.line_loads import interpolated, line_centres, line_loads
 from flexgear.coupling.laws import COUPLED_SLICES_LAW, SLICES_LAW, functions
-from flexgear.coupling.pair_data import OF_LINE
+from flexgear.coupling.pair_data import LINE_COLUMNS
 from flexgear.gears.slices import Line, cut, factor_along, mean_along, with_ends
 from flexgear.model.errors import FlexgearError
 from flexgear.model.load import load_case
@@ -172,7 +172,7 @@ def test_slices_add_up_to_force_and_moment_and_the_equilibrium_closes(many_slice
         at = np.nonzero(found.pair_tooth[:, m] >= 0)
         values = interpolated(pairs, m, found.pair_position[:, m][at])
         load, far = found.pair_load[:, m][at], found.far_load[:, m][at]
-        z, k, _ = np.split(values[:, OF_LINE : OF_LINE + 45], 3, axis=1)
+        z, k, _ = np.split(values[:, LINE_COLUMNS : LINE_COLUMNS + 45], 3, axis=1)
         centre, arm = line_centres(pairs, m, found.pair_position[:, m][at]), pairs.half_face[m]
         even = (z * k).sum(axis=1) / k.sum(axis=1)
         np.testing.assert_allclose(centre, even, atol=1e-6 * arm)  # two columns, interpolated

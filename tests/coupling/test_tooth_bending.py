@@ -6,7 +6,7 @@ from law_response import respond
 from train_contexts import coarse_teeth, rigid_stage
 
 from flexgear.coupling.laws import COUPLED_SLICES_LAW
-from flexgear.coupling.pair_data import OF_LINE
+from flexgear.coupling.pair_data import LINE_COLUMNS
 from flexgear.model.load import load_case
 from flexgear.solve.static import static
 from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
@@ -37,7 +37,7 @@ def test_the_nominal_tangent_is_that_of_lines_that_touch_evenly(assembled):
     for m in (0, 5):  # ring and sun of planet 1
         table = of_case.slice_table[of_case.table[m]]
         middle = int(np.argmax(of_case.k_table[of_case.table[m]]))
-        radius, own = table[middle, 0], table[middle, OF_LINE:].copy()
+        radius, own = table[middle, 0], table[middle, LINE_COLUMNS:].copy()
         centre, nominal = of_case.z_table[of_case.table[m], middle], table[middle, 1]
         own[:count] = 0.5 * (1.0 + (own[:count] - centre) / radius)
         parameters = np.concatenate([[count, 0.0, 0.0], own])

@@ -1,1 +1,1 @@
-"""Loops over gear meshes and rows that are compiled, and the arrays that they take."""
+"""Compiled loops over gear meshes and rows, and their arrays."""

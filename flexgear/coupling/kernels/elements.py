@@ -1,13 +1,12 @@
-"""What compiled loops read of the force elements, and the rows and elements they make of it.
+"""Force elements for compiled loops: constant records, and work arrays of rows and elements.
 
-The same data as ``PairData``, as records: one of a gear mesh, one of a runout, one of a row that is
-always there. A few contiguous arrays are cheap to hand over and to compile for; fifty are not.
+The records have the data of ``PairData``: one for each gear mesh, runout and permanent row. A few
+contiguous arrays are fast to pass and to compile for; fifty are not.
 
-Neighbouring tooth pairs of a gear mesh yield to each other through the bodies below their teeth.
-Rows of pairs in slices whose influence is computed close by δ = Vᵀu + e − Σ B F', F' being the
-forces of the two pairs before and the two after: a flexibility between rows beside that of the
-train, linear and without mass, B from ``gears.slices``. What is known of it stands in the rows
-themselves.
+Forces on tooth pairs also deflect neighbouring pairs of a gear mesh. For coupled slices the
+compression of a row is δ = Vᵀu + e − Σ B F', F' being the forces of the two pairs before and the
+two after: a linear massless flexibility between rows, B from ``gears.slices``, which rows store in
+``yields``.
 """
 
 from __future__ import annotations
@@ -32,27 +31,28 @@ from flexgear.coupling.pair_data import (
     BEARING,
     FACE_LOAD,
     FOLLOWING,
+    LINE_COLUMNS,
     LOAD,
-    OF_LINE,
     SUPPORT,
     PairData,
     extra_rows,
     rows_of_pair,
 )
 
-Records = Any  # a structured array: numba reads its fields by name
+Records = Any  # structured array with fields that numba reads by name
 
 RATE_PARAMETERS = 5  # of the law of machines at ports
 
 
 def _record(ints: str, reals: str) -> np.dtype[Any]:
+    """Data type of records with integer and real fields of these names."""
     return np.dtype([(n, np.int64) for n in ints.split()] + [(n, float) for n in reals.split()])
 
 
 GEAR_MESH = _record(
     "sided model kind carries opposite angle turns planet_block gear_block per_tooth "
     "planet_tooth_block planet_turns table "
-    "gear_tooth0 gear_step gear_teeth planet_tooth0 planet_step planet_teeth slices bent slots "
+    "gear_tooth0 gear_step gear_teeth planet_tooth0 planet_step planet_teeth slices coupled slots "
     "places",
     "phi center_distance s0 rate pitch s_lo s_hi slope half_face z_offset planet_arm gear_arm "
     "cos_b sin_b s_pitch gap error_amplitude error_phase error_offset error_slope largest_error "
@@ -75,28 +75,27 @@ ELEMENT = _record("law first rows place", "")
 
 
 class GearMeshes(NamedTuple):
-    """Gear meshes m; the path of a pair is read from its table."""
+    """Gear meshes with tables over their paths; see ``PairData``."""
 
-    gear_mesh: Records  # (M,) GEAR_MESH: PairData's columns, m, rad, N/m
+    gear_mesh: Records  # (M,) GEAR_MESH: columns of PairData, m, rad, N/m
     table: Array  # (K, T, 3) stiffness N/m, centroid z m and gap m over the path
     slices: Array  # (K, T, …) of contact lines in slices: see ``PairData.slice_table``
     gear_error: Array  # (M, z) m
     planet_error: Array  # (M, z_p) m
-    gear_table: Ints  # (M, z) what a tooth adds to the number of its pairs' table
+    gear_table: Ints  # (M, z) added to the index of the table for a tooth
     planet_table: Ints  # (M, z_p)
     runout: Records  # (M, H) RUNOUT: Σ A sin(rate · θ_angle + phase)
     tooth_position: Array  # (B, 3) m, by block
 
 
 class FixedRows(NamedTuple):
-    """Rows that are always there: bearings, given forces, supports that turn; elements of them."""
+    """Permanent rows and their elements: bearings, given forces, rotating supports."""
 
     row: Records  # (F,) FIXED_ROW
-    end: Records  # (F, 2) FIXED_END: block, −1 none; angle by which its frame has turned, −1 none
-    vector: Array  # (F, 2, 6) of an end, along the axes that its frame turns against
-    # (E,) FIXED_ELEMENT; grows: 1 where it goes with the square of speed; history: place of its
-    # force among the load histories, −1 where it is constant; angle: that its parameter ``turned``
-    # is, −1 none
+    end: Records  # (F, 2) FIXED_END: block, −1 none; index of the angle of its frame, −1 none
+    vector: Array  # (F, 2, 6) of an end, in axes that do not rotate with its frame
+    # (E,) FIXED_ELEMENT; grows: 1 if proportional to speed squared; history: index of the load
+    # history, −1 constant; angle: index of the angle that is parameter ``turned``, −1 none
     element: Records
     parameters: Array  # (E, p) of their laws
 
@@ -109,29 +108,28 @@ class Elements(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """Work space of one evaluation: rows, the tooth pairs in them, and the elements they form."""
+    """Work arrays of one evaluation: rows, tooth pairs of these rows, and elements."""
 
-    # (R,) ROW: kind of a gear mesh ≥ 0, SUPPORT, BEARING or LOAD; owner: gear mesh, or number among
-    # the other rows; sided: 1 where it can only push; width: blocks; line: gear mesh whose line of
-    # action holds the first blocks, −1 none, and beyond: the first it does not hold; along: ζ on
-    # this line, m; stiffness N/m, nominal of a bearing with a law of its own; damping N s/m;
-    # offset: error − gap, m; after: first row of the next pair, following: how many rows from there
-    # on yield to this one; dof: first active dof of its line, of a machine's row that of its port,
-    # −1 none; since: first active dof behind lines and ports that the row or one after it acts on;
-    # parts: bits of the parts of the train that its blocks are on
-    # (``analysis.kernels.active_dofs``)
+    # (R,) ROW: kind: of a gear mesh ≥ 0, SUPPORT, BEARING or LOAD; owner: gear mesh, or index among
+    # the other rows; sided: 1 for one-sided contact; width: number of blocks; line: gear mesh on
+    # whose line of action the first blocks are, −1 none; beyond: first block that is not on it;
+    # along: ζ on this line, m; stiffness: N/m, nominal for a nonlinear bearing; damping: N s/m;
+    # offset: error − gap, m; after: first row of the next pair; following: number of rows from
+    # there on that are coupled to this one; dof: first active dof of its line, or of the port of a
+    # machine, −1 none; since: first active dof behind lines and ports on which this or a later row
+    # acts; parts: bits of the parts of the train with its blocks (``analysis.kernels.active_dofs``)
     row: Records
-    yields: Array  # (R, FOLLOWING) m/N, by which a row yields to forces on those that follow it
+    yields: Array  # (R, FOLLOWING) B of a row and the rows that follow, m/N
     blocks: Ints  # (R, B)
     place: NDArray[np.uint64]  # (R, B) first active dof of a block beyond
     coef: Array  # (R, B, 6)
-    pair: Records  # (P,) PAIR: its first row and how many; share of their load; s, z on its path, m
-    element: Records  # (E,) ELEMENT: law, first row, rows, place in what a step carries on
+    pair: Records  # (P,) PAIR: first row, number of rows, share of their load, s and z on its path
+    element: Records  # (E,) ELEMENT: law, first row, rows, place of its data stored between steps
     parameters: Array  # (E, p) of the laws
 
 
 def packed(data: PairData) -> Elements:
-    """The records of ``data``; arrays are copied."""
+    """Records with copies of ``data``."""
     gear_mesh = np.zeros(len(data.s0), dtype=GEAR_MESH)
     for name in set(GEAR_MESH.names or ()) & set(data._fields):
         column = getattr(data, name)
@@ -159,8 +157,8 @@ def packed(data: PairData) -> Elements:
 
 
 def _fixed_rows(data: PairData) -> FixedRows:
-    """Bearings, given forces, then rotating-frame supports; they are numbered from the supports on,
-    as stored loads are."""
+    """Rows of bearings, given forces and rotating supports, in this order; ``owner``
+    counts from the supports on, like stored loads."""
     count, supports = extra_rows(data), len(data.support_stiffness)
     forces, springs = len(data.load_block), slice(count - supports, count)
     loads = slice(springs.start - forces, springs.start)
@@ -200,25 +198,23 @@ def _fixed_rows(data: PairData) -> FixedRows:
 
 
 def rolling_rates(fixed: FixedRows, rates: Array) -> Array:
-    """Rates (F,) of the rows that are always there when blocks move at ``rates`` (6 B,) in rolling:
-    along and about the axis, as bodies that orbit do so together."""
+    """Rates (F,) of permanent rows at velocities (6 n_b,) of the blocks in rolling, by their
+    components along and about the axis; transverse velocities are those of orbiting bodies."""
     block, axial = fixed.end["block"][:, :, None], np.array([2, 5])
     axial_rates = np.where(block >= 0, rates[6 * np.maximum(block, 0) + axial], 0.0)
     return np.asarray((fixed.vector[:, :, axial] * axial_rates).sum(axis=(1, 2)))
 
 
 def law_functions(data: PairData) -> tuple[object, ...]:
-    """Compiled functions of the laws that elements of ``data`` and machines at ports have.
-
-    A law that the filling of rows (``pairs``) gives to tooth pairs has to be named here.
-    """
-    bent = data.bent[data.model == FACE_LOAD]
-    slices = np.where(bent == 1, COUPLED_SLICES_LAW, SLICES_LAW)
+    """Compiled functions of the laws of elements in ``data`` and of machines at ports. Laws that
+    ``pairs`` assigns to tooth pairs must be included here."""
+    coupled = data.coupled[data.model == FACE_LOAD]
+    slices = np.where(coupled == 1, COUPLED_SLICES_LAW, SLICES_LAW)
     return functions({*slices.tolist(), *data.bearing_law.tolist()})
 
 
 def pair_rows(data: PairData, machines: int = 0) -> Rows:
-    """Empty work space for ``data``, with room for so many rows and elements more at ports."""
+    """Empty work arrays for ``data`` and rows and elements of ``machines`` at ports."""
     pairs, fixed = max(1, len(data.s0) * data.slots), _fixed_rows(data)
     blocks = 2 * data.slots + 2  # planet, gear, and teeth of both that are blocks
     rows = rows_of_pair(data) * pairs + extra_rows(data) + machines
@@ -237,32 +233,32 @@ def pair_rows(data: PairData, machines: int = 0) -> Rows:
 
 
 def slice_parameters(data: PairData) -> int:
-    """Parameters of the law of pairs in slices, with room for the forces of one solution; 0 where
-    none is."""
+    """Number of parameters of the law of pairs with slices, including the forces of the last
+    solution; 0 without slices."""
     if not data.slice_table.shape[2]:
         return 0
-    return FIRST + data.slice_table.shape[2] - OF_LINE + int(data.slices.max(initial=0))
+    return FIRST + data.slice_table.shape[2] - LINE_COLUMNS + int(data.slices.max(initial=0))
 
 
 def places_of_gear_mesh(data: PairData) -> int:
-    """Places of a gear mesh in what a step carries on: twice its slots, so that a pair that comes
-    never finds what one that has left carried."""
+    """Number of places for data that pairs of a gear mesh store between steps: twice its slots, so
+    that a new pair does not get the data of one that has left."""
     return 2 * data.slots
 
 
 def places(data: PairData) -> int:
-    """Elements that a step may carry something on of: tooth pairs in turn, then the fixed ones."""
+    """Number of places for data that elements store between steps: pairs, then fixed elements."""
     return places_of_gear_mesh(data) * len(data.s0) + len(_fixed_rows(data).element) + 1
 
 
 def widest(data: PairData) -> int:
-    """Most rows of an element."""
+    """Largest number of rows of an element."""
     return max([rows_of_pair(data), *(len(LAWS[law].components) for law in data.bearing_law)])
 
 
 @njit(**INNER)
 def add_to_blocks(rows, r, load, out):
-    """out += V_r load."""
+    """Adds V_r load to ``out``; V_r: vector of row r."""
     for a in range(rows.row[r].width):
         b = 6 * rows.blocks[r, a]
         for o in range(6):
@@ -271,7 +267,7 @@ def add_to_blocks(rows, r, load, out):
 
 @njit(**INNER)
 def of_blocks(rows, r, vector):
-    """V_rᵀ u for a vector u of the channels."""
+    """Motion V_rᵀ u of row r for a vector u of the channels."""
     total = 0.0
     for a in range(rows.row[r].width):
         b = 6 * rows.blocks[r, a]
@@ -282,7 +278,7 @@ def of_blocks(rows, r, vector):
 
 @njit(**INNER)
 def add_neighbours(rows, n, matrix):
-    """matrix[i, j] += B_ij, m/N, of n rows."""
+    """Adds the flexibility B, m/N, between n rows to ``matrix``."""
     for i in range(n):
         first = rows.row[i].after
         for k in range(rows.row[i].following):
@@ -292,7 +288,7 @@ def add_neighbours(rows, n, matrix):
 
 @njit(**INNER)
 def yield_to_neighbours(rows, n, force, motion):
-    """motion[i] −= Σ B_ij F_j for forces (≥ n,) of n rows."""
+    """Subtracts B F from ``motion`` of n rows with forces F (≥ n,)."""
     for i in range(n):
         first = rows.row[i].after
         for k in range(rows.row[i].following):
@@ -302,18 +298,18 @@ def yield_to_neighbours(rows, n, force, motion):
 
 @njit(**INNER)
 def freeze_neighbours(rows, n, force):
-    """Make what n rows yield under their forces a part of their offsets."""
+    """Subtracts B F from the offsets of n rows with forces F."""
     for i in range(n):
         row = rows.row[i]
         for k in range(row.following):
-            further = rows.row[row.after + k]
+            next_row = rows.row[row.after + k]
             row.offset -= rows.yields[i, k] * force[row.after + k]
-            further.offset -= rows.yields[i, k] * force[i]
+            next_row.offset -= rows.yields[i, k] * force[i]
 
 
 @njit(**INNER)
 def neighbour_energy(rows, n, force):
-    """½ Fᵀ B F of n rows, J."""
+    """Energy ½ Fᵀ B F of n rows with forces F, J."""
     energy = 0.0
     for i in range(n):
         first = rows.row[i].after
@@ -323,7 +319,7 @@ def neighbour_energy(rows, n, force):
 
 
 def between_rows(rows: Rows, n: int) -> Array:
-    """B (n, n) m/N between the first n rows."""
+    """Flexibility B (n, n) between the first n rows, m/N."""
     flexibility, row = np.zeros((n, n)), rows.row[:n]
     for i in np.flatnonzero(row["following"]):
         at = slice(row["after"][i], row["after"][i] + row["following"][i])
@@ -332,13 +328,13 @@ def between_rows(rows: Rows, n: int) -> Array:
 
 
 def row_stiffness(rows: Rows, n: int) -> Array:
-    """Stiffness (n, n) N/m between the first n rows, (I + k B)⁻¹ k with their nominal k."""
+    """Stiffness (I + k B)⁻¹ k (n, n) of the first n rows, N/m, with their nominal k."""
     k = rows.row["stiffness"][:n]
     return np.asarray(np.linalg.solve(np.eye(n) + k[:, None] * between_rows(rows, n), np.diag(k)))
 
 
 def row_motions(rows: Rows, n: int, blocks: Array) -> Array:
-    """Motion (n, c) of the first n rows, from the motion (6 n_b, c) of the contact blocks."""
+    """Motion (n, c) of the first n rows for motions (6 n_b, c) of the contact blocks."""
     width = rows.coef.shape[1]
     used = np.arange(width) < rows.row["width"][:n, None]
     at = 6 * np.where(used, rows.blocks[:n], 0)[:, :, None] + np.arange(6)

@@ -1,12 +1,13 @@
-"""Errors that all pairs of a gear mesh share, and their rates.
+"""Errors common to all pairs of a gear mesh, and their rates.
 
-At the angles θ (A,) the flanks of a gear mesh stand out by
+At the angles θ (A,) the error of the flanks of a gear mesh is
 
     e = e₀ + Σ_h A_h sin(r_h θ_h + φ_h) + A sin(2π s/p_bt + φ),    s = s0 + (ds/dθ) θ :
 
-an offset, runouts and a wave of the base pitch. Dampers take the rate at which flanks approach each
-other, Vᵀu̇ + ė. What changes as the contact moves over the flanks (V, gaps of modifications,
-deviations from tooth to tooth) has no rate: pairs hand their load over while no body approaches.
+offset, runouts and a wave over the base pitch. Dampers act on the rate of approach of the flanks,
+Vᵀu̇ + ė. Changes due to movement of the contact over the flanks (V, gaps of modifications,
+deviations between teeth) have no rate, as no body approaches another when load passes from pair to
+pair.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from flexgear.compiled import INNER, UNCOUNTED, njit
 
 @njit(**INNER)
 def common_error(gear_mesh, runout, theta, base):
-    """Error that all pairs of a gear mesh share, m: offset, runouts, wave of the base pitch."""
+    """Error common to all pairs of a gear mesh, m; base: path coordinate s of pair 0, m."""
     total = gear_mesh.error_offset
     for h in range(runout.shape[0]):
         wave = runout[h]
@@ -32,8 +33,8 @@ def common_error(gear_mesh, runout, theta, base):
 
 @njit(**UNCOUNTED)
 def error_rates(gears, theta, speeds, out):
-    """Rates (M,), m/s, of the errors that all pairs of a gear mesh share, ``common_error``, at the
-    angles theta (A,) and their speeds (A,), rad/s, into ``out``."""
+    """Fills out (M,) with rates of ``common_error``, m/s, at angles theta (A,) and speeds (A,),
+    rad/s."""
     for m in range(gears.gear_mesh.shape[0]):
         gear_mesh, runout, total = gears.gear_mesh[m], gears.runout[m], 0.0
         for h in range(runout.shape[0]):
@@ -54,5 +55,5 @@ def error_rates(gears, theta, speeds, out):
 
 @njit(**INNER)
 def error_rate(rows, i, rates):
-    """The one of these rates (M,) that row i has; zero of rows that are no gear mesh's."""
+    """Error rate of row i from rates (M,) of gear meshes; zero for other rows."""
     return rates[rows.row[i].owner] if rows.row[i].kind >= 0 else 0.0

@@ -1,23 +1,21 @@
-"""Gear-mesh elements: one contact row for every tooth pair in mesh at the angles of the stages.
+"""Gear-mesh elements: a contact row for every tooth pair in contact at given stage angles.
 
-A *gear mesh* m is one planet against ring or sun (one flank, one half of a double-helical stage).
-Its pair index k has the path coordinate s = s0 + k p_bt + (ds/dθ) θ at z = 0, θ being the angle of
-the stage; the pair exists while its helical contact line lies inside the path of contact. The row
-of a pair is the compression along the 3D line of action
+A *gear mesh* m is one planet with ring or sun (one flank, one half of a double-helical stage).
+Its pair k has the path coordinate s = s0 + k p_bt + (ds/dθ) θ at z = 0, θ being the stage angle;
+the pair exists while its contact line is on the path of contact. The row of a pair is the
+compression along the 3D line of action
 
     δ = Nᵀ (u_gear(C) − u_planet(C)) + e − gap,    F = k(s) δ + damping ,
 
 with C = T_p − (s + t z_c) n + z e_z in planet axes and N = cosβ_b n + sinβ_b e_z. Coefficients of
-large coordinates (tangential displacement and rotation about the axis) do not vary with C: the
-arms about the axes are those of the base circles. A gear mesh may also be one row at the pitch
-point, with the summed stiffness of its pairs or a periodic stiffness wave. Errors and their rates:
-``pair_errors``.
+large coordinates (tangential displacement and rotation about the axis) do not depend on C: arms
+about the axes are base radii. A gear mesh may also be one row at the pitch point, with the summed
+stiffness of its pairs or a periodic stiffness wave. Errors and their rates: ``pair_errors``.
 
-Behind the rows of gear meshes come those that are always there: bearings with a law, given forces,
-supports in turning frames.
+Permanent rows follow those of gear meshes: nonlinear bearings, given forces, rotating supports.
 
-Compiled with numba: these loops run at every time step. ``Elements`` are constant, ``Rows`` is the
-work space of one evaluation (``elements``).
+Compiled with numba, as these loops run at every time step. ``Elements`` are constant, ``Rows`` are
+work arrays (``elements``).
 """
 
 from __future__ import annotations
@@ -32,12 +30,12 @@ from flexgear.coupling.kernels.elements import Rows, packed
 from flexgear.coupling.kernels.pair_errors import common_error
 from flexgear.coupling.laws import COUPLED_SLICES_LAW, LINEAR_LAW, ONE_SIDED_LAW, SLICES_LAW
 from flexgear.coupling.laws.slices import COUNT, DAMPER, FIRST, RELAXATION
-from flexgear.coupling.pair_data import FACE_LOAD, FOLLOWING, OF_LINE, PER_PAIR, WAVE, PairData
+from flexgear.coupling.pair_data import FACE_LOAD, FOLLOWING, LINE_COLUMNS, PER_PAIR, WAVE, PairData
 
 
 @njit(**INNER)
 def _turned(vector, ca, sa, coef):
-    """Components of a 6-vector along axes turned about z by an angle of this cosine and sine."""
+    """Components of a 6-vector in axes rotated about z by the angle of this cosine and sine."""
     for o in range(0, 6, 3):
         coef[o] = ca * vector[o] + sa * vector[o + 1]
         coef[o + 1] = -sa * vector[o] + ca * vector[o + 1]
@@ -46,8 +44,8 @@ def _turned(vector, ca, sa, coef):
 
 @njit(**PART)
 def fixed_rows(fixed, places, theta, rows, counts):
-    """Rows and elements of bearings, given forces and supports after ``counts``, which carry on
-    something after the ``places`` of gear meshes; new counts."""
+    """Adds permanent rows and elements after ``counts`` (rows, elements); returns the new counts.
+    places: number of places of gear meshes, which those of fixed elements follow."""
     count, element_count = counts
     turned_by, ca, sa = -1, 1.0, 0.0
     for f in range(fixed.row.shape[0]):
@@ -78,13 +76,12 @@ def fixed_rows(fixed, places, theta, rows, counts):
     return count + fixed.row.shape[0], element_count + fixed.element.shape[0]
 
 
-BESIDE = 2  # column of a table of slices where B begins
+NEIGHBOURS = 2  # first column of B in a table of slices
 
 
 @njit(**INNER)
 def _between(table, gear_mesh, s):
-    """Neighbouring rows of a table over the path, and the share of the way from one to the
-    other."""
+    """Rows of a table below and above the path coordinate s, and the weight of the latter."""
     last = table.shape[0] - 1
     y = min(max((s - gear_mesh.table_start) / gear_mesh.table_step, 0.0), float(last))
     at = min(int(y), last - 1)
@@ -93,7 +90,7 @@ def _between(table, gear_mesh, s):
 
 @njit(**INNER)
 def _periodic(table, share):
-    """Stiffness at ``share`` of a period; the table's samples divide the period evenly."""
+    """Stiffness at the fraction ``share`` of a period; samples of the table are equidistant."""
     n = table.shape[0]
     y = (share - math.floor(share)) * n
     j = int(y)
@@ -103,8 +100,8 @@ def _periodic(table, share):
 
 @njit(**INNER)
 def _first_and_last(gear_mesh, base):
-    """Indices of the pairs that may be in contact; of a stiffness wave the one nearest the pitch
-    point, or where teeth are bodies of their own both that lie next to it."""
+    """First and last index of pairs that may be in contact; of a stiffness wave the pair nearest to
+    the pitch point, or both pairs beside it if teeth are blocks."""
     if gear_mesh.model == WAVE:
         place = (gear_mesh.s_pitch - base) / gear_mesh.pitch
         if gear_mesh.per_tooth == 1 or gear_mesh.planet_turns >= 0:
@@ -119,7 +116,7 @@ def _first_and_last(gear_mesh, base):
 
 @njit(**INNER)
 def _wrapped(tooth, teeth):
-    """The number of a tooth one before the first or one after the last."""
+    """Tooth number brought into 0 … teeth − 1 from at most one turn outside."""
     if tooth >= teeth:
         return tooth - teeth
     return tooth + teeth if tooth < 0 else tooth
@@ -127,12 +124,12 @@ def _wrapped(tooth, teeth):
 
 @njit(**PART)
 def _find_pairs(gears, m, theta, pairs, p):
-    """Note the tooth pairs of gear mesh m that are in contact from ``pairs[p]`` on; the new p."""
+    """Stores the tooth pairs of gear mesh m in contact from ``pairs[p]`` on; returns the new p."""
     gear_mesh = gears.gear_mesh[m]
     base = gear_mesh.s0 + gear_mesh.rate * theta[gear_mesh.angle]
     common = common_error(gear_mesh, gears.runout[m], theta, base)
     low, high = _first_and_last(gear_mesh, base)
-    # whole divisions are slow: only of the pair before the first
+    # integer divisions are slow, so they are done for one pair only
     place = (low - 1) % gear_mesh.places
     tooth = (gear_mesh.gear_tooth0 + gear_mesh.gear_step * (low - 1)) % gear_mesh.gear_teeth
     other = (gear_mesh.planet_tooth0 + gear_mesh.planet_step * (low - 1)) % gear_mesh.planet_teeth
@@ -145,7 +142,7 @@ def _find_pairs(gears, m, theta, pairs, p):
         table = gears.table[number]
         if gear_mesh.model == WAVE:
             stiffness = _periodic(table, (s - gear_mesh.s_lo) / gear_mesh.pitch)
-            if high > low:  # handed over from tooth to tooth as they pass the pitch point
+            if high > low:  # linear transition between teeth at the pitch point
                 stiffness *= 1.0 - abs(s - gear_mesh.s_pitch) / gear_mesh.pitch
         else:
             a, b, w = _between(table, gear_mesh, s)
@@ -174,7 +171,8 @@ def _find_pairs(gears, m, theta, pairs, p):
 
 @njit(**INNER)
 def _shares(pairs, first, stop):
-    """Shares of the pairs that one row stands for, by stiffness; their sum and mean error."""
+    """Sets the shares of the pairs of one row by stiffness; returns the sum of stiffness and the
+    mean error."""
     total, error = 0.0, 0.0
     for q in range(first, stop):
         total += pairs[q].stiffness
@@ -187,8 +185,8 @@ def _shares(pairs, first, stop):
 
 @njit(**INNER)
 def _end(coef, share, n, at, arm):
-    """share · [N; (C − X) × N] in a body's frame; n: N, at: C − X, arm: of N about the axis, the
-    same all along the path."""
+    """Coefficients share · [N; (C − X) × N] of a block in the frame of its body; n: N; at: C − X;
+    arm: of N about the axis, constant along the path."""
     nx, ny, nz = n
     x, y, z = at
     coef[0], coef[1], coef[2] = share * nx, share * ny, share * nz
@@ -199,7 +197,7 @@ def _end(coef, share, n, at, arm):
 
 @njit(**PART)
 def _tooth_end(gears, coef, block, share, n, at):
-    """The same at the node of a tooth; at: C, in its body's frame."""
+    """Coefficients at the node of a tooth; at: C, in the frame of its body."""
     centre = gears.tooth_position[block]
     x, y, z = at[0] - centre[0], at[1] - centre[1], at[2] - centre[2]
     _end(coef, share, n, (x, y, z), x * n[1] - y * n[0])
@@ -207,7 +205,7 @@ def _tooth_end(gears, coef, block, share, n, at):
 
 @njit(**INNER)
 def _damping_of(gear_mesh, stiffness, share):
-    """Damping of tooth pairs of a gear mesh, N s/m; share: of all of its pairs that are there."""
+    """Damping of tooth pairs, N s/m; share: of these pairs in the stiffness of all pairs."""
     if gear_mesh.constant_damping > 0.0:
         return gear_mesh.constant_damping * share
     return gear_mesh.damping * math.sqrt(stiffness)
@@ -215,12 +213,12 @@ def _damping_of(gear_mesh, stiffness, share):
 
 @njit(**PART)
 def _fill_row(gears, m, turn, rows, n, span, away, share):
-    """Row n from pairs first … stop − 1 of gear mesh m: one pair, or all at the pitch point; its
+    """Fills row n of gear mesh m with one pair, or with all pairs at the pitch point; returns its
     stiffness and damping.
 
     turn: cosine and sine of the planet's angle in the gear's frame, then of the angle of its teeth
-    in its own axes; span: first, stop; away: m along the face from the centre of the pair's
-    contact line; share: of these pairs in the stiffness of all that are there.
+    in planet axes; span: first pair, and one after the last; away: distance along the face from the
+    centre of the contact line, m; share: of these pairs in the stiffness of all pairs.
     """
     first, stop = span
     gear_mesh, row, pairs = gears.gear_mesh[m], rows.row[n], rows.pair
@@ -276,16 +274,16 @@ def _fill_row(gears, m, turn, rows, n, span, away, share):
 
 @njit(**INNER)
 def _slices_of_pair(gears, m, turn, rows, n, e, q, share):
-    """Rows n and n + 1 and element e of pair q, which has a share of the stiffness of all: see
-    ``laws.slices``; whether the next pairs, if they touch, yield to it: see ``elements``."""
+    """Fills rows n and n + 1 and element e of pair q (``laws.slices``); share: of the pair in the
+    stiffness of all pairs. Returns whether it is coupled to the next pairs (``elements``)."""
     gear_mesh, pair, element = gears.gear_mesh[m], rows.pair[q], rows.element[e]
     table, count = gears.slices[pair.table], gear_mesh.slices
     a, b, w = _between(table, gear_mesh, pair.s)
     v, parameters = 1.0 - w, rows.parameters[e]
     radius, whole = v * a[0] + w * b[0], v * a[1] + w * b[1]
-    columns = 3 * count + gear_mesh.bent * (2 * count + count * (count + 1) // 2)
+    columns = 3 * count + gear_mesh.coupled * (2 * count + count * (count + 1) // 2)
     for j in range(columns):
-        parameters[FIRST + j] = v * a[OF_LINE + j] + w * b[OF_LINE + j]
+        parameters[FIRST + j] = v * a[LINE_COLUMNS + j] + w * b[LINE_COLUMNS + j]
     for j in range(count):
         off = parameters[FIRST + j] - pair.z
         parameters[FIRST + j] = 0.5 * (1.0 + off / radius) if radius > 0.0 else 0.5
@@ -296,14 +294,14 @@ def _slices_of_pair(gears, m, turn, rows, n, e, q, share):
         row.stiffness *= 0.5
         row.damping *= 0.5
         for k in range(FOLLOWING):
-            at = BESIDE + FOLLOWING * i + k
-            rows.yields[n + i, k] = v * a[at] + w * b[at]
+            column = NEIGHBOURS + FOLLOWING * i + k
+            rows.yields[n + i, k] = v * a[column] + w * b[column]
     pair.row, pair.rows = n, 2
     damping = _damping_of(gear_mesh, whole, share)
     parameters[COUNT], parameters[RELAXATION], parameters[DAMPER] = count, damping / whole, 0.0
     if gear_mesh.constant_damping > 0.0:
         parameters[RELAXATION], parameters[DAMPER] = 0.0, 0.5 * damping
-    element.law = COUPLED_SLICES_LAW if gear_mesh.bent == 1 else SLICES_LAW
+    element.law = COUPLED_SLICES_LAW if gear_mesh.coupled == 1 else SLICES_LAW
     element.first, element.rows = n, 2
     element.place = gear_mesh.places * m + pair.place
     return rows.yields[n, 0] != 0.0
@@ -311,8 +309,8 @@ def _slices_of_pair(gears, m, turn, rows, n, e, q, share):
 
 @njit(**PART)
 def _rows_of_pairs(gears, m, gear_turn, planet_turn, rows, counts, span):
-    """Rows and elements after the ``counts`` (rows, elements) there are, of the pairs of a span
-    (first, stop); the new counts. Turns: cosine and sine of the angles of gear and planet teeth."""
+    """Adds rows and elements of the pairs of a span (first, stop) after ``counts`` (rows,
+    elements); returns the new counts. Turns: cosine and sine of the angles of both frames."""
     count, element_count = counts
     first, stop = span
     gear_mesh = gears.gear_mesh[m]
@@ -348,7 +346,7 @@ def _rows_of_pairs(gears, m, gear_turn, planet_turn, rows, counts, span):
 
 @njit(**INNER)
 def _cosine_and_sine(theta, angle):
-    """Of an angle of the system, −1: none."""
+    """Cosine and sine of the angle of that index, of zero for −1."""
     if angle < 0:
         return 1.0, 0.0
     return math.cos(theta[angle]), math.sin(theta[angle])
@@ -356,10 +354,8 @@ def _cosine_and_sine(theta, angle):
 
 @njit(**UNCOUNTED)
 def fill_rows(elements, theta, active_flanks, rows):
-    """Fill ``rows`` at the angles ``theta`` (A,) rad; (rows, elements, tooth pairs).
-
-    active_flanks (M,): 1 where a gear mesh is to be looked at.
-    """
+    """Fills ``rows`` at angles theta (A,), rad; returns numbers of rows, elements and tooth pairs.
+    active_flanks (M,): 1 for gear meshes that are evaluated."""
     gears = elements.gears
     count = element_count = pairs = places = ZERO
     gear_angle, planet_angle, gear_turn, planet_turn = -1, -1, (1.0, 0.0), (1.0, 0.0)
@@ -382,7 +378,7 @@ def fill_rows(elements, theta, active_flanks, rows):
 
 
 def build_rows(data: PairData, rows: Rows, theta: Array, active_flanks: Ints) -> tuple[int, int]:
-    """Fill ``rows``; (number of rows, number of tooth pairs)."""
+    """Fills ``rows`` as ``fill_rows``; returns the numbers of rows and of tooth pairs."""
     theta = np.ascontiguousarray(theta, dtype=float)
     n, _, pairs = fill_rows(as_read(packed(data)), theta, active_flanks, as_read(rows))
     return int(n), int(pairs)

@@ -1,7 +1,7 @@
-"""A bearing with radial clearance: F = k ⟨|u| − c⟩ u/|u| along x and y. Parameters: k N/m, c m.
+"""Bearing with radial clearance: F = k ⟨|u| − c⟩ u/|u| along x and y. Parameters: k N/m, c m.
 
-k is the radial stiffness without the share that stays a spring about the bearing's middle, so that
-without clearance this is the linear bearing.
+k is the radial stiffness without the fraction ``CENTERING``, which remains a linear spring, so that
+with zero clearance this is the linear bearing.
 """
 
 from __future__ import annotations
@@ -14,16 +14,14 @@ from flexgear.coupling.laws.basic import clear
 from flexgear.coupling.laws.law import CENTERING, Law, compiled_law
 from flexgear.model.bearings import Bearing
 
-LOOSE = 1e-4  # share of its stiffness in the tangent of a bearing inside its clearance
+LEAST_TANGENT = 1e-4  # of a bearing inside its clearance, over its stiffness
 
 
 @compiled_law
 def _clearance(parameters, motion, force, tangent):
-    """The tangent is k along u and k (1 − c/|u|) across it.
-
-    Inside its clearance a bearing has no tangent: a small one keeps what floats there from
-    drifting on, and vanishes from the answer, as the force is zero.
-    """
+    """Force of a bearing with clearance; the tangent is k along u and k (1 − c/|u|) across it.
+    Inside the clearance force and tangent are zero; a small tangent keeps iterations from drifting
+    and does not change the solution."""
     k, gap = parameters[0], parameters[1]
     x, y = motion[0, 0], motion[0, 1]
     size = math.sqrt(x * x + y * y)
@@ -31,9 +29,9 @@ def _clearance(parameters, motion, force, tangent):
     clear(force, tangent)
     for i in range(2):
         force[0, i] = force[1, i] = k * share * motion[0, i]
-        tangent[0, i, i] = k * max(share, LOOSE)
+        tangent[0, i, i] = k * max(share, LEAST_TANGENT)
     if share > 0.0:
-        along = k * (1.0 - max(share, LOOSE)) / (size * size)
+        along = k * (1.0 - max(share, LEAST_TANGENT)) / (size * size)
         for i in range(2):
             for j in range(2):
                 tangent[0, i, j] += along * motion[0, i] * motion[0, j]

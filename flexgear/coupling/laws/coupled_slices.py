@@ -1,19 +1,18 @@
-"""A tooth pair in slices that bend each other: an influence matrix and a nonlinear line contact.
+"""Tooth pair with slices coupled by an influence matrix, and a nonlinear line contact.
 
-Slices close by x_j as in ``slices``; the forces f that press on them solve
+Slices are compressed by x_j as in ``slices``; their forces f solve
 
     Σ_i C_ji f_i + h_j(f_j) = x_j  and  f_j > 0,    or    f_j = 0  and  Σ_i C_ji f_i ≥ x_j,
 
-C being the flexibility of the teeth between the slices and h_j(f) = a_j f ln(d_j/f) the approach
-of the line contact; from d_j/e² on, where contact is nearly as wide as deep, its tangent. C is
-positive definite, so there is one answer; it is found by Newton's method on the slices that touch,
-which are changed until none pulls and none that does not touch overlaps. The forces are the slope
-of J = ½ fᵀ C f + Σ ∫ f dh, and their tangent is that of the slices that touch. Damping τ k_j ẋ_j
-takes nominal stiffnesses k_j and neither pulls nor exceeds the force, as in ``slices``. Parameters:
-number of slices, τ s, the damper that acts always, then t, nominal stiffness N/m and g m of all,
-a m/N, d N, and the lower triangle of C by rows, m/N; behind them, where there is room, the forces
-of the last solution, from which the next one starts: they save corrections and do not change the
-answer.
+C being the flexibility of the teeth between slices and h_j(f) = a_j f ln(d_j/f) the approach of the
+line contact, continued by its tangent beyond d_j/e², where contact is nearly as wide as deep. C is
+positive definite, so the solution is unique. It follows from Newton's method on the active slices,
+changed until no active slice pulls and no other overlaps. The forces are the derivative of
+J = ½ fᵀ C f + Σ ∫ f dh, with the tangent of the active slices. Damping τ k_j ẋ_j uses nominal
+stiffnesses k_j and neither pulls nor exceeds the force, as in ``slices``. Parameters: number of
+slices, τ s, a constant damper, then t, nominal stiffness N/m and g m of all slices, a m/N, d N, and
+the lower triangle of C by rows, m/N; then, if there is room, the forces of the last solution, as
+start values of the next one.
 """
 
 from __future__ import annotations
@@ -26,19 +25,19 @@ from flexgear.arrays import Array
 from flexgear.compiled import INNER, njit
 from flexgear.coupling.laws.basic import add_damper, clear
 from flexgear.coupling.laws.law import Law, compiled_law
-from flexgear.coupling.laws.slices import COUNT, DAMPER, FIRST, LOOSE, RELAXATION
+from flexgear.coupling.laws.slices import COUNT, DAMPER, FIRST, LEAST_TANGENT, RELAXATION
 
-TRIES = 60
+MAX_ITERATIONS = 60
 ONE = np.uint64(1)
-AGREES = 1e-12  # of the largest approach, by which the equations may differ
-SETTLES = 1e-5  # the same before the last correction, which squares it
-NEAR = 10.0  # ratio to the nominal force up to which that of the last solution is a first guess
-TOUCHES = 1e-9  # of d: the force from which the line contact is looked at
+TOLERANCE = 1e-12  # residual over the largest approach
+LAST_RESIDUAL = 1e-5  # the same before the last correction, which squares it
+NEAR = 10.0  # largest ratio of a force of the last solution to the nominal one to start from it
+LEAST_FORCE = 1e-9  # over d; the line contact is linear below
 
 
 @njit(**INNER)
 def _overlaps(bending, x, f, left):
-    """left (K,) = x − C f; every entry of the triangle of C is read once."""
+    """Fills left (K,) with x − C f, in one pass over the triangle of C."""
     count = x.shape[0]
     at = 2 * count
     for j in range(count):
@@ -54,13 +53,13 @@ def _overlaps(bending, x, f, left):
 
 @njit(**INNER)
 def _line_contact(bending, count, j, f):
-    """Approach h, its slope and ∫ f dh at the force f: a secant towards no force, where ln grows,
-    and the tangent from f = d/e² on."""
+    """Approach h of slice j, dh/df and ∫ f dh at the force f; linear below ``LEAST_FORCE`` d, and
+    continued by its tangent above d/e²."""
     a, d = bending[j], bending[count + j]
     if not a > 0.0:
         return 0.0, 0.0, 0.0
-    if f < TOUCHES * d:
-        secant = -a * math.log(TOUCHES)
+    if f < LEAST_FORCE * d:
+        secant = -a * math.log(LEAST_FORCE)
         return secant * f, secant, 0.5 * secant * f * f
     below = min(f, d * math.exp(-2.0))
     ratio, over = math.log(d / below), f - below
@@ -71,12 +70,9 @@ def _line_contact(bending, count, j, f):
 
 @njit(**INNER)
 def _solved(matrix, sides, n):
-    """Symmetric elimination of the leading n × n block of ``matrix``, in place, from its upper
-    triangle; sides (3, n): solved. No numbers where it is not positive definite.
-
-    Row after row, so that no sum waits for itself; over unsigned numbers, none is counted from the
-    end.
-    """
+    """Solves the leading n × n block of a symmetric ``matrix``, in place, for ``sides`` (3, n).
+    Elimination of the upper triangle row by row, for vectorised loops; unsigned indices avoid tests
+    for negative ones. NaN if the matrix is not positive definite."""
     rows = np.uint64(n)
     first, second, third = sides[0], sides[1], sides[2]
     for p in range(rows):
@@ -103,12 +99,9 @@ def _solved(matrix, sides, n):
 
 @njit(error_model="numpy")
 def _newton(share, bending, x, f, space, marks):
-    """Forces f (K,) under the overlaps x (K,), from a guess in f; the number n of slices that
-    touch.
-
-    marks (2, K): on return [0, :n] says which; space (K + 4, K): on return its last two rows are,
-    of those n, df/dδ of both rows, behind the last correction.
-    """
+    """Computes forces f (K,) under overlaps x (K,), from start values in f; returns the number n of
+    active slices. marks (2, K): [0, :n] their indices on return; space (K + 4, K): work array whose
+    last two rows have df/dδ of the n slices for both rows of the pair on return."""
     count, largest = x.shape[0], 0.0
     place, active = marks[0], marks[1]
     matrix, left, sides = space[:count], space[count], space[count + 1 :]
@@ -116,7 +109,7 @@ def _newton(share, bending, x, f, space, marks):
         active[j] = 1 if x[j] > 0.0 else 0
         f[j] *= active[j]
         largest = max(largest, abs(x[j]))
-    for _ in range(TRIES):
+    for _ in range(MAX_ITERATIONS):
         n, worst = 0, 0.0
         for j in range(count):
             if active[j] == 1:
@@ -141,11 +134,11 @@ def _newton(share, bending, x, f, space, marks):
             f[j] += sides[0, p]
             if f[j] < 0.0:
                 f[j], active[j], changed = 0.0, 0, True
-        if changed or worst > SETTLES * largest:
+        if changed or worst > LAST_RESIDUAL * largest:
             continue
         _overlaps(bending, x, f, left)
         for j in range(count):
-            if active[j] == 0 and left[j] > AGREES * largest:
+            if active[j] == 0 and left[j] > TOLERANCE * largest:
                 active[j], changed = 1, True
         if not changed:
             return n
@@ -153,19 +146,18 @@ def _newton(share, bending, x, f, space, marks):
 
 
 @njit(**INNER)
-def _guess(most, share, d):
-    """First guess of a slice's force, N: nominal flexibility and line contact in series. It lies
-    below the answer, so that Newton's method does not overshoot. most: the force without line
-    contact, N; share: a of the line contact times the nominal stiffness."""
-    if not most > TOUCHES * d:
+def _guess(bound, ratio, d):
+    """Start value of the force of a slice, N: nominal flexibility and line contact in series. It is
+    below the solution, so that Newton's method does not overshoot. bound: force without line
+    contact, N; ratio: a of the line contact times the nominal stiffness."""
+    if not bound > LEAST_FORCE * d:
         return 0.0
-    return most / (1.0 + share * max(math.log(d / most), 1.0))
+    return bound / (1.0 + ratio * max(math.log(d / bound), 1.0))
 
 
 @njit(error_model="numpy")
 def coupled_slices(parameters, motion, force, tangent):
-    """Sums over the slices that touch; a pair in the air keeps a small tangent, and no elastic
-    force."""
+    """Sums over active slices; a pair out of contact has a small tangent, and no elastic force."""
     count, tau = int(parameters[COUNT]), parameters[RELAXATION]
     share, nominal = parameters[FIRST : FIRST + count], parameters[FIRST + count :]
     last = FIRST + 5 * count + count * (count + 1) // 2
@@ -176,11 +168,11 @@ def coupled_slices(parameters, motion, force, tangent):
     for j in range(count):
         b = share[j]
         x[j] = (1.0 - b) * motion[0, 0] + b * motion[0, 1] - nominal[count + j]
-        most = nominal[j] * x[j]
-        if remembers and most / NEAR < before[j] < most * NEAR:
+        bound = nominal[j] * x[j]
+        if remembers and bound / NEAR < before[j] < bound * NEAR:
             f[j] = before[j]
         else:
-            f[j] = _guess(most, nominal[j] * bending[j], bending[count + j])
+            f[j] = _guess(bound, nominal[j] * bending[j], bending[count + j])
         stiffness += nominal[j]
     clear(force, tangent)
     n, energy = _newton(share, bending, x, f, space[2:], marks), 0.0
@@ -208,22 +200,21 @@ def coupled_slices(parameters, motion, force, tangent):
         tangent[1, 1, 0] += damper * a * b
         tangent[1, 1, 1] += damper * b * b
     if n == 0:
-        tangent[0, 0, 0] = tangent[0, 1, 1] = 0.5 * LOOSE * stiffness
+        tangent[0, 0, 0] = tangent[0, 1, 1] = 0.5 * LEAST_TANGENT * stiffness
     add_damper(parameters[DAMPER], motion, force, tangent)
     return energy
 
 
 @compiled_law
 def _coupled_slices(parameters, motion, force, tangent):
-    """The same, to be called by its address."""
+    """``coupled_slices`` for calls by address."""
     return coupled_slices(parameters, motion, force, tangent)
 
 
 @njit()
 def forces_of(overlap: Array, share: Array, bending: Array) -> tuple[Array, Array]:
-    """Elastic forces (n, K) N of slices that overlap by (n, K) m, and the tangents (n, 2, 2) N/m of
-    both rows of each pair; share (n, K): of the second row in a slice; bending (n, …): their a, d
-    and lower triangles of C."""
+    """Elastic forces (n, K) of slices, N, and tangents (n, 2, 2) of both rows of each pair, N/m.
+    overlap: x (n, K), m; share: t (n, K); bending (n, …): a, d and lower triangle of C."""
     out, tangent = np.zeros_like(overlap), np.zeros((overlap.shape[0], 2, 2))
     count = overlap.shape[1]
     space, marks = np.empty((count + 4, count)), np.empty((2, count), np.int64)

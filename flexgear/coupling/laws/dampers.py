@@ -1,8 +1,8 @@
-"""Viscous dampers beside the springs of a bearing, joint or port: F = c δ̇ along and about x, y, z.
+"""Viscous dampers of a bearing, joint or port: F = c δ̇ along and about x, y, z.
 
-Rates are whole ones: a damper against turning takes c ω of what rolls, in equilibria at rated
-speed, too. They are taken in the frame of the inner ring, so that of a body in a turning frame
-Ω × u is left out beside u̇. Parameters: c (6,), N s/m and N m s/rad.
+Rates include rolling: a rotational damper has the torque c ω, also in equilibria at rated speed.
+Rates are those in the frame of the inner ring, so Ω × u is neglected beside u̇ in rotating frames.
+Parameters: c (6,), N s/m and N m s/rad.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from flexgear.model.bearings import Bearing
 
 @compiled_law
 def _dampers(parameters, motion, force, tangent):
-    """No row is coupled with another, and none has a potential."""
+    """Force F = c δ̇ of every row, without coupling and potential."""
     clear(force, tangent)
     for i in range(6):
         force[0, i], tangent[1, i, i] = parameters[i] * motion[1, i], parameters[i]

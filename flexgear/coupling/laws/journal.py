@@ -1,30 +1,31 @@
-"""A plain journal bearing between planet and pin: the oil film of a short bearing.
+"""Plain journal bearing between planet and pin: oil film of a short bearing.
 
-Rows are motions x, y of the planet less the pin, and the rotation of the planet against it. The
-film between bore and pin has the thickness h = c − x cos ψ − y sin ψ, seen from the opposite side.
-With the mean speed ω̄ of both surfaces in the frame of x, y, Reynolds' equation of a short bearing
-gives
+Rows are motions x, y of the planet relative to the pin, and its rotation relative to the pin. The
+film between bore and pin has the thickness h = c − x cos ψ − y sin ψ, with ψ from the side opposite
+to the displacement. With the mean speed ω̄ of both surfaces in the frame of x, y, Reynolds' equation
+of a short bearing gives
 
     p = 6 η (a cos ψ + b sin ψ)/h³ (L²/4 − z²),   (a, b) = (ẋ + ω̄ y, ẏ − ω̄ x),
 
-squeeze and wedge at once, and where p is negative oil cavitates and p = 0 (Gümbel): the half circle
-about the direction α of (a, b) carries. Of its integral, with u = (cos ψ, sin ψ),
+for squeeze and wedge together. Where p is negative oil cavitates and p = 0 (Gümbel), so that the
+half circle about the direction α of (a, b) carries. Integration, with u = (cos ψ, sin ψ), gives
 
     F = η R L³ A (a, b),   A = ∫ u uᵀ/h³ dψ from α − π/2 to α + π/2,
 
-so that the film takes F · (a, b) ≥ 0 for ever. With p, q the components of (x, y)/c along α and
+and the film always dissipates, F · (a, b) ≥ 0. With p, q the components of (x, y)/c along α and
 across, all integrals are derivatives of G = ∫ dθ/(1 − p cos θ − q sin θ) = 2 T/s,
 s² = 1 − p² − q², T = arctan2(s, −p): A has G_pp/2, G_pq/2, G_qq/2 over c³.
 
-The pin stands in the frame of x, y and the planet turns, so that ω̄ is half the planet's speed. Both
-are dragged by the shear of the film, 2π η R³ L ω/(c √(1 − ε²)), and by half of the moment of F.
+The pin is stationary in the frame of x, y and the planet rotates, so that ω̄ is half the planet's
+speed. The drag torque on both is that of shear, 2π η R³ L ω/(c √(1 − ε²)), and half of the moment
+of F.
 
-From ε = 1 − h_min/c on, surfaces touch: the film stays as there, and beside it the radial stiffness
-of the bearing acts on what is closer. Not modelled: heating of the oil, deformation of the film,
-tilt (the film is that of parallel axes), and length: films longer than half of the diameter carry
-less than the short bearing's. Parameters: η Pa·s, R, L, c, h_min m, radial stiffness N/m.
+Beyond ε = 1 − h_min/c surfaces touch: the film is that at this limit, and the radial stiffness of
+the bearing acts on the excess. Not modelled: heating of the oil, deformation of the surfaces, tilt,
+and length: films longer than half of the diameter carry less than by the theory of short bearings.
+Parameters: η Pa·s, R, L, c, h_min m, radial stiffness N/m.
 
-Source: Reynolds' equation as Ocvirk (NACA TN 2808, 1952) shortens it; the integrals are derived.
+Source: Reynolds' equation of short bearings by Ocvirk (NACA TN 2808, 1952); integrals derived here.
 """
 
 from __future__ import annotations
@@ -41,13 +42,13 @@ from flexgear.model.bearings import Bearing
 from flexgear.model.member import PlanetBearing
 from flexgear.model.section import Missing
 
-VISCOSITY, RADIUS, LENGTH, CLEARANCE, THINNEST, STIFFNESS = range(6)
-LOOSE = 1e-6  # share of the radial stiffness in the tangent of a film without load
+VISCOSITY, RADIUS, LENGTH, CLEARANCE, LEAST_FILM, STIFFNESS = range(6)
+LEAST_TANGENT = 1e-6  # of a film without load, over the radial stiffness
 
 
 @njit(**INNER)
 def _integrals(p, q):
-    """Of the carrying half film: ½ G_pp, ½ G_pq, ½ G_qq, ½ G_ppp, ½ G_ppq, ½ G_pqq."""
+    """Integrals of the half film: ½ G_pp, ½ G_pq, ½ G_qq, ½ G_ppp, ½ G_ppq, ½ G_pqq."""
     s2, w = 1.0 - p * p - q * q, 1.0 - q * q
     s = math.sqrt(s2)
     t, s3, s4 = math.atan2(s, -p), s * s2, s2 * s2
@@ -71,8 +72,8 @@ def _integrals(p, q):
 
 @njit(**INNER)
 def _film(parameters, x, y, a, b, force, tangent):
-    """F of the film at (x, y) inside it under (a, b); ∂F/∂(x, y) at these and ∂F/∂(a, b) are added
-    to ``tangent``."""
+    """Sets the force F of the film at (x, y) under (a, b), and adds ∂F/∂(x, y) at constant (a, b)
+    and ∂F/∂(a, b) to ``tangent``."""
     c, size = parameters[CLEARANCE], math.sqrt(a * a + b * b)
     scale = parameters[VISCOSITY] * parameters[RADIUS] * parameters[LENGTH] ** 3 / c**3
     nx, ny = (a / size, b / size) if size > 0.0 else (1.0, 0.0)
@@ -92,8 +93,9 @@ def _film(parameters, x, y, a, b, force, tangent):
 
 @njit(**INNER)
 def _touching(parameters, x, y, inside, force, tangent):
-    """Where surfaces touch, (x, y) beyond the thinnest film in its direction: tangents of the film
-    by that direction alone, and the contact's force beside that of the film; its potential."""
+    """Adds contact of the surfaces at (x, y) beyond the least film; returns its potential. inside:
+    radius at which surfaces touch, m. Tangents of the film are restricted to changes of direction;
+    force and tangent of the contact are added."""
     size, k = math.sqrt(x * x + y * y), parameters[STIFFNESS]
     over, share = size - inside, inside / size
     n = (x / size, y / size)
@@ -109,16 +111,16 @@ def _touching(parameters, x, y, inside, force, tangent):
 
 @compiled_law
 def _journal(parameters, motion, force, tangent):
-    """Forces along x, y and the drag about z, each with all tangents."""
+    """Forces along x and y, and drag about z, with tangents."""
     x, y, c = motion[0, 0], motion[0, 1], parameters[CLEARANCE]
     speed = motion[1, 2]  # of the planet against the pin
-    mean, size, inside = 0.5 * speed, math.sqrt(x * x + y * y), c - parameters[THINNEST]
+    mean, size, inside = 0.5 * speed, math.sqrt(x * x + y * y), c - parameters[LEAST_FILM]
     share = inside / size if size > inside else 1.0
     film_x, film_y = share * x, share * y
     a, b = motion[1, 0] + mean * film_y, motion[1, 1] - mean * film_x
     clear(force, tangent)
     _film(parameters, film_x, film_y, a, b, force[0], tangent)
-    # by film_x and film_y themselves, which (a, b) holds, too, and by the speed
+    # (a, b) depends on film_x, film_y and the speed
     eccentric = (film_x, film_y)
     for i in range(2):
         by_x, by_y = tangent[1, i, 0], tangent[1, i, 1]
@@ -145,7 +147,7 @@ def _journal(parameters, motion, force, tangent):
         tangent[0, 2, 0] = share * (tangent[0, 2, 0] - drag_along * x)
         tangent[0, 2, 1] = share * (tangent[0, 2, 1] - drag_along * y)
     for i in range(2):
-        tangent[0, i, i] += LOOSE * parameters[STIFFNESS] if a == 0.0 and b == 0.0 else 0.0
+        tangent[0, i, i] += LEAST_TANGENT * parameters[STIFFNESS] if a == 0.0 and b == 0.0 else 0.0
     return energy
 
 

@@ -1,4 +1,4 @@
-"""What a law of force elements is, and the signature that all of them are compiled for."""
+"""Law of force elements, and compilation with the signature of all laws."""
 
 from __future__ import annotations
 
@@ -12,22 +12,21 @@ import numpy as np
 from flexgear.arrays import Array
 from flexgear.model.bearings import Bearing
 
-CENTERING = 1e-4  # of its stiffness: what a bearing with a law keeps as a spring about its middle
+CENTERING = 1e-4  # fraction of the stiffness of a nonlinear bearing that remains a linear spring
 
 
 @dataclass(frozen=True)
 class Law:
-    """A law by name; see ``laws``.
+    """Law of force elements; see ``laws``.
 
-    function: as ``compiled_law`` gives it; components: of the relative motion (x, y, z, rx, ry, rz)
-    that a bearing's rows act on, none for laws of rows that come from elsewhere; nominal: stiffness
-    (r,) of the rows of an element with the given parameters, for modes and what is linear;
-    stated_by: the parameters of the law where a bearing of a case states it, else None, from the
-    bearing and the dynamic viscosity of the case's lubricant, Pa·s, None where it has none;
-    replaces: whether the law stands in the place of the bearing's springs or beside them;
-    part_loads: loads (t, rows, parts) N of the parts of its rows, evenly spaced from the bearing's
-    x axis on, from parameters, motions (t, r) and the angle (t,) that turns it, where it has parts;
-    turned: which of its parameters is one of the system's angles, −1 none.
+    function: of ``compiled_law``; components: indices of the components (x, y, z, rx, ry, rz) of
+    the relative motion on which the rows of a bearing act, none for laws of other rows; nominal:
+    stiffness (r,) of the rows for given parameters, used in modes and linear analyses; stated_by:
+    parameters for a bearing of a case and the dynamic viscosity of the lubricant, Pa·s or None,
+    None if the bearing does not have the law; replaces: whether the law replaces the springs of the
+    bearing or is added to them; part_loads: loads (t, rows, parts), N, of rolling elements, equally
+    spaced from the x axis on, for parameters, motions (t, r) and the angle (t,); turned: index of
+    the parameter that is an angle of the system, −1 none.
     """
 
     name: str
@@ -41,8 +40,8 @@ class Law:
 
 
 def compiled_law(function: Callable[..., float]) -> Callable[[], Any]:
-    """What gives the function compiled so that it can be called by its address; it is compiled when
-    that is first asked for."""
+    """Function that returns a law compiled for calls by address; it is compiled at the first
+    call."""
 
     @cache
     def compiled() -> Any:

@@ -1,29 +1,28 @@
-"""A cylindrical roller bearing: Q = K ⟨δ⟩^(10/9) for every roller of every row.
+"""Cylindrical roller bearing: Q = K ⟨δ⟩^(10/9) for every roller of every row.
 
-A roller at the angle ψ in a row at z closes by
+A roller at the angle ψ in a row at z is compressed by
 
     δ = (x + z r_y) cos ψ + (y − z r_x) sin ψ − gap − drop,
-    K = 35 948 L^(8/9) N/mm^(10/9), L in mm,
 
-L being its effective length (ISO/TS 16281: steel, both raceways). The rollers' loads give forces
-along x and y and moments about both; their own tilt, which shares the load along a roller, is left
-out. Rollers stand at ψ = 2π i/Z; in a bearing with defects they pass, by what the cage turns
+with K of ``roller_stiffness``. The rollers' loads give forces along x and y and moments about both;
+tilt of rollers, which shifts the load along a roller, is neglected. Rollers are at ψ = 2π i/Z; in a
+bearing with defects they move with the cage,
 
     ψ_i = 2π i/Z + (R_i α_i + R_o α_o)/(R_i + R_o) ,
 
-α_i, α_o being the angles by which the races of radii R_i, R_o have turned, in rolling without slip.
-A defect of the width w and the depth d, as long as the rollers, lets down a roller of radius r
+α_i, α_o being the rotations of the races of radii R_i, R_o, for rolling without slip. A defect of
+width w and depth d, as long as the rollers, lowers a roller of radius r by
 
     drop = min(d, (w/2 − |a|)²/2ρ),   1/ρ = 1/r + 1/R_i or 1/r − 1/R_o ,
 
-where it rests on the edge that is nearer; a is how far, along the race, the roller's middle is off
-the middle of the defect. That of a roller, number 1, drops where it faces a race: with the roller's
-own turns (R_o/r)(α_o − ψ), at the outer race and half a turn later at the inner one. Impact on the
-edges beyond what the drop's course does to the bearing's parts, and slip, are left out.
+as it rests on the nearer edge; a is the distance of the roller from the middle of the defect along
+the race. A defect of a roller, number 1, causes a drop where it faces a race: with the roller's
+rotation (R_o/r)(α_o − ψ), at the outer race and half a turn later at the inner one. Slip is
+neglected, and impact on edges beyond the effect of the drop on the parts of the bearing.
 
-Parameters: K in N/m^(10/9), gap m, rollers of a row, rows, stiffness of the linear bearing in its
-place (radial N/m, tilt N m/rad), the system's angle that turns a race, the cage's turns for one of
-it, number of defects; then the rows' places z, m, then ``DEFECT`` of every defect.
+Parameters: K in N/m^(10/9), gap m, rollers of a row, rows, stiffness of the linear bearing that it
+replaces (radial N/m, tilt N m/rad), angle that rotates a race, rotation of the cage per radian of
+it, number of defects; then positions z of the rows, m, then ``DEFECT`` values of every defect.
 
 Sources: Harris, Kotzalas 2006, Essential Concepts of Bearing Technology, ch. 6 and 7; ISO/TS
 16281:2008; the drop is the geometry of two circles.
@@ -41,37 +40,32 @@ from flexgear.arrays import Array
 from flexgear.compiled import INNER, UNCOUNTED, njit
 from flexgear.coupling.laws.basic import clear
 from flexgear.coupling.laws.law import Law, compiled_law
+from flexgear.gears.bearings.rows import roller_stiffness
 from flexgear.model.bearings import Bearing, Rollers, RollingElements
 from flexgear.model.faults import Fault
 
-EXPONENT = 10.0 / 9.0
-LOOSE = 1e-4  # share of the linear stiffness in the tangent of a bearing without load
+EXPONENT = 10.0 / 9.0  # of the compression in the load
+LEAST_TANGENT = 1e-4  # of a bearing without load, over its linear stiffness
 STIFFNESS, GAP, COUNT, ROWS, RADIAL, TILT, TURNED, CAGE, DEFECTS, PLACES = range(10)
-# 1 of a race, 0 of roller 1; row; turns of it for one of the angle; angle at the start, rad; radius
-# on which it lies, half of its width, depth, m; 1/2ρ, 1/m
+# values of a defect: 1 on a race, 0 on roller 1; row; rotation per radian of the angle; angle at
+# the start, rad; radius of its position, half width, depth, m; 1/2ρ, 1/m
 ON_RACE, ROW, RATE, START, RADIUS, HALF, DEPTH, CURVATURE, DEFECT = range(9)
 
 
 class RaceRates(NamedTuple):
-    """By how much inner and outer race turn against the axes of x, y for one of the system's angle;
-    load_zone: where along ψ a roller is that lies towards +x, rad."""
+    """Rotation of inner and outer race relative to the axes x, y per radian of the angle;
+    load_zone: ψ of rollers on the side towards +x, rad."""
 
     inner: float
     outer: float
     load_zone: float = 0.0
 
 
-def roller_stiffness(length: float) -> float:
-    """K of a steel roller between two raceways, N/m^(10/9); length m."""
-    return float(35948.0 * (1e3 * length) ** (8 / 9) * 1e3**EXPONENT)
-
-
 def roller_parameters(rollers: Rollers, radial: float, tilt: float) -> list[float]:
-    """Parameters of the law; radial, tilt: of the linear bearing."""
+    """Parameters of a bearing without defects; radial, tilt: stiffness of the linear bearing."""
     stiffness = roller_stiffness(rollers.length)
     counts = float(rollers.count), float(rollers.rows)
-    at_rest = [radial, tilt, 0.0, 0.0, 0.0]
-    return [stiffness, rollers.clearance, *counts, *at_rest, *rollers.places]
+    return [stiffness, rollers.clearance, *counts, radial, tilt, 0.0, 0.0, 0.0, *rollers.places]
 
 
 def with_defects(
@@ -80,7 +74,7 @@ def with_defects(
     rates: RaceRates,
     faults: Sequence[Fault],
 ) -> Array:
-    """Parameters of a bearing whose rollers pass and which has these defects."""
+    """Parameters of a bearing with defects, whose rollers move with the cage."""
     roller = 0.5 * elements.diameter
     inner, outer = (0.5 * elements.pitch_diameter + sign * roller for sign in (-1, 1))
     cage = (inner * rates.inner + outer * rates.outer) / (inner + outer)
@@ -99,22 +93,22 @@ def with_defects(
             blocks.append((1.0, row, rates.inner, place, inner, *size, at_inner))
         else:
             blocks.append((1.0, row, rates.outer, place, outer, *size, at_outer))
-    passing = np.array([*parameters, *np.ravel(blocks)])
-    passing[[CAGE, DEFECTS]] = cage, len(blocks)
-    return passing
+    extended = np.array([*parameters, *np.ravel(blocks)])
+    extended[[CAGE, DEFECTS]] = cage, len(blocks)
+    return extended
 
 
 @njit(**INNER)
 def _drop(parameters, row, i, psi):
-    """By how much defects let down roller i, at ψ, of a row."""
+    """Drop of roller i, at ψ, of a row in defects, m."""
     drop, at = 0.0, PLACES + int(parameters[ROWS])
     for _ in range(int(parameters[DEFECTS])):
         on_race = parameters[at + ON_RACE] == 1.0
         if parameters[at + ROW] == row and (on_race or i == 0):
             angle = parameters[at + RATE] * parameters[TURNED] + parameters[at + START]
             turns = ((psi - angle) if on_race else angle) / (2.0 * math.pi)
-            away = 2.0 * math.pi * abs(turns - math.floor(turns + 0.5)) * parameters[at + RADIUS]
-            inside = parameters[at + HALF] - away
+            distance = 2.0 * math.pi * abs(turns - math.floor(turns + 0.5))
+            inside = parameters[at + HALF] - distance * parameters[at + RADIUS]
             if inside > 0.0:
                 drop += min(parameters[at + DEPTH], parameters[at + CURVATURE] * inside * inside)
         at += DEFECT
@@ -122,8 +116,8 @@ def _drop(parameters, row, i, psi):
 
 
 @njit(**INNER)
-def _closed(parameters, row, i, motion):
-    """cos ψ, sin ψ, z of roller i of a row, and by how much it has closed at motions (4,)."""
+def _compression(parameters, row, i, motion):
+    """cos ψ, sin ψ and z of roller i of a row, and its compression δ at motions (4,)."""
     z = parameters[PLACES + row]
     psi = 2.0 * math.pi * i / parameters[COUNT] + parameters[CAGE] * parameters[TURNED]
     c, s = math.cos(psi), math.sin(psi)
@@ -136,18 +130,19 @@ def _closed(parameters, row, i, motion):
 
 @njit(**UNCOUNTED)
 def _loads(parameters, motion, turned, out):
-    """Loads (t, rows, Z) at motions (t, 4) and angles (t,); parameters change on the way."""
+    """Fills ``out`` (t, rows, Z) with loads at motions (t, 4) and angles (t,); overwrites the angle
+    in ``parameters``."""
     for t in range(out.shape[0]):
         parameters[TURNED] = turned[t]
         for row in range(out.shape[1]):
             for i in range(out.shape[2]):
-                delta = _closed(parameters, row, i, motion[t])[3]
+                delta = _compression(parameters, row, i, motion[t])[3]
                 out[t, row, i] = parameters[STIFFNESS] * max(delta, 0.0) ** EXPONENT
 
 
 def roller_loads(parameters: Array, motion: Array, turned: Array) -> Array:
-    """Load of every roller (t, rows, Z) N at motions (t, 4): x, y, r_x, r_y; turned (t,): the
-    system's angle that turns a race."""
+    """Load (t, rows, Z) of every roller, N, at motions (t, 4) x, y, r_x, r_y; turned: angle (t,)
+    that rotates a race, rad."""
     out = np.empty((len(motion), int(parameters[ROWS]), int(parameters[COUNT])))
     _loads(np.array(parameters), np.ascontiguousarray(motion), turned, out)
     return out
@@ -155,26 +150,26 @@ def roller_loads(parameters: Array, motion: Array, turned: Array) -> Array:
 
 @compiled_law
 def _rollers(parameters, motion, force, tangent):
-    """Sums over all rollers; the way of a roller is g · (x, y, r_x, r_y)."""
+    """Sums over all rollers; the compression of a roller is g · (x, y, r_x, r_y) − gap − drop."""
     k = parameters[STIFFNESS]
     clear(force, tangent)
     energy = 0.0
     for row in range(int(parameters[ROWS])):
         for i in range(int(parameters[COUNT])):
-            c, s, z, delta = _closed(parameters, row, i, motion[0])
+            c, s, z, delta = _compression(parameters, row, i, motion[0])
             if delta > 0.0:
                 load = k * delta**EXPONENT
                 energy += load * delta / (1.0 + EXPONENT)
                 slope = EXPONENT * load / delta
-                way = (c, s, -z * s, z * c)
+                g = (c, s, -z * s, z * c)
                 for a in range(4):
-                    force[0, a] += load * way[a]
+                    force[0, a] += load * g[a]
                     for b in range(4):
-                        tangent[0, a, b] += slope * way[a] * way[b]
+                        tangent[0, a, b] += slope * g[a] * g[b]
     for a in range(4):
         force[1, a] = force[0, a]
         if energy == 0.0:
-            tangent[0, a, a] = LOOSE * (parameters[RADIAL] if a < 2 else parameters[TILT])
+            tangent[0, a, a] = LEAST_TANGENT * (parameters[RADIAL] if a < 2 else parameters[TILT])
     return energy
 
 

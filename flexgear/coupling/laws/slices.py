@@ -1,19 +1,18 @@
-"""A tooth pair whose contact line is cut into slices: load along the face.
+"""Tooth pair with independent slices of its contact line: load along the face.
 
-The pair has two rows, at z_c − ρ and z_c + ρ on its contact line: its centre of stiffness and the
-radius of gyration of its stiffness about it. For rigid flank bodies the approach is affine along
-the line, so that slice j at z_j closes by
+The pair has two rows, at z_c − ρ and z_c + ρ on its contact line, with its centre of stiffness z_c
+and the radius of gyration ρ of its stiffness. For rigid flanks the approach is affine along the
+line, so that slice j at z_j is compressed by
 
     x_j = (1 − t_j) δ_a + t_j δ_b − g_j,    t_j = (z_j − z_c + ρ)/(2 ρ),
 
-g_j being what its flanks lack there, and its force f_j acts on the rows by F_a = Σ (1 − t_j) f_j
-and F_b = Σ t_j f_j, which is resultant and moment exactly. While the whole line touches, the rows
-are two springs of half its stiffness each, not coupled: so z_c and ρ are chosen.
+g_j being the gap, and its force f_j acts on the rows by F_a = Σ (1 − t_j) f_j and F_b = Σ t_j f_j,
+which is exact in resultant and moment. With this z_c and ρ the rows are two uncoupled springs of
+half the stiffness each while the whole line touches.
 
-Slices are springs f = k ⟨x⟩ beside each other. Damping takes the rate of the elastic force, τ ḟ,
-and neither pulls nor exceeds it; with one slice that is the law of pairs that are one spring.
-Parameters: number of slices, τ s, a damper on each of the two rows that acts always (see
-``basic``), N s/m, then t, k N/m and g m of all.
+Slices are independent springs f = k ⟨x⟩. Damping is τ ḟ of the elastic force, neither pulls nor
+exceeds it, and with one slice is that of the one-sided law. Parameters: number of slices, τ s, a
+constant damper on each row (``basic``), N s/m, then t, k N/m and g m of all slices.
 """
 
 from __future__ import annotations
@@ -22,12 +21,12 @@ from flexgear.coupling.laws.basic import add_damper, clear
 from flexgear.coupling.laws.law import Law, compiled_law
 
 COUNT, RELAXATION, DAMPER, FIRST = range(4)
-LOOSE = 1e-9  # share of its stiffness in the tangent of a pair that does not touch
+LEAST_TANGENT = 1e-9  # of a pair out of contact, over its stiffness
 
 
 @compiled_law
 def _slices(parameters, motion, force, tangent):
-    """Sums over the slices; a pair in the air keeps a small tangent, and no elastic force."""
+    """Sums over the slices; a pair out of contact has a small tangent, and no elastic force."""
     count, relaxation = int(parameters[COUNT]), parameters[RELAXATION]
     clear(force, tangent)
     energy = stiffness = touching = 0.0
@@ -59,7 +58,7 @@ def _slices(parameters, motion, force, tangent):
         tangent[1, 0, 1] += a * b * damper
         tangent[1, 1, 1] += b * b * damper
     if touching == 0.0:
-        tangent[0, 0, 0] = tangent[0, 1, 1] = 0.5 * LOOSE * stiffness
+        tangent[0, 0, 0] = tangent[0, 1, 1] = 0.5 * LEAST_TANGENT * stiffness
     tangent[0, 1, 0], tangent[1, 1, 0] = tangent[0, 0, 1], tangent[1, 0, 1]
     add_damper(parameters[DAMPER], motion, force, tangent)
     return energy

@@ -1,15 +1,15 @@
-"""Equivalent loads of a bearing whose rows are not followed.
+"""Equivalent loads of a bearing, by the factors of ISO 281 and ISO 76.
 
     P = F_r + Y_1 F_a where F_a <= e F_r,   P = X F_r + Y F_a beyond,
     P_0 = max(X_0 F_r + Y_0 F_a, F_r)
 
-from ``thrust`` of the bearing, or from its contact angle α. Rollers of one row (of two):
+with factors of the key ``thrust``, or by its contact angle α. Rollers in one row (in two rows):
 
     e = 1.5 tan α,  Y_1 = 0 (0.45 cot α),  X = 0.4 (0.67),  Y = 0.4 cot α (0.67 cot α),
     X_0 = 0.5 (1),  Y_0 = 0.22 cot α (0.44 cot α)
 
-and balls by tables, linear between their entries: over α, and where α = 0 over f_0 F_a/C_0 of one
-bearing. Sources: ISO 281:2007, table 3 (balls) and table 8 (rollers); P_0: ISO 76:2006.
+and balls by tables with linear interpolation: over α, or for α = 0 over f_0 F_a/C_0 of one bearing.
+Sources: ISO 281:2007, table 3 (balls) and table 8 (rollers); P_0: ISO 76:2006.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ _BALLS = {  # by rows: X, Y, Y_1
         (1.09, 0.92, 0.78, 0.66, 0.55, 0.47),
     ),
 }
-LEAST_E = 0.19  # of the tables: less thrust than that share of the radial load never counts
+LEAST_E = 0.19  # of the tables; less axial load than this fraction of the radial load has no effect
 
 
 class ThrustFactors(NamedTuple):
-    """Factors of P and P_0, alike for all loads or (n,); x_0, y_0: None where unknown."""
+    """Factors of P and P_0, one for all loads or (n,); x_0, y_0: None if unknown."""
 
     e: float | Array
     x: float
@@ -52,7 +52,7 @@ class ThrustFactors(NamedTuple):
 
 
 def thrust_factors(bearing: Rolling, axial: Array) -> ThrustFactors | None:
-    """Factors under thrusts (n,) of one bearing, N; None where thrust does not count."""
+    """Factors under axial loads (n,) of one bearing, N; None if axial loads have no effect."""
     thrust = bearing.thrust
     if thrust is None:
         return None
@@ -76,28 +76,32 @@ def thrust_factors(bearing: Rolling, axial: Array) -> ThrustFactors | None:
 
 
 def equivalent_load(bearing: Rolling, radial: ArrayLike, axial: ArrayLike = 0.0) -> Array:
-    """P (n,) of radial and axial loads (n,) or one for all, N, of all bearings side by side, which
-    share them evenly; the radial loads where thrust does not count."""
-    of_radial, of_axial = _sizes(radial, axial)
-    factors = thrust_factors(bearing, of_axial / bearing.count)
+    """Equivalent dynamic load P (n,), N, of all bearings side by side, which share loads evenly.
+
+    radial, axial: loads (n,) or one for all, N; P is the radial load if axial ones have no effect.
+    """
+    radial_size, axial_size = _sizes(radial, axial)
+    factors = thrust_factors(bearing, axial_size / bearing.count)
     if factors is None:
-        return of_radial
-    below = of_axial <= factors.e * of_radial
-    beyond = factors.x * of_radial + factors.y * of_axial
-    return np.where(below, of_radial + factors.y_1 * of_axial, beyond)
+        return radial_size
+    below = axial_size <= factors.e * radial_size
+    beyond = factors.x * radial_size + factors.y * axial_size
+    return np.where(below, radial_size + factors.y_1 * axial_size, beyond)
 
 
 def static_load(bearing: Rolling, radial: ArrayLike, axial: ArrayLike = 0.0) -> Array:
-    """P_0 (n,), as ``equivalent_load``; NaN under thrust whose X_0 and Y_0 are unknown."""
-    of_radial, of_axial = _sizes(radial, axial)
-    factors = thrust_factors(bearing, of_axial / bearing.count)
+    """Equivalent static load P_0 (n,), N; arguments as in ``equivalent_load``. NaN under axial load
+    with unknown X_0 and Y_0."""
+    radial_size, axial_size = _sizes(radial, axial)
+    factors = thrust_factors(bearing, axial_size / bearing.count)
     if factors is None:
-        return of_radial
+        return radial_size
     if factors.x_0 is None or factors.y_0 is None:
-        return np.where(of_axial > 0.0, math.nan, of_radial)
-    return np.maximum(factors.x_0 * of_radial + factors.y_0 * of_axial, of_radial)
+        return np.where(axial_size > 0.0, math.nan, radial_size)
+    return np.maximum(factors.x_0 * radial_size + factors.y_0 * axial_size, radial_size)
 
 
 def _sizes(radial: ArrayLike, axial: ArrayLike) -> tuple[Array, Array]:
+    """Absolute values of both loads, broadcast to one shape (n,)."""
     sizes = np.broadcast_arrays(np.abs(np.atleast_1d(radial)), np.abs(np.atleast_1d(axial)))
     return np.asarray(sizes[0], dtype=float), np.asarray(sizes[1], dtype=float)

@@ -1,10 +1,10 @@
 """Nominal loads and lives of bearings, by the forces of a power flow.
 
-A planet's bearing carries both of its gear meshes. Sun, ring and carrier have no resultant in a
-stage whose planets share evenly. A pinion or a gear is a rigid shaft on the springs of its
-supports, without those of its joints, under the force f of its gear mesh: u = (Σ Kₖ)⁺ f, and
-fₖ = Kₖ u is what support k carries. The force on the pinion, with x from pinion to gear, y in the
-sense of its rotation, and T the torque of the rest of the train on it:
+A planet bearing carries the forces of both gear meshes. Sun, ring and carrier have no resultant
+force in a stage whose planets share the load evenly. A pinion or a gear is a rigid shaft on the
+springs of its supports, without its joints, under the force f of its gear mesh: u = (Σ Kₖ)⁺ f, and
+support k carries fₖ = Kₖ u. The force on the pinion, with x from pinion to gear, y in the sense of
+its rotation, and T the torque of the rest of the train on it:
 
     F_x = −|F_t| tan α_wt,   F_t = −T/r_w,   F_z = ∓F_t tan β_b/cos α_wt of right, left hand
 
@@ -25,12 +25,13 @@ from flexgear.gears.power_flow import StageFlow
 from flexgear.gears.radii import role_of, stage_radii
 from flexgear.model.stage_view import BearingPlace, StageView
 
-FREE = {"planar": (0, 1), "axial": (0, 1, 2), "spatial": (0, 1, 2, 3, 4)}  # but for rotation
+# components of motion without rotation about the axis, by kinematics
+COMPONENTS = {"planar": (0, 1), "axial": (0, 1, 2), "spatial": (0, 1, 2, 3, 4)}
 
 
 class NominalBearing(NamedTuple):
-    """radial, axial, equivalent: loads of all bearings side by side, N; life_hours: L₁₀ₕ, None
-    without a dynamic rating, inf at rest or without load."""
+    """Nominal loads and life of a bearing. radial, axial, equivalent: loads of all bearings side by
+    side, N; life_hours: L₁₀ₕ, None without a dynamic rating, inf at rest or without load."""
 
     place: BearingPlace
     radial: float
@@ -40,14 +41,14 @@ class NominalBearing(NamedTuple):
 
 
 def bearing_speed(place: BearingPlace, flow: StageFlow) -> float:
-    """Speed of the inner against the outer ring, rad/s."""
+    """Speed of the inner relative to the outer ring, rad/s."""
     if place.part == "planet":
         return flow.planet_relative_speed
     return float(getattr(flow, f"{role_of(place.part)}_speed"))
 
 
 def nominal_bearings(view: StageView, flow: StageFlow) -> dict[str, NominalBearing]:
-    """Bearings of planets, of a pinion and its gear by label; one for all planets."""
+    """Nominal bearings of the planets (one for all), or of pinion and gear, by label."""
     bearings = {}
     for place in view.bearings:
         force = _force(view, flow, place)
@@ -60,13 +61,13 @@ def nominal_bearings(view: StageView, flow: StageFlow) -> dict[str, NominalBeari
 
 
 def _force(view: StageView, flow: StageFlow, place: BearingPlace) -> Array | None:
-    """Force (3,) on a bearing, N; None where none is known."""
+    """Force (3,) on a bearing, N; None if statics does not define it."""
     if place.part == "planet":
         return np.array([flow.planet_bearing_radial, flow.planet_bearing_tangential, 0.0])
     kinematics = view.case.kinematics_of(f"{view.name}.{place.part}")
-    if flow.kind != "parallel" or kinematics not in FREE:
+    if flow.kind != "parallel" or kinematics not in COMPONENTS:
         return None
-    free = list(FREE[kinematics])
+    free = list(COMPONENTS[kinematics])
     supports = view.stage.member(place.part).supports.values()
     stiffness = np.sum([support.matrix for support in supports], axis=0)[np.ix_(free, free)]
     load = gear_force(view, flow, place.part)[free]
