@@ -30,7 +30,7 @@ from flexgear.studies.measures import WARNING
 from flexgear.studies.sweep import failures, planned, run_sweep
 
 CASE = load_case("wind-5mw")  # module 18 mm, one-sided contact
-SOFT = {"stages.2.pinion.support.radial_n_per_m": "1e6"}  # of nrel-5mw: teeth push it aside
+SOFT = {"stages.2.pinion.support.0.radial_n_per_m": "1e6"}  # of nrel-5mw: teeth push it aside
 
 
 def line(law="one-sided", **motions):
@@ -88,7 +88,7 @@ def test_the_largest_of_all_samples_bodies_and_teeth():
 
 @pytest.mark.usefixtures("cache")
 def test_sweeps_keep_a_warning_for_each_point():
-    """A pinion on 1e6 N/m under a separating force of 0.1 MN moves by decimetres."""
+    """A pinion on a bearing of 1e6 N/m moves by centimetres under a separating force of 0.1 MN."""
     (key,) = SOFT
     plan = planned("nrel-5mw", {key: (1e6, 2e9)}, measures=["frequencies"])
     ((where, text),) = failures(run_sweep(plan, workers=1), WARNING)
