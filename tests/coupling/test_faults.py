@@ -216,7 +216,7 @@ WEAR = 'kind = "wear"\ngear = "ring"\nflank = "drive"\ndepth_um = 20'
         (CRACK.replace("sun", "pinion"), "faults[0].gear", "no pinion"),
         (CRACK.replace("sun", "planet").replace("drive", "sun"), "faults[0].planet", "is missing"),
         (CRACK + "\nplanet = 1", "faults[0].planet", "given for the sun"),
-        (CRACK + "\nface_start_mm = 1", "faults[0].face_start", "no place in the kind root_crack"),
+        (CRACK + "\nface_start_mm = 1", "faults[0].face_start", "not a key of the kind root_crack"),
         (CRACK.replace("depth_mm = 2", "face_mm = [0, 40]\ndepths_mm = [1, 2]"),
          "faults[0].face", "beyond the face"),
         (WEAR + "\nface_end_mm = 16", "faults[0].face_end", "beyond the face"),

@@ -16,7 +16,7 @@ from flexgear.model.load import load_case
 from flexgear.model.train import load_histories
 from flexgear.solve.model import model_of
 from flexgear.solve.static import static
-from flexgear.solve.transient import ends_of, simulate
+from flexgear.solve.transient import port_histories, simulate
 
 MASS, SPRING, FORCE, RAMP = 2.0, 2e8, 3e4, 2.3e-3
 PAIR = (
@@ -103,7 +103,7 @@ def test_a_history_that_stays_is_the_constant_load(tmp_path):
     for load in (CONSTANT, HISTORY):
         model = modelled(stage_with(tmp_path, load))
         at_rest = static(model, [0.0, 0.4])["gear_mesh_force"].to_numpy()
-        ends = ends_of(model.case, model.flow)
+        ends = port_histories(model.case, model.flow)
         run = stepped(model.modal, ends.drive(), 4e-3, 2e-5)
         found.append((at_rest, run.pair_load, run.eta))
     for constant, history, close in zip(*found, (1e-12, 1e-8, 1e-8), strict=True):
@@ -131,7 +131,7 @@ def flexible(**load):
 
 
 def flexible_run(model, step):
-    drive = ends_of(model.case, model.flow).drive()
+    drive = port_histories(model.case, model.flow).drive()
     modal = modal_system(model.system, 2000.0)
     return stepped(modal, drive, 4e-3, step, 2e-4, track_energy=True)
 
