@@ -191,7 +191,7 @@ def test_large_files_give_the_same_as_small_ones(
     """Files of runs are read whole, or by slices where they are large: outputs are the same,
     byte by byte."""
     outputs = []
-    for whole in (dataset_file.WHOLE, 0):
+    for whole in (dataset_file.MAX_IN_MEMORY, 0):
         monkeypatch.setattr(dataset_file, "MAX_IN_MEMORY", whole)
         out = tmp_path / str(whole)
         out.mkdir()
@@ -205,7 +205,7 @@ def test_large_files_give_the_same_as_small_ones(
 def test_pictures_of_large_files_show_the_same(run_of_case, monkeypatch):
     """What matplotlib gets, without the time that it takes to draw it; from a notebook, too."""
     shown = []
-    for whole in (dataset_file.WHOLE, 0):
+    for whole in (dataset_file.MAX_IN_MEMORY, 0):
         monkeypatch.setattr(dataset_file, "MAX_IN_MEMORY", whole)
         left = read_run(run_of_case[1])
         plots = left.datasets["transient"].fg.plot

@@ -140,7 +140,7 @@ def test_samples_that_stay_in_the_file_give_the_same(
     flexgear, transient, tmp_path, monkeypatch, options
 ):
     outcomes = []
-    for whole in (dataset_file.WHOLE, 0):
+    for whole in (dataset_file.MAX_IN_MEMORY, 0):
         monkeypatch.setattr(dataset_file, "MAX_IN_MEMORY", whole)
         folder = tmp_path / str(whole)
         more = ["--highest", 100] if "--planets" not in options else []

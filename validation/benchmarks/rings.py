@@ -13,6 +13,7 @@ from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.gears import ring_fe_mesh
 from flexgear.structures.fem.assembly import FeModel
 from flexgear.structures.fem.ties import Interface
+from flexgear.structures.reduction import Reduction
 from flexgear.structures.sources.reducing import tied
 from flexgear.structures.sources.ring import source as ring_source
 
@@ -63,6 +64,12 @@ def assembled(case: StageView, fe_mesh: FeMesh) -> FeModel:
     model = FeModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
     _ = model.mass
     return model
+
+
+def fixed_frequencies(reduction: Reduction) -> np.ndarray:
+    """Frequencies of the fixed-interface modes of a reduced body, Hz."""
+    body = reduction.body
+    return np.sqrt(np.diag(body.stiffness)[len(body.stiffness) - body.n_modes :]) / (2 * np.pi)
 
 
 def dofs_text(dofs: int) -> str:

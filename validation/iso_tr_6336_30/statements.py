@@ -47,7 +47,7 @@ def figures(edition: str = "2019") -> dict[str, float]:
         "c′_th": pair.theoretical_stiffness / 1e9,
         "c′": pair.single_stiffness / 1e9,
         "c_γα": pair.gear_mesh_stiffness / 1e9,
-        "c_γβ": pair.face_stiffness / 1e9,
+        "c_γβ": 0.85 * pair.gear_mesh_stiffness / 1e9,  # ISO 6336-1:2006, 9.3
     }
     states, rates = rate(pair, load, factors), load_cycles(view, flow)
     for place, part in GEARS.items():
