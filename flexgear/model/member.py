@@ -180,7 +180,7 @@ class LumpedInertia(Section):
 
     @property
     def holds_rotation(self) -> bool:
-        """Whether one of its supports has a stiffness against turning about the axis."""
+        """Whether one of its supports has a stiffness against rotation about the axis."""
         return any(support.holds_rotation for support in self.supports.values())
 
     def _check(self) -> None:

@@ -39,7 +39,7 @@ class BearingPlace:
 
     @property
     def label(self) -> str:
-        """That of the first spring, without the number of a planet."""
+        """Label of the first spring, without the number of a planet."""
         return "planet_bearing" if self.part == "planet" else self.labels[0]
 
 
@@ -99,8 +99,10 @@ class StageView:
 
     @property
     def bearings(self) -> tuple[BearingPlace, ...]:
-        """Bearings of its planets and members, and of the body behind its sun's spline; supports
-        only of what turns, if they carry force, or with rating data."""
+        """Bearings of its planets and members, and of the body behind its sun's spline.
+
+        Those without rating data are left out if they carry no force, or support a held member.
+        """
         places, numbers = list[BearingPlace](), range(1, self.stage.planets + 1)
         for key, bearing in self.stage.bearings.items():
             part, _, below = key.partition(".")

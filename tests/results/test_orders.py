@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from flexgear.face.accessor import Accessor
 from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError
 from flexgear.model.load import load_case
 from flexgear.results.orders import amplitudes_at, envelope, order_map, order_spectrum, synchronous
@@ -139,14 +140,14 @@ def test_a_history_that_jumps_warns_of_aliases_and_a_smooth_one_does_not(stage):
     wave = np.sin(2 * np.pi * np.arange(data.sizes["time"]) / 20.7)
     data = data.assign(smooth=("time", wave), jumps=("time", np.sign(wave)))
     with pytest.warns(FlexgearWarning, match=r"jumps is not filtered .*output_interval_ms"):
-        data.fg.orders("jumps", "carrier")
+        Accessor(data).orders("jumps", "carrier")
     slow = {"time": "sensor_time"}
     data = data.assign(sensor_signal=data["jumps"].drop_vars("time").rename(slow),
                        sensor_input_angle=data["input_angle"].rename(slow))  # fmt: skip
     with warnings.catch_warnings():
         warnings.simplefilter("error", FlexgearWarning)
-        data.fg.orders("smooth", "carrier")
-        data.fg.orders("sensor_signal", "carrier")
+        Accessor(data).orders("smooth", "carrier")
+        Accessor(data).orders("sensor_signal", "carrier")
 
 
 def test_turns_of_members(stage):

@@ -255,9 +255,9 @@ class Assembly:
             relation.used = True
 
     def _position_on(self, shaft: Component, part: Component) -> float | None:
-        """Position of a part along its shaft, mm from the shaft's begin, None if unknown.
+        """Position of a part along its shaft, mm from the start of the shaft, None if unknown.
 
-        Some files state the begin of a gear's face as u_coordinate_on_shaft. If the part's frame
+        Some files state the start of a gear's face as u_coordinate_on_shaft. If the part's frame
         differs from that coordinate, the frame is used, whose origin is the middle of the gear.
         """
         stated = number([part], "u_coordinate_on_shaft", "mm")

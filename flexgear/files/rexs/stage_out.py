@@ -68,7 +68,7 @@ class StageOut:
     """Adds one stage to a model.
 
     gears, gear_meshes: role and id of each. words: REXS flank ("left", "right") by member and name
-    of the flank. reach: distance from the begin of a shaft to the middle of the stage, m.
+    of the flank. reach: distance from the start of a shaft to the middle of the stage, m.
     """
 
     def __init__(self, train: TrainOut, stage: Stage) -> None:

@@ -80,8 +80,11 @@ class SupportWriter:
             self._rating(section, member.bearings)
 
     def _stand_apart(self, member: Member) -> bool:
-        """Whether a member has several bearings at known places, one with ratings at least, and no
-        coupling to the casing: each is a support then, and they resist tilt together."""
+        """Whether each bearing of a member becomes a support of its own; together they resist tilt.
+
+        That needs several bearings at known places, at least one of them with ratings, and no
+        coupling to the casing.
+        """
         rated = any(read([bearing], RATING[0]) for bearing in member.bearings)
         places = {axial_place(self.assembly, bearing) for bearing in member.bearings}
         differ = member.z is not None and None not in places and len(places) > 1
