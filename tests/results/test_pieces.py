@@ -21,12 +21,12 @@ from flexgear.views.histories import MAP_SAMPLES, tooth_displacement_map
 from flexgear.views.select import thinned
 
 SAMPLES = 5000
-AT_ONCE = 2**16
+PIECE_BYTES = 2**16
 
 
 @pytest.fixture(autouse=True)
 def small_pieces(monkeypatch):
-    monkeypatch.setattr(pieces_module, "AT_ONCE", AT_ONCE)
+    monkeypatch.setattr(pieces_module, "PIECE_BYTES", PIECE_BYTES)
 
 
 @pytest.fixture
@@ -62,7 +62,7 @@ def test_pieces_are_the_whole_in_order(make_run):
     data = stage_run(make_run)
     parts = list(pieces(data))
     assert len(parts) > 15
-    assert max(p.nbytes for p in parts) < 1.1 * AT_ONCE
+    assert max(p.nbytes for p in parts) < 1.1 * PIECE_BYTES
     assert xr.concat(parts, "time", data_vars="minimal").identical(data)
 
 
@@ -79,11 +79,11 @@ def test_a_stage(make_run, tmp_path, reads):
     whole = stage_part(file.load(), "stage")
     star = make_run(samples=1, sample_dim="position")
     file = open_lazily(tmp_path / "run.nc")
-    assert file.nbytes > 20 * AT_ONCE
+    assert file.nbytes > 20 * PIECE_BYTES
     reads.clear()
     steady = values(STEADY, SteadyRun("stage", {"a": file}, star))
     drop = values(STAGE_DROP, StageDrop(file, "stage"))
-    assert 0 < max(reads) < AT_ONCE
+    assert 0 < max(reads) < PIECE_BYTES
 
     node = np.abs(whole["tooth_displacement"].isel(tooth=0)).max("time").to_numpy().astype(float)
     shared = ring_sharing(whole).astype(float)
@@ -124,7 +124,7 @@ def test_runs_side_by_side(make_run, tmp_path, reads):
     files = {name: in_file(data, tmp_path / name) for name, data in runs.items()}
     reads.clear()
     found = compare(**files).figures
-    assert 0 < max(reads) < AT_ONCE
+    assert 0 < max(reads) < PIECE_BYTES
     for name, data in runs.items():
         largest = data[["gear_mesh_force", "planet_load_factor"]].max("time")
         xr.testing.assert_allclose(found.sel(run=name, drop=True), largest, rtol=1e-6)
@@ -155,10 +155,10 @@ def test_a_train(tmp_path, reads):
         {"settle_s": 0.25, "steps": 7},
     )
     file = in_file(data, tmp_path)
-    assert file.nbytes > 8 * AT_ONCE
+    assert file.nbytes > 8 * PIECE_BYTES
     reads.clear()
     found = transient_summary(TimedRun(file, 1.0, 1.0, 1.0))
-    assert 0 < max(reads) < AT_ONCE / 2
+    assert 0 < max(reads) < PIECE_BYTES / 2
     rest = file.isel(time=slice(SAMPLES // 4, None)).load()
     for name, at in (("s ring", [0, 1]), ("s sun", [2, 3])):
         force = rest["gear_mesh_force"].isel(gear_mesh=at).astype(float)
@@ -168,7 +168,7 @@ def test_a_train(tmp_path, reads):
     reads.clear()
     still = data.isel(time=slice(1)).rename(time="position")
     motions = motion_summary(still, file)
-    assert 0 < max(reads) < AT_ONCE
+    assert 0 < max(reads) < PIECE_BYTES
     at_any_time = np.hypot(*file["body_displacement"].sel(body="s.sun").to_numpy()[:, :2].T)
     assert motions["s.sun"] == pytest.approx(1e6 * float(at_any_time.max()), rel=1e-6)
     sun = rest["body_displacement"].sel(body="s.sun").to_numpy()
