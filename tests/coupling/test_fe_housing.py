@@ -226,7 +226,7 @@ def test_bearings_along_a_shaft_stand_on_nodes_of_their_own(tmp_path):
     assert np.abs(on_housing - on_ground).max() < 1e-4 * np.abs(on_ground).max()
     size = np.hypot(*np.moveaxis(on_ground[:, 0, :2], -1, 0))
     assert size * (0.09, 0.15) == pytest.approx(size[0] * 0.09)  # moments about the gear
-    with pytest.raises(InputError, match=r"lacks stage_1.pinion_2 -- name the node"):
+    with pytest.raises(InputError, match=r"lacks stage_1.pinion_2 -- give this name to the node"):
         build_system(load_case(train, written(tmp_path, {
             n: np.array(x) for n, x in places.items() if n != "stage_1.pinion_2"
         }, 1e14) | dict.fromkeys(MOUNT, "1e14")))  # fmt: skip

@@ -253,7 +253,7 @@ def test_shapes_count_where_the_static_error_without_them_is_above_the_promise(r
     assert 0.05 < thin.report["rim_error"] < 0.15
     assert thin.report["rim_counts"] and thin.rim is not None
     (row,) = rim_rows(thin.report)
-    assert "counted" in row.label and row.value == thin.report["rim_error"]
+    assert "included" in row.label and row.value == thin.report["rim_error"]
     hard = replace(ring.shapes, fixed=1e-3 * ring.shapes.fixed, piece=1e-3 * ring.shapes.piece)
     stiff = taken_in(CASE, body.with_(stiffness=1e3 * ring.stiffness), hard)
     assert stiff.report["rim_error"] < 0.002 * thin.report["rim_error"]

@@ -51,7 +51,7 @@ def _part(rating, name):
 def test_rows_without_equilibrium_are_not_assessed_and_the_others_are():
     """A single row of tapered rollers carries neither radial load nor moment without thrust."""
     rating = _rated(planet=ROLLERS | TILTED, far=ROLLERS | TILTED | PAIR)
-    assert "give both of its pair" in rating.not_assessed["stage.planet_bearings"]
+    assert "give both of the pair" in rating.not_assessed["stage.planet_bearings"]
     assert math.isnan(_part(rating, "stage.planet_bearing_1").life)
     assert 0.0 < _part(rating, "stage.carrier_far").life < math.inf
 

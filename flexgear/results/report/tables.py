@@ -288,7 +288,7 @@ def rim_rows(reduction: Mapping[str, Any]) -> Iterator[Row]:
     whether tooth pairs include it."""
     if "rim_error" in reduction:
         rim_text = "included" if reduction["rim_counts"] else "left out"
-        label = f"bending of the rim along the face within a tooth, of the tooth's own ({rim_text})"
+        label = f"bending of the rim along the face within a tooth, over the tooth's ({rim_text})"
         yield Row(label, reduction["rim_error"], "share")
 
 

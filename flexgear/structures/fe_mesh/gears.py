@@ -91,7 +91,7 @@ class ToothedFeMeshParameters:
 
     @cached_property
     def tooth(self) -> ToothGeometry:
-        """The tooth. InputError with key and remedy where it has no profile."""
+        """Tooth of the gear. InputError with key and remedy if it has no profile."""
         try:
             tooth = tooth_geometry(self, self, internal=self.part == "ring")
         except Refusal as fault:
