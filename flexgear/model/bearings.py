@@ -256,7 +256,7 @@ class Rolling(Section):
             if thrust.calculation_factor is None:
                 raise Missing("thrust.calculation_factor", "is missing of deep-groove balls")
         elif self.rolling == "ball" and angle is not None and angle < math.radians(20 - 1e-9):
-            problem = f"of {math.degrees(angle):g} deg has factors that depend on the load"
+            problem = f"is {math.degrees(angle):g}: factors of balls below 20 deg follow the load"
             raise Refusal("thrust.contact_angle", problem, "give e, x and y of the catalogue")
 
 

@@ -306,7 +306,8 @@ def changed(
             elements[part : part + 1] = () if value is UNSET else (value,)
         return tuple(elements)
     if isinstance(data, tuple) and data:
-        problem, remedy = f"{name} is a list", f"name an element: {name}.0.{part}"
+        element = key.replace(f"{name}.", f"{name}.0.", 1)
+        problem, remedy = f"{name} is a list", f"name an element, such as {element}"
         raise InputError(where, key, problem, remedy)
     section = dict(data or {})
     planets = section.get("planets", planets)
