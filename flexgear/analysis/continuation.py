@@ -304,7 +304,8 @@ class _CurveFollower:
         return Cut(self.span.value(current.orbit.point), "states")
 
     def _rejoins(self, before: Orbit, after: Orbit) -> bool:
-        """Whether odd harmonics, which states of half the period lack, vanish between two."""
+        """Whether the odd harmonics vanish between two states: there the curve meets that of half
+        the period, whose orbits have even harmonics only."""
         if self.train.elements.gear_meshes == 1:
             return False
         a, b = (self.balance.parts(orbit.unknown)[0][1::2] for orbit in (before, after))

@@ -96,7 +96,7 @@ class Hub:
 
 
 def ring_hub(p: Proposal, rim: float) -> Hub:
-    """Hub of a ring with a rim of that thickness, m."""
+    """Proposed hub that carries a ring; rim: radial thickness of the ring's rim, m."""
     radius, width = 0.5 * p.root_diameter("ring") + rim, p.gear_width / 3
     mass = DENSITY * math.pi * radius**2 * width
     tilt = mass * (radius**2 / 4 + width**2 / 12)

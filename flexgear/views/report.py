@@ -139,8 +139,8 @@ def write_study(
 ) -> Path:  # fmt: skip
     """Write the page of a study of one case into a folder; tables: followed by those of the case,
     if there are any."""
-    name, shown = case.title or case.name, [*tables, *case_tables(case)] if tables else ()
-    side = Side(name, lead, verdicts, shown, pictures, version(), case.content_hash())
+    name, all_tables = case.title or case.name, [*tables, *case_tables(case)] if tables else ()
+    side = Side(name, lead, verdicts, all_tables, pictures, version(), case.content_hash())
     return write_report(folder / "report.html", f"{case.name}: {study}", case.name, [side])
 
 

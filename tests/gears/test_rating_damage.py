@@ -50,6 +50,34 @@ def test_a_curve_at_its_knees_and_its_ends():
     assert level.cycles_at(1.0) == math.inf and level.cycles_at(1.0001) < 3e6
 
 
+@given(st.floats(min_value=1e5, max_value=1e12))
+def test_a_curve_and_its_inverse(cycles):
+    assert CURVE.cycles_at(CURVE.stress_at(cycles)) == pytest.approx(cycles, rel=1e-9)
+
+
+@given(stresses, counts)
+def test_one_bin_is_the_rating_of_a_constant_load(stress, cycles):
+    one = spectrum([(stress, cycles)])
+    assert one.safety == pytest.approx(CURVE.stress_at(cycles) / stress, rel=1e-12)
+    assert one.damages() == pytest.approx([cycles / CURVE.cycles_at(stress)], rel=1e-12)
+
+
+@given(spectra, st.randoms(use_true_random=False), st.floats(min_value=0.05, max_value=0.95))
+def test_splitting_and_reordering_bins_changes_no_damage(bins, random, share):
+    pieces = [(s, x) for s, n in bins for x in (share * n, (1 - share) * n)]
+    random.shuffle(pieces)
+    assert damage(pieces) == pytest.approx(damage(bins), rel=1e-12, abs=0)
+    assert spectrum(pieces).safety == pytest.approx(spectrum(bins).safety, rel=1e-12)
+
+
+@given(spectra)
+def test_at_the_safety_the_damage_is_one(bins):
+    safety = spectrum(bins).safety
+    # one of the bins may stand at the static stress, above which nothing lives
+    assert damage([(safety * s, n) for s, n in bins]) <= 1 + 1e-9
+    assert damage([(safety * (1 + 1e-9) * s, n) for s, n in bins]) > 1 - 1e-6
+
+
 @given(spectra, spectra)
 def test_places_side_by_side_are_rated_as_alone(first, second):
     """Many stresses under the same cycles at once."""
@@ -198,3 +226,11 @@ def test_equal_parts_without_failure_free_time():
     assert both == system_reliability([other, part], 600.0)
     assert both < min(part.reliability(600.0), other.reliability(600.0))
     assert system_reliability([], 1.0) == 1.0
+
+
+def test_the_most_stressed_place_need_not_be_the_weakest():
+    stress = np.array([[1.0, 0.95], [0.1, 0.95]])  # once high, or always nearly so
+    places = Places(lambda _: stress, (POWER_LAW,), np.array([KNEE]))
+    assert places.weakest()[0] == 1
+    idle = Places(lambda _: 0 * stress, (POWER_LAW,), np.array([KNEE]))
+    assert idle.weakest()[1] == math.inf and not idle.damage().any()

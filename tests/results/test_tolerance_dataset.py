@@ -130,3 +130,26 @@ def test_band_holds_the_true_distribution_at_every_point_as_often_as_promised():
         k = np.searchsorted(x, at) - 1
         held.append(k < 0 or low[k] <= at <= high[k])
     assert np.mean(held) > 0.9 - 3 * math.sqrt(0.09 / 1500)
+
+
+def test_wilks_59_samples():
+    """Wilks 1941: 59 samples are the first whose largest bounds 95 % with 95 % confidence."""
+    one_sided = 0.9  # half the risk on this side
+    assert quantile_ranks(59, 0.95, one_sided)[1] == 59
+    assert quantile_ranks(58, 0.95, one_sided)[1] == 59  # there is no such sample
+    found = quantile_of(np.arange(58.0), 0.95, one_sided)
+    assert math.isnan(found.high)
+    assert found.low < found.value
+
+
+@pytest.mark.parametrize("share", [0.5, 0.9, 0.95])
+def test_coverage_of_quantiles(share):
+    """In 2000 studies the interval holds the true quantile as often as promised."""
+    rng, studies, confidence = np.random.default_rng(1), 2000, 0.9
+    samples = rng.gumbel(size=(studies, 120))
+    true = stats.gumbel_r.ppf(share)
+    found = [quantile_of(x, share, confidence) for x in samples]
+    held = np.mean([not e.low > true and not e.high < true for e in found])
+    slack = 3 * math.sqrt(confidence * (1 - confidence) / studies)
+    assert confidence - slack < held < 0.97
+    assert np.mean([e.value for e in found]) == pytest.approx(true, abs=0.06)

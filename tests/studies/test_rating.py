@@ -336,3 +336,34 @@ def test_a_stopped_rating_goes_on(monkeypatch):
     assert study.finished(case) == 0
     monkeypatch.undo()
     assert _damages(rating) == _damages(rate(case, workers=1))
+
+
+def test_damage_rises_by_the_slopes_of_the_curves():
+    """Case-hardened, beyond the knees with a life factor of 0.85 at 1e10 cycles: stresses of roots
+    grow with the load, those of flanks with its root."""
+    low, high = _frozen(("a", 50000.0, 0.5)), _frozen(("a", 50000.0, 0.505))
+    flank = math.log(1e10 / 5e7) / math.log(1 / 0.85) / 2
+    root = math.log(1e10 / 3e6) / math.log(1 / 0.85)
+    slopes = {"flank": flank, "root": root}
+    for one, other in zip(low.parts, high.parts, strict=True):
+        if one.name in ("stage_3.pinion flank", "stage_3.pinion root"):
+            slope = math.log(other.damage_sum / one.damage_sum) / math.log(1.01)
+            assert slope == pytest.approx(slopes[one.kind], rel=1e-6)
+    assert flank == pytest.approx(16.3, abs=0.05)
+    assert root == pytest.approx(50.0, abs=0.1)
+
+
+def test_extreme_loads_damage_nothing_and_count_for_safety():
+    case = _train().with_(
+        load_cases=(
+            *_cases(("a", 1000.0, 1.0)),
+            LoadCase(name="x", extreme=True, torque=4 * RATED),
+        ),
+        **FROZEN,
+    )
+    with_it, without = rate(case, workers=1), _frozen(("a", 1000.0, 1.0))
+    assert _damages(with_it) == pytest.approx(_damages(without), rel=1e-12)
+    for part, other in zip(with_it.parts, without.parts, strict=True):
+        assert part.missing == other.missing
+        assert part.missing or part.least_safety <= other.least_safety
+        assert part.governing_bin in (None, 1)

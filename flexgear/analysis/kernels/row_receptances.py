@@ -118,16 +118,16 @@ def row_receptances(active, level, share, rows, n, total, springs, vectors, prob
     for at_j in range(count):
         j = at_j + skipped if at_j >= first_spring else at_j
         d, linked, blocks = row[j].dof, False, row[j].beyond < row[j].width
-        moved = BlockImage(vectors.image, NONE, NONE, NONE, NONE)
+        block_image = BlockImage(vectors.image, NONE, NONE, NONE, NONE)
         if d >= 0:
             put_two(line_image, 1.0, table[d], row[j].along, table[d + 1])
         else:
             fill(line_image, 0.0)
         if blocks:
-            linked, moved = _image_of_blocks(
+            linked, block_image = _image_of_blocks(
                 active, level, row[j], coef[j], place[j], vectors.image
             )
-        image = moved.image
+        image = block_image.image
         for at_i in range(at_j, count):
             i = at_i + skipped if at_i >= first_spring else at_i
             g = r = 0.0
@@ -138,7 +138,8 @@ def row_receptances(active, level, share, rows, n, total, springs, vectors, prob
             shares = blocks and row[i].parts & row[j].parts != 0
             for a in range(row[i].beyond, row[i].width if shares else ZERO):
                 v, at = coef[i, a], TWO * place[i, a]
-                if not (moved.first <= at < moved.stop or moved.others <= at < moved.end):
+                is_first = block_image.first <= at < block_image.stop
+                if not (is_first or block_image.others <= at < block_image.end):
                     continue  # on another part of the train
                 for p in range(SIX):
                     g += v[p] * image[at + TWO * p]
@@ -150,7 +151,7 @@ def row_receptances(active, level, share, rows, n, total, springs, vectors, prob
             _add_lines_to_blocks(row, j, at_j, n, total, skipped, share, image, problem)
         if skipped > 0:
             spring_receptances(
-                active, level, share, rows, j, at_j, np.int64(first_spring), springs, moved,
+                active, level, share, rows, j, at_j, np.int64(first_spring), springs, block_image,
                 problem.springs,
             )  # fmt: skip
 
