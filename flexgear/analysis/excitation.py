@@ -21,7 +21,7 @@ on all coordinates per metre, ``FlankCycle``). At resonance modes j of one frequ
     η_j = Σ_m φ_jᵀ g_{m,l} x̄_m / (ω_j γ_j),   γ_j = 2 ζ_j ω_j,
 
 which causes the force k̄_m |Σ_j v_mᵀ φ_j η_j| in gear mesh m, v_m being its mean row. γ_j is the
-decay rate of the mode, φ_jᵀ C φ_j by structural damping plus that by tooth pairs. This is first
+decay rate of the mode, φ_jᵀ C φ_j by structural damping, dampers and tooth pairs. This is first
 order in the variation, for one group of modes, without loss of contact.
 
 **Parametric instability.** In modes of the mean stiffness, about a steady state without loss of
@@ -207,7 +207,8 @@ class LoadedGearMesh:
 
 
 def decay(structural: Array, modes: Modes, cycles: Mapping[int, FlankCycle]) -> Array:
-    """Decay rates γ = 2ζω of modes (m,), 1/s; structural (m,): their part by structural damping."""
+    """Decay rates γ = 2ζω of modes (m,), 1/s; structural (m,): their part by structural damping
+    and dampers."""
     total = structural
     for cycle in cycles.values():
         closing = _mean_row(cycle) @ modes.shapes
