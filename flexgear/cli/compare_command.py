@@ -170,7 +170,7 @@ def _sharing(case: Case, comparison: Comparison) -> None:
     if comparison.as_json:
         present("", figures, True)
         return
-    typer.echo(f"{case.name}: load sharing of the planets at rated torque")
+    typer.echo(f"{case.name}: load sharing of the planets")
     groups = list(dict.fromkeys(g for rows in figures.values() for g in rows))
     if not groups:
         typer.echo("  no stage has planets that share a load")
