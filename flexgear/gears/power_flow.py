@@ -263,6 +263,10 @@ class PowerFlow:
     circulating_power: float
     stages: tuple[StageFlow, ...]
 
+    def __repr__(self) -> str:
+        stages = ", ".join(s.name for s in self.stages)
+        return f"<power flow of {stages}: {self.input_power / 1e3:g} kW in>"
+
     def stage(self, name: str) -> StageFlow:
         """Flow of the stage of a name."""
         return next(s for s in self.stages if s.name == name)
