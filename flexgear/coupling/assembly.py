@@ -219,7 +219,7 @@ class Assembly(BodyCoordinates):
 
         inner, outer: motions (6, d) of the nodes of inner and outer ring, zero for ground; angle:
         index of the angle of the inner ring's frame relative to that of the outer ring. On ground,
-        where laws are isotropic, they act in the inner ring's frame.
+        where laws without defects are isotropic, these act in the inner ring's frame.
         """
         if c.bearing is None:
             return
@@ -232,7 +232,7 @@ class Assembly(BodyCoordinates):
             return
         to_z, moves = at_height(c.bearing.z), bool(outer.any())
         rows, outer_rows = to_z @ inner, to_z @ outer
-        angle = angle if moves else -1
+        angle = angle if moves or c.defects else -1
         node = self.contact_node(rows, angle)
         outer_node = self.contact_node(outer_rows, -1) if moves else -1
         for name, parameters in laws:
@@ -241,23 +241,22 @@ class Assembly(BodyCoordinates):
             )
             elements = c.bearing.elements
             if name == ROLLERS.name and c.defects and elements is not None:
-                turned, rates = self._race_rates(stage, c, moves)
+                turned, rates = self._race_rates(stage, c, inner)
                 with_passing = with_defects(parameters, elements, rates, c.defects)
                 bearing = replace(bearing, parameters=with_passing, turned=turned)
             self.bearings.append(bearing)
 
-    def _race_rates(self, stage: int, c: Connection, housing_moves: bool) -> tuple[int, RaceRates]:
-        """Index of the angle with which the races of a bearing turn, and their rates.
+    def _race_rates(self, stage: int, c: Connection, inner: Array) -> tuple[int, RaceRates]:
+        """Index of the angle with which a race of a bearing turns, and the rates of both.
 
         In the axes of the law, those of the carrier, the outer race of a planet bearing turns, and
-        the outer race of a carrier bearing; in those of a moving housing the inner race of a
-        carrier bearing. The law's motion is that of the planet relative to the pin, so that rollers
-        on the side of the pin towards +x are at ψ = π.
+        in those of the housing the inner race of any other, with motion ``inner`` (6, d). The law's
+        motion is that of the planet relative to the pin, so that rollers on the side of the pin
+        towards +x are at ψ = π.
         """
-        frame = self.frames[stage]
         if c.kind == "planet_bearing":
-            return frame.planets, RaceRates(0.0, 1.0, load_zone=math.pi)
-        return frame.carrier, RaceRates(1.0, 0.0) if housing_moves else RaceRates(0.0, -1.0)
+            return self.frames[stage].planets, RaceRates(0.0, 1.0, load_zone=math.pi)
+        return self.angle(inner[5]), RaceRates(1.0, 0.0)
 
     def damper(self, name: str, row: Array, other: Array, damping: float) -> None:
         """Add a damper, N m s/rad, between two rotations (d,); other: zero for ground."""

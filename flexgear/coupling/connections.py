@@ -91,8 +91,10 @@ def _member_supports(view: StageView, part: str) -> Iterator[Connection]:
         support_key = view.key(f"{part}.{key}")
         bodies = view.stage.body_names(part)
         port = key if view.stage.form(part) == "beam" else "gear"
+        defects = bearing_defects(view.case, view.name, f"{part}.{key}")
         for name, body in zip(view.support_names(part, key), bodies, strict=True):
-            yield from _housing_springs(name, (body, port), matrix, support_key, support)
+            for spring in _housing_springs(name, (body, port), matrix, support_key, support):
+                yield replace(spring, defects=defects)
 
 
 def _shaft_supports(view: StageView, part: str) -> Iterator[Connection]:
@@ -133,8 +135,7 @@ def _seat_bearings(view: StageView, part: str) -> Iterator[Connection]:
     for side, bearing in bearings.items():
         place = SupportName.of(f"{carrier}_{side}")
         key = f"carrier.bearing_{side}"
-        seat = _bearing(place, (carrier, f"bearing_{side}"), bearing, "carrier", view.key(key))
-        yield replace(seat, defects=bearing_defects(view.case, view.name, key))
+        yield _bearing(view, place, (carrier, f"bearing_{side}"), bearing, "carrier", key)
 
 
 def _planet_bearings(view: StageView) -> Iterator[Connection]:
@@ -166,8 +167,8 @@ def _hub_bearing(view: StageView) -> Iterator[Connection]:
     hub = view.stage.ring.hub if view.stage.ring is not None else None
     if hub is not None and hub.bearing is not None and not view.is_held("ring"):
         body = BodyName.of(view.name, "hub")
-        key = view.key("ring.hub.bearing")
-        yield _bearing(SupportName.of(body), (body, "end"), hub.bearing, "ring", key)
+        place = SupportName.of(body)
+        yield _bearing(view, place, (body, "end"), hub.bearing, "ring", "ring.hub.bearing")
 
 
 def _behind_spline(view: StageView) -> Iterator[Connection]:
@@ -180,15 +181,23 @@ def _behind_spline(view: StageView) -> Iterator[Connection]:
     yield Connection(name, (shaft, "spline"), (output, "end"), spline_matrix(view))
     if port.bearing is not None:
         place = SupportName.of(output)
-        yield _bearing(place, (output, "end"), port.bearing, "carrier", "output.bearing")
+        bearing = _bearing(view, place, (output, "end"), port.bearing, "carrier", "output.bearing")
+        yield replace(bearing, key="output.bearing")
 
 
 def _bearing(
-    name: SupportName, end: End, bearing: Bearing, frame: Literal["carrier", "ring"], key: str
-) -> Connection:
-    """Bearing on the housing in a rotating frame, with its springs and its law."""
-    matrix = linear_part(bearing, bearing.matrix)
-    return Connection(name, end, None, matrix, frame=frame, bearing=bearing, key=key)
+    view: StageView, name: SupportName, end: End, bearing: Bearing,
+    frame: Literal["carrier", "ring"], key: str,
+) -> Connection:  # fmt: skip
+    """Bearing on the housing in a rotating frame, with its springs, its law and its defects; key:
+    below the stage."""
+    matrix, defects = (
+        linear_part(bearing, bearing.matrix),
+        bearing_defects(view.case, view.name, key),
+    )
+    return Connection(
+        name, end, None, matrix, frame=frame, bearing=bearing, key=view.key(key), defects=defects
+    )
 
 
 def _housing_springs(

@@ -59,12 +59,13 @@ class Fault(Section):
     if left out. Positions along the face count from its middle towards +z; in the halves of a
     double-helical stage outwards, in the left half towards -z.
 
-    bearing: bearing with the defect; planet_bearing needs the number of its planet. row: row of the
-    rollers, from 1 towards +z. width: of the defect along the race or around the roller; depth:
-    largest distance by which a roller can sink in; 0 means a sound bearing with moving rollers.
-    position: angle at carrier angle zero of the defect on its race from the x axis of the bearing,
-    which at a planet points outwards from the carrier's axis; of a roller its angle on the outer
-    race.
+    bearing: key of the bearing with the defect below its stage: planet_bearing, which needs the
+    number of its planet, carrier.bearing_drive, pinion.support, of several supports
+    pinion.support.0, pinion.support.1 and so on. row: row of the rollers, from 1 towards +z. width:
+    of the defect along the race or around the roller; depth: largest distance by which a roller can
+    sink in; 0 means a sound bearing with moving rollers. position: angle at carrier angle zero of
+    the defect on its race from the x axis of the bearing, which at a planet points outwards from
+    the carrier's axis; of a roller its angle on the outer race.
     """
 
     kind: Literal[
@@ -84,7 +85,7 @@ class Fault(Section):
     end_diameter: Length | None = Field(default=None, gt=0.0, le=20.0)
     face_start: Length | None = Field(default=None, ge=-2.0, le=2.0)
     face_end: Length | None = Field(default=None, ge=-2.0, le=2.0)
-    bearing: Literal["", "planet_bearing", "carrier.bearing_drive", "carrier.bearing_far"] = ""
+    bearing: str = Field(default="", max_length=60)
     row: int = Field(default=1, ge=1, le=4)
     width: Length | None = Field(default=None, gt=0.0, le=0.5)
     position: Angle = Field(default=0.0, ge=-2 * math.pi, le=2 * math.pi)
@@ -108,7 +109,9 @@ class Fault(Section):
     def words(self) -> str:
         """Description, such as "root crack of planet 2, tooth 5, flank sun, 1.5 mm deep"."""
         if self.of_bearing:
-            which = f"{self.bearing.replace('_', ' ')} {self.planet or ''}".strip()
+            which = (
+                f"{self.bearing.replace('_', ' ').replace('.', ' ')} {self.planet or ''}".strip()
+            )
             depth, width = 1e6 * (self.depth or 0.0), 1e3 * (self.width or 0.0)
             parts = [f"defect of {self.kind.replace('_', ' ')}", which, f"row {self.row}"]
             return ", ".join([*parts, f"{width:g} mm wide", f"{depth:g} µm deep"])
@@ -182,7 +185,7 @@ def stage_of_fault(case: Case, fault: Fault) -> Stage:
 
 
 def bearing_defects(case: Case, stage: str, bearing: str) -> tuple[Fault, ...]:
-    """Defects of a bearing of a stage; of planet bearings those of all planets."""
+    """Defects of a bearing of a stage by its key; of planet bearings those of all planets."""
     return tuple(
         fault
         for fault in case.faults
@@ -198,13 +201,13 @@ def require_rollers(data: Any) -> None:
         return
     for k, fault in enumerate(faults):
         name, key = raw_value(fault, "stage"), str(raw_value(fault, "bearing") or "")
-        for stage in stages:
+        for number, stage in enumerate(stages, 1):
             bearing = raw_value(stage, *key.split(".")) if key else None
             stage_name = raw_value(stage, "name")
             of_stage = name == stage_name if name else len(stages) == 1
             if of_stage and bearing is not None and raw_value(bearing, "rollers") is None:
                 with below(f"faults.{k}"):
-                    raise _missing_section(key, str(stage_name), "rollers")
+                    raise _missing_section(key, str(stage_name or f"stage_{number}"), "rollers")
 
 
 def _missing_section(bearing: str, stage: str, section: str) -> Refusal:
@@ -228,7 +231,7 @@ def check_faults(case: Case) -> None:
             stage = stage_of_fault(case, fault)
             _check_planet(stage, fault)
             if fault.of_bearing:
-                _check_bearing(stage, fault)
+                _check_bearing(case, stage, fault)
                 continue
             _check_tooth(stage, fault)
             _check_gear_mesh(stage)
@@ -246,11 +249,18 @@ def _check_planet(stage: Stage, fault: Fault) -> None:
         raise Refusal("planet", problem, "planets count from 1")
 
 
-def _check_bearing(stage: Stage, fault: Fault) -> None:
-    bearing = stage.bearings.get(fault.bearing)
+def _check_bearing(case: Case, stage: Stage, fault: Fault) -> None:
+    bearing, part = stage.bearings.get(fault.bearing), fault.bearing.partition(".")[0]
     if bearing is None:
-        problem, names = f"there is no {fault.bearing} of {stage.name}", [*stage.bearings]
-        raise Refusal("bearing", problem, nearest("", names) if names else "take the fault out")
+        problem, names = f"there is no {echo(fault.bearing)} of {stage.name}", [*stage.bearings]
+        raise Refusal("bearing", problem, nearest(fault.bearing, names))
+    member = f"{stage.name}.{part}"
+    if part in stage.members and member in case.held_members():
+        problem = f"{fault.bearing}: the {part} is held, so no roller passes its defect"
+        raise Refusal("bearing", problem, "name the bearing of a member that turns")
+    if part in stage.members and case.kinematics_of(member) in ("fixed", "torsional"):
+        problem = f"{fault.bearing}: the {part} has no radial motion, which rollers transmit"
+        raise Refusal("bearing", problem, f'take {part}.kinematics = "planar" or "spatial"')
     if bearing.rollers is None or bearing.elements is None:
         section = "rollers" if bearing.rollers is None else "elements"
         raise _missing_section(fault.bearing, stage.name, section)

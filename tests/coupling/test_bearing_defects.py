@@ -5,7 +5,7 @@ import pytest
 from coupled import make_bodies, stage_system
 from scipy.signal import find_peaks
 from stepped import energy_error, stepped
-from trains import stage_train
+from trains import spur_pair, stage_train
 
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.recovery import Recovery
@@ -15,7 +15,6 @@ from flexgear.coupling.modal import modal_system
 from flexgear.gears.expected_lines import expected_lines
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
-from flexgear.structures.bodies import rotation
 
 COUNT, ROLLER, PITCH, GAP, LENGTH = 16, 5e-3, 30e-3, 1e-5, 0.02
 INNER, OUTER = PITCH - ROLLER, PITCH + ROLLER
@@ -172,11 +171,100 @@ def test_the_outer_race_of_a_carrier_stands(tmp_path):
     reach = np.array([[1e-4 * np.cos(PLACE), 1e-4 * np.sin(PLACE), 0.0, 0.0, 0.0, 0.0]])
     for angle in carrier:
         theta = np.full((1, 1 + seat.turned), angle)
-        turned = rotation(-angle) @ reach[0, :3]  # the same way in space, in the carrier's axes
-        loads = seat.part_loads(np.array([[*turned, 0.0, 0.0, 0.0]]), theta)[0, 0]
+        loads = seat.part_loads(reach, theta)[0, 0]  # of a displacement in space
         at = 2 * np.pi * np.arange(COUNT) / COUNT + 0.5 * INNER / PITCH * angle  # in space
         down = np.array([drop(a - PLACE, OUTER, ROLLER) for a in at])
         closed = 1e-4 * np.cos(at - PLACE) - GAP - down
         stiffness = 35948 * 200 ** (8 / 9) * 1e3 ** (10 / 9)
         expected = stiffness * np.maximum(closed, 0.0) ** (10 / 9)
         np.testing.assert_allclose(loads, expected, rtol=0, atol=2e-3 * expected.max())
+
+
+LOADED = -1.5  # a place where the pinion's force acts
+SUPPORT = f"""{{ radial_n_per_m = 3e8, rolling = "roller", dynamic_rating_kn = 100,
+rollers = {{ count = {COUNT}, length_mm = {1e3 * LENGTH}, clearance_um = {1e6 * GAP} }},
+elements = {{ diameter_mm = {2e3 * ROLLER}, pitch_diameter_mm = {2e3 * PITCH} }} }}"""
+SHAFT_DEFECT = f"""
+[[faults]]
+kind = "KIND"
+bearing = "BEARING"
+width_mm = {1e3 * WIDTH}
+depth_um = {1e6 * DEPTH}
+position_deg = {np.degrees(LOADED)}
+"""
+
+
+def pair_with_defect(kind, bearing="pinion.support", kinematics="planar", pinion=SUPPORT):
+    """TOML text of a spur pair whose pinion, with 30 of 60 teeth, is on rollers."""
+    gears = [
+        f'teeth = {teeth}, mass_kg = 2, inertia_kg_m2 = 0.01, kinematics = "{motion}", '
+        f"support = {support.replace(chr(10), ' ')}"
+        for teeth, motion, support in ((30, kinematics, pinion), (60, "planar", SUPPORT))
+    ]
+    text = spur_pair(*gears, 'model = "constant"', torque=2e3, output="brake_exponent = 0")
+    return text + SHAFT_DEFECT.replace("KIND", kind).replace("BEARING", bearing)
+
+
+@pytest.mark.parametrize("kind", ["outer_race", "inner_race", "roller"])
+@pytest.mark.parametrize("member", ["pinion", "sun"])
+def test_rollers_of_a_turning_shaft_are_let_down_in_space(tmp_path, member, kind):
+    """Its inner race turns with it and the outer one is fixed in space, for a sun, too, whose
+    motion is in the axes of the carrier: loads from motion, rolling without slip, and circles."""
+    if member == "pinion":
+        path = tmp_path / "pair.toml"
+        path.write_text(pair_with_defect(kind))
+        case, ratio, turning = load_case(path), -2.0, 0.0
+    else:
+        defect = SHAFT_DEFECT.replace("KIND", kind).replace("BEARING", "sun.support")
+        keys = {f"stage.sun.support.{key}": value for key, value in BEARING.items()}
+        keys["stage.errors.sun_eccentricity_um"] = "200"  # its force turns with the inner race
+        keys["stage.errors.sun_eccentricity_phase_deg"] = f"{np.degrees(LOADED) + 180}"
+        case = stage_train(tmp_path, planets=3, sun="3e8", head=defect, **keys)
+        sun, ring = case.stages[0].sun.teeth, case.stages[0].ring.teeth
+        ratio, turning = 1 + ring / sun, 1.0
+    system = build_system(case)
+    angles = np.linspace(0.0, 24.0, 193)
+    recovery = Recovery(revolution(modal_system(system), angles, system.rated_torque))
+    support = next(b for b in system.bearings if b.turned >= 0)
+    assert support.name == f"{case.stages[0].name}.{member}_support"
+    x, y = recovery.motion(support.rows)[:, :2].T
+    moved = (x + 1j * y) * np.exp(1j * turning * angles)  # in space
+    loads = recovery.bearing_loads(support.name)[:, 0]
+    contacts = np.array([[PITCH, ROLLER], [PITCH, -ROLLER]])
+    cage, spin = np.linalg.solve(contacts, [0.0, INNER * ratio])
+    stiffness = 35948 * (1e3 * LENGTH) ** (8 / 9) * 1e3 ** (10 / 9)
+    expected, sound = np.zeros_like(loads), np.zeros_like(loads)
+    for k, angle in enumerate(angles):
+        for i in range(COUNT):
+            at = 2 * np.pi * i / COUNT + cage * angle
+            closed = (moved[k] * np.exp(-1j * at)).real - GAP
+            own_turn = (spin - cage) * angle + LOADED
+            down = {
+                "outer_race": drop(at - LOADED, OUTER, ROLLER),
+                "inner_race": drop(at - LOADED - ratio * angle, INNER, -ROLLER),
+                "roller": (i == 0)
+                * (drop(own_turn, ROLLER, OUTER) + drop(own_turn + np.pi, ROLLER, -INNER)),
+            }[kind]
+            expected[k, i] = stiffness * max(closed - down, 0.0) ** (10 / 9)
+            sound[k, i] = stiffness * max(closed, 0.0) ** (10 / 9)
+    np.testing.assert_allclose(loads, expected, rtol=0, atol=2e-3 * loads.max())
+    assert (sound - expected).max() > 0.1 * loads.max()
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"bearing": "pinion.suport"},
+            "no 'pinion.suport' of stage_1 -- did you mean pinion.support",
+        ),
+        ({"kinematics": "torsional"}, "pinion has no radial motion, which rollers transmit"),
+        ({"bearing": "gear.support.1"}, "there is no 'gear.support.1' of stage_1"),
+        ({"pinion": "{ radial_n_per_m = 1e8 }"}, "pinion.support of stage_1 has no rollers"),
+    ],
+)
+def test_defects_of_shaft_bearings_that_cannot_be(tmp_path, changes, message):
+    path = tmp_path / "pair.toml"
+    path.write_text(pair_with_defect("outer_race", **changes))
+    with pytest.raises(InputError, match=message):
+        load_case(path)
