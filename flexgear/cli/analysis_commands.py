@@ -41,7 +41,7 @@ from flexgear.solve.modes import mode_rows, usual_limit
 from flexgear.solve.modes import modes as natural_modes
 from flexgear.solve.result_warnings import large_motions, largest_motions, motion_histories
 from flexgear.solve.static import static as equilibria
-from flexgear.solve.transient import cut_short, stepping_of, train_histories
+from flexgear.solve.transient import cut_short, settled_duration, stepping_of, train_histories
 from flexgear.solve.transient import simulate as run_transient
 
 LARGEST = 1e9  # Hz, s, or times the rated torque
@@ -135,7 +135,8 @@ def _require_positive(option: str, value: float | None, example: str) -> None:
 def simulate(
     analysis: Analysis,
     duration_s: Annotated[
-        float | None, Option(help="One revolution (of the slowest stage) unless given.")
+        float | None,
+        Option(help="One turn of the slowest stage unless given; more if it settles later."),
     ] = None,
     torque_share: Annotated[float, Option(help="Factor on all torques.")] = 1.0,
     energy: Annotated[bool, Option("--energy", help="Keep the energy balance.")] = False,
@@ -156,23 +157,26 @@ def simulate(
     names = saved_names(save_only, analysis.out)
     start = None if start_from is None else reopened(transient_file(start_from))
     begin = 0.0 if start is None else end_of(start, case.source)
-    stepping = stepping_of(case, power_flow(case), duration_s, start=begin)
-    refuse_endless(stepping, case.source)
-    edges = window_edges(stepping.duration, case.solver.settle, begin)
-    ranges = partial(WindowedRanges, edges=edges)
-    whole, account = ranges(train_histories), Ranges(energy_balance)
-    motions, sensors = Ranges(motion_histories), SensorRanges(edges)
-    rings = {stage: ranges(partial(views.ring_histories, stage)) for stage in case.fe_ring_stages}
-    watching = [whole, motions, sensors, *rings.values(), *([account] if energy else [])]
+    flow = power_flow(case)
+    usual = stepping_of(case, flow, duration_s, start=begin)
+    refuse_endless(usual, case.source)
+    account, motions = Ranges(energy_balance), Ranges(motion_histories)
     with (
         run_sinks(analysis.out, names, analysis.quiet) as sinks,
         progress(analysis.quiet) as report,
     ):
         model = assembled(case, parts, report)
-        short = [] if duration_s is not None else cut_short(case, model.flow)
+        fixed = duration_s is not None or start is not None
+        span = usual.duration if fixed else settled_duration(model)
+        edges = window_edges(span, case.solver.settle, begin)
+        ranges = partial(WindowedRanges, edges=edges)
+        whole, sensors = ranges(train_histories), SensorRanges(edges)
+        rings = {s: ranges(partial(views.ring_histories, s)) for s in case.fe_ring_stages}
+        watching = [whole, motions, sensors, *rings.values(), *([account] if energy else [])]
+        short = [] if duration_s is not None else cut_short(case, flow)
         warn([*too_coarse(model.pace, case.solver), *short])
         run = run_transient(
-            model, duration=duration_s, torque_share=torque_share, energy=energy, progress=report,
+            model, duration=span, torque_share=torque_share, energy=energy, progress=report,
             start=start, sink=SinkGroup([*watching, *sinks]),
         )  # fmt: skip
     settled = float(run.data.attrs["settle_s"])

@@ -168,7 +168,8 @@ class Model(model.Model):
     ) -> xr.Dataset:
         """A transient under the machines at the ports, from static equilibrium.
 
-        duration: s; if left out start-up and a turn of the slowest stage. drive: torque of the
+        duration: s; if left out start-up and a turn of the slowest stage, or longer until vibration
+        from the start decays. drive: torque of the
         first input in the place of the case's, all other machines at rated torque or speed.
         torque_share: factor on all torques. output_interval: s between samples. energy: add the
         energy balance. fields: FE bodies whose coordinates are saved, for ``deformed``. out: netCDF

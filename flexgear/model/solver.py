@@ -21,8 +21,9 @@ class Solver(Section):
     gear_mesh_orders: highest order of the gear-mesh frequency that results resolve; steps, samples
     and modes follow from it. time_step: time step of steady running, and of histories that a
     machine or load follows unless step_time_step is given; output_interval: time between stored
-    samples; duration: of a transient. step_tolerance: largest error of a tooth load in one step, as
-    a fraction of the largest rated tooth load; 0: fixed time steps. With a tolerance, time steps
+    samples; duration: of a transient, by default start-up and a turn of the slowest stage, or more
+    until vibration from the start decays. step_tolerance: largest error of a tooth load in a step,
+    as a fraction of the largest rated tooth load; 0: fixed time steps. With a tolerance, time steps
     are doubled and halved between shortest_time_step and longest_time_step. shortest_time_step,
     longest_time_step: limits of variable time steps. modes_to: highest frequency of the modes that
     are used; modes_accuracy: largest relative error of the contact's flexibility up to modes_band;

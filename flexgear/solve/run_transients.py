@@ -25,7 +25,13 @@ from flexgear.solve.bodies import Progress, stoppable_pool, titled
 from flexgear.solve.linear import why_not_linear
 from flexgear.solve.long_run import TimedRun, shelved
 from flexgear.solve.model import Model
-from flexgear.solve.transient import RATED_DRIVE, compile_transient, simulate, torque_drop
+from flexgear.solve.transient import (
+    RATED_DRIVE,
+    compile_transient,
+    settled_duration,
+    simulate,
+    torque_drop,
+)
 
 
 def depth_name(torque: float) -> str:
@@ -116,11 +122,14 @@ def _jobs(
     about the same time: steady running of every variant at rated torque, then torque drops."""
     jobs: dict[Any, tuple[str, Callable[..., TimedRun]]] = {}
     first = next(iter(models))
+    with_errors = [model for model in models.values() if not model.ideal]
+    duration = settled_duration(*with_errors, drive=RATED_DRIVE)
     for label, model in models.items():
         if label == first or not is_static(model):
             flexible = label == first and bool(model.case.flexible_stages)
             job = partial(
-                simulate, model, drive=RATED_DRIVE, energy=flexible and not _has_drops(model),
+                simulate, model, duration=duration, drive=RATED_DRIVE,
+                energy=flexible and not _has_drops(model),
                 progress=titled(f"transient, {label}", progress),
             )  # fmt: skip
             jobs[label] = (dataset_name("transient", model), job)

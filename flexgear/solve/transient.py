@@ -29,6 +29,7 @@ from flexgear.solve.deformed import require_bending
 from flexgear.solve.long_run import LongRun, RunSharing, TimedRun, carried_state
 from flexgear.solve.model import Model
 from flexgear.solve.sensors import clock_of
+from flexgear.solve.start_vibration import decay_duration
 
 _STEADY = {
     "kind": "constant", "torque": None, "speed": None, "times": (), "torques": (), "speeds": (),
@@ -158,9 +159,25 @@ def usual_duration(case: Case, flow: PowerFlow) -> float:
     """
     if case.solver.duration is not None:
         return case.solver.duration
-    pace, turn = case_pace(case), _slowest_turn(case, flow)
-    longest = max(MAX_STEPS * pace.time_step, 1.5 * pace.settling)
-    return min(pace.start_up + turn, longest)
+    return min(case_pace(case).start_up + _slowest_turn(case, flow), _longest(case))
+
+
+def settled_duration(*models: Model, drive: TorqueHistory | None = None) -> float:
+    """Duration of the transients of all variants of a case, s: ``usual_duration``, or longer where
+    in one of them vibration from the start would not decay (``start_vibration``), limited by the
+    number of steps. drive: see ``simulate``."""
+    case, flow = models[0].case, models[0].flow
+    span = usual_duration(case, flow)
+    chosen = case.solver.duration is not None or case.solver.settle is not None
+    if chosen or _never_steady(models[0], port_histories(case, flow, drive)):
+        return span
+    return max(span, min(max(decay_duration(m, span) for m in models), _longest(case)))
+
+
+def _longest(case: Case) -> float:
+    """Longest duration of a run without given duration, s."""
+    pace = case_pace(case)
+    return max(MAX_STEPS * pace.time_step, 1.5 * pace.settling)
 
 
 def cut_short(case: Case, flow: PowerFlow) -> list[str]:
@@ -194,12 +211,20 @@ def _settling(model: Model, stepping: Stepping, histories: PortHistories) -> Set
                 "lower it, or run for longer",
             )
         return Window(begin + start, end, None, "as solver.settle_s says")
+    if reason := _never_steady(model, histories):
+        return Window(begin, end, None, reason)
+    return Settling(1.0 / min(_gear_mesh_frequencies(model)), span, begin)
+
+
+def _never_steady(model: Model, histories: PortHistories) -> str:
+    """Reason why a run has no steady state that it could reach; empty if it may have one."""
     if histories.jumps or histories.varies:
-        return Window(begin, end, None, "the drive or a load changes")
-    turning = [s.gear_mesh_frequency for s in model.flow.stages if s.gear_mesh_frequency]
-    if not turning:
-        return Window(begin, end, None, "nothing turns")
-    return Settling(1.0 / min(turning), span, begin)
+        return "the drive or a load changes"
+    return "" if _gear_mesh_frequencies(model) else "nothing turns"
+
+
+def _gear_mesh_frequencies(model: Model) -> list[float]:
+    return [s.gear_mesh_frequency for s in model.flow.stages if s.gear_mesh_frequency]
 
 
 def stepping_of(
@@ -255,11 +280,12 @@ def simulate(
 ) -> TimedRun:
     """A transient under the machines at the ports; arguments: see ``face.model.Model.transient``.
 
-    duration: ``usual_duration`` if left out. torque_share also scales brakes, so that the train
-    keeps its rated speed. sink: receives the samples during the run, ``data`` is then empty. Load
-    sharing coefficients are those of the settled window (``results.settling``). InputError for a
-    brake that would drive, a settling time beyond the run, or a run that would be too long;
-    FlexgearError for a diverging motion.
+    duration: ``settled_duration`` if left out, of a run that continues another one
+    ``usual_duration``. torque_share also scales brakes, so that the train keeps its rated speed.
+    sink: receives the samples during the run, ``data`` is then empty. Load sharing coefficients are
+    those of the settled window (``results.settling``). InputError for a brake that would drive, a
+    settling time beyond the run, or a run that would be too long; FlexgearError for a diverging
+    motion.
     """
     case = model.case
     require_brakes(model)
@@ -267,6 +293,8 @@ def simulate(
         require_bending(model, body)
     modal = braked(model.modal, torque_share)
     histories = port_histories(case, model.flow, drive, torque_share)
+    if duration is None and start is None:
+        duration = settled_duration(model, drive=drive)
     carried = None if start is None else carried_state(model, modal, histories.drive(), start)
     stepping = stepping_of(
         case, model.flow, duration, drive=drive, output_interval=output_interval,

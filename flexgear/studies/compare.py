@@ -18,7 +18,7 @@ from flexgear.solve.linear import harmonic_data, train_harmonic, why_not_linear
 from flexgear.solve.model import Model
 from flexgear.solve.run_transients import is_static
 from flexgear.solve.static import shared_stages, stages_sharing
-from flexgear.solve.transient import simulate
+from flexgear.solve.transient import settled_duration, simulate
 from flexgear.studies.rating import rate
 
 REFERENCE = "reference_"  # prefix of keys with figures of the reference train
@@ -38,6 +38,7 @@ def compare_sharing(
     that does not roll in one equilibrium.
     """
     out: dict[str, Figures] = {}
+    duration = settled_duration(*models.values()) if transient else None
     for label, model in models.items():
         quasi: Figures = {}
         for stage in shared_stages(model):
@@ -50,7 +51,7 @@ def compare_sharing(
             data = harmonic_data(model, train_harmonic(model))
             out[f"{label}: harmonic"] = sharing_summary_of(data)
         if transient:
-            run = simulate(model, progress=named(label, progress))
+            run = simulate(model, duration=duration, progress=named(label, progress))
             out[f"{label}: transient"] = sharing_summary_of(run.data)
     return out
 

@@ -19,7 +19,7 @@ from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.model import Model, assemble
 from flexgear.solve.result_warnings import large_motions, largest_motions, motion_histories
 from flexgear.solve.static import shared_stages, stages_sharing, static
-from flexgear.solve.transient import simulate, stepping_of, train_histories
+from flexgear.solve.transient import settled_duration, simulate, train_histories
 
 CYCLES = 120  # gear-mesh cycles of each stage with equilibria for displacements
 
@@ -73,9 +73,10 @@ class Point:
     @cached_property
     def transient(self) -> tuple[xr.Dataset, WindowedRanges]:
         """Transient at rated torque, without its samples, and the ranges of the samples."""
-        case, span = self.case, stepping_of(self.case, self.flow).duration
-        ranges = WindowedRanges(train_histories, window_edges(span, case.solver.settle))
-        return simulate(self.model, sink=SinkGroup([ranges, self.recorded])).data, ranges
+        span = settled_duration(self.model)
+        ranges = WindowedRanges(train_histories, window_edges(span, self.case.solver.settle))
+        sink = SinkGroup([ranges, self.recorded])
+        return simulate(self.model, duration=span, sink=sink).data, ranges
 
     @property
     def settled(self) -> Ranges:

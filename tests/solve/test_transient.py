@@ -1,5 +1,8 @@
 """Transients of trains: steady where nothing disturbs, harmonic where errors do."""
 
+import math
+import tomllib
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -7,13 +10,17 @@ from stepped import jump, stepped
 from train_contexts import bundled, mixed, one_stage, put_together
 
 from flexgear.coupling.pace import ACCURACY
+from flexgear.files.case_text import Rated
+from flexgear.gears.sizing import StageRequest
 from flexgear.model.errors import FlexgearError, InputError
-from flexgear.model.load import load_case
+from flexgear.model.load import case_of_toml, load_case
 from flexgear.model.names import BodyName
 from flexgear.results.settling import SHARE, settled
 from flexgear.solve.linear import fitted_amplitudes, harmonic_data, train_harmonic
+from flexgear.solve.model import assemble
 from flexgear.solve.static import static
-from flexgear.solve.transient import simulate, usual_duration
+from flexgear.solve.transient import settled_duration, simulate, usual_duration
+from flexgear.studies.proposal import proposed_case
 
 
 def with_(train, **solver):
@@ -151,6 +158,26 @@ def test_usual_duration_is_one_turn_of_the_slowest_stage_after_settling():
     assert usual_duration(fine.case, fine.flow) == pytest.approx(
         0.4
     )  # bounded by the number of steps
+
+
+def test_duration_grows_until_vibration_from_the_start_has_decayed():
+    """A proposed star: its first rotational mode decays over several turns of its ring. The window
+    is detected in the samples, which the choice of the duration does not see."""
+    wanted = StageRequest(3.2, 4, math.nan, math.nan, math.radians(15), arrangement="star")
+    text, _ = proposed_case([wanted], Rated(500.0, 10 * math.pi))
+    case = case_of_toml(tomllib.loads(text), "star.toml", "star")
+    model = assemble(with_(case, time_step=3e-5), ["all"])
+    usual = usual_duration(model.case, model.flow)
+    short, chosen = simulate(model, duration=usual), simulate(model)
+    assert short.data.attrs["settled"] == "no"
+    assert chosen.data.attrs["settled"] == "yes"
+    assert 2 * usual < chosen.simulated < 4 * usual
+
+
+@pytest.mark.parametrize("name", ["herringbone", "pitch-drive", "nrel-5mw"])
+def test_duration_is_the_usual_one_where_vibration_from_the_start_decays(name):
+    model = bundled(name)
+    assert settled_duration(model) == usual_duration(model.case, model.flow)
 
 
 def test_an_output_that_drives_is_refused():
