@@ -25,9 +25,10 @@ distribution of a case. The edition of 2019 also has f_ε in Y_F (``contact_line
     √(1 − ε_β + ε_β/ε_αn), or √((1 − ε_β)/2 + ε_β/ε_αn) where ε_αn ≥ 2;  ε_αn = ε_α/cos² β_b
 
 The critical section is where tangents at 30° to the tooth's middle line (60° for a ring) touch the
-root (``tool``); for a rack these are equations 10 to 16 of the standard. For a cutter the edition
-of 2006 has a substitute rack (``substitute_rack_section``), that of 2019 the cutter itself. The
-formula of Y_S holds for 1 ≤ q_s < 8.
+root (``tool``), which is cut with the generating profile shift x_E of ``as_cut``; for a rack these
+are equations 10 to 16 of the standard. For a cutter the edition of 2006 has a substitute rack
+(``substitute_rack_section``), that of 2019 the cutter itself. The formula of Y_S holds for
+1 ≤ q_s < 8.
 """
 
 from __future__ import annotations
@@ -97,6 +98,15 @@ class RootStress:
     notch_factor: float
     helix_factor: float
     stress: float
+
+
+def as_cut(gear: GearMember, rack: Rack) -> GearMember:
+    """A gear with its generating profile shift x_E = x + A_sn/(2 m_n tan α_n) and its tip circle;
+    A_sn: ``rating.thickness_deviation``."""
+    shift = gear.rating.thickness_deviation
+    shift /= 2 * rack.normal_module * math.tan(rack.pressure_angle)
+    moved = {"profile_shift": gear.profile_shift + shift, "addendum": gear.addendum - shift}
+    return gear.model_copy(update=moved)
 
 
 def virtual_teeth(teeth: int, rack: Rack) -> float:
@@ -193,6 +203,9 @@ def root_stress(
     """Nominal root stress of a gear in one gear mesh. force: along the 3D normal, N; edition: of
     ISO 6336-3, where 2006 has a substitute rack for a ring's cutter."""
     module, beta_b = stage.normal_module, base_helix_angle(stage)
+    if gear.rating.thickness_deviation:
+        gear = as_cut(gear, stage)
+        tooth = tooth_geometry(gear, stage, internal=tooth.internal)
     virtual = virtual_tooth(tooth, gear, stage)
     section = virtual.root.section
     if edition == 2006 and tooth.internal:

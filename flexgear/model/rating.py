@@ -41,7 +41,8 @@ class GearRating(Section):
     mean_stress_ratio: M for roots loaded in both directions; if left out, that of ISO 6336-3,
     annex B: 0.8 - 0.15 Y_S case-hardened, 0.4 induction-hardened, else 0.3. face_width: of a gear
     that is wider than its gear mesh; up to one module of the excess at either end counts for the
-    root.
+    root. thickness_deviation: A_sn of the normal tooth thickness, negative for a thinner tooth; its
+    root is cut with the generating profile shift x_E = x + A_sn/(2 m_n tan α_n).
     """
 
     steel: SteelKind | None = None
@@ -62,6 +63,7 @@ class GearRating(Section):
     rim_factor: float | None = Field(default=None, ge=1.0, le=5.0)
     mean_stress_ratio: float | None = Field(default=None, ge=0.0, lt=1.0)
     face_width: Length | None = Field(default=None, ge=1e-4, le=5.0)
+    thickness_deviation: Length = Field(default=0.0, ge=-5e-3, le=5e-3)
 
     @property
     def flank_roughness(self) -> float | None:
@@ -133,7 +135,9 @@ class Rating(ForcedFactors):
     for the best material, manufacture and experience. profile_modification_factor: f_ZCa of the
     edition of 2019, in Z_B and Z_D of helical gears: 1.2 without profile modification, 1.07 with a
     modification by experience, 1 with one that is verified by a computed load distribution, as
-    manuals of gear programs describe it; 1 if left out. limited_pitting: whether some pits are
+    manuals of gear programs describe it; 1 if left out. pitch_deviation_share: share of the base
+    pitch deviation in K_Hα and K_Fα; 0.5 where profile modifications compensate deflections of the
+    teeth under load. limited_pitting: whether some pits are
     allowed (not on nitrided flanks). static_factors: whether factors of lubricant, roughness, notch
     and size hold for any number of cycles ("constant"), or approach those of static stress below
     the knee of the curve ("interpolated", ISO 6336-2 and -3 method B).
@@ -160,6 +164,7 @@ class Rating(ForcedFactors):
     flank_long_life_factor: float = Field(default=0.85, ge=0.85, le=1.0)
     root_long_life_factor: float = Field(default=0.85, ge=0.85, le=1.0)
     profile_modification_factor: float | None = Field(default=None, ge=1.0, le=1.2)
+    pitch_deviation_share: float = Field(default=1.0, ge=0.5, le=1.0)
     limited_pitting: bool = False
     static_factors: Literal["constant", "interpolated"] = "constant"
     dynamic_factor: Literal["method_b", "train"] = "method_b"

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -20,18 +20,20 @@ from flexgear.arrays import Array
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.load_bins import LoadBin
 from flexgear.gears.power_flow import PowerFlow
-from flexgear.gears.rating.capacity import LOAD_FACTORS, Limit, rate
+from flexgear.gears.rating.capacity import LOAD_FACTORS, OIL, Limit, missing_keys, rate
 from flexgear.gears.rating.damage import Spectrum
 from flexgear.gears.rating.load_factors import (
     dynamic_factor,
     method_b_inputs,
     root_face_factor,
+    tolerance,
     transverse_factors,
 )
 from flexgear.gears.rating.pair import GearPair, PairLoad, gear_pair, load_cycles, pair_load
 from flexgear.gears.rating.sheet import Factor, Sheet, dated, factor, sheet_of, value_of
 from flexgear.model.case import Case
 from flexgear.model.names import GroupName
+from flexgear.model.stage_view import StageView
 from flexgear.results.load_sharing import ROUNDING
 from flexgear.results.rating import GearMeshRating, Kind, RatedPart
 from flexgear.solve.bin_loads import BinLoads, GroupLoads, SpectrumTrain
@@ -40,14 +42,13 @@ from flexgear.studies.rating_direct import LoadedState, direct_path
 STATIC_CYCLES = 1.0  # load cycles of an extreme load, or of a load at rest
 ENDURANCE_CYCLES = 1e10  # of a load without duration: the end of the curves of ISO 6336
 LOAD_EXPONENT: dict[Limit, float] = {"flank": 0.5, "root": 1.0}  # of the load in the stress
-OF_GEARS = "rating.accuracy_grade, steel, grade and hardness of both gears"
+METHOD_B = "ISO 6336-1 method B"
 REMEDIES = {  # keys that give a factor where neither model nor standard does
     "K_Hβ": 'K_Hβ is not known: gear_mesh.model = "face_load", or rating.k_h_beta',
-    "K_v": f"K_v is not known: {OF_GEARS}, or rating.k_v",
-    "K_Hα": f"K_Hα is not known: {OF_GEARS}, or rating.k_h_alpha and k_f_alpha",
+    "K_v": "K_v is not known: rating.k_v, or data of both gears for method B",
+    "K_Hα": "K_Hα is not known: rating.k_h_alpha and k_f_alpha, or the same data",
 }
 EQUAL_LOAD = 1e-3  # of K_γ, or a factor, above 1: less is an equal load
-METHOD_B = "ISO 6336-1 method B"
 NO_TEETH = "base diameters or working angles stand in place of gears"
 OTHER = {"sun": "ring", "ring": "sun", "drive": "coast"}  # the other flank of a tooth
 KEYS = {  # of [rating] by symbol
@@ -119,7 +120,7 @@ def rate_gears(
                 load = pair_load(pair, flow.stage(stage))
                 factors = load_factors(case, pair, load, group, of_bin)
                 if isinstance(factors, str):
-                    missing.setdefault(str(group), factors)
+                    missing.setdefault(str(group), f"{factors}{_also_missing(case, pair)}")
                 else:
                     sheets[b] = dated(factors, case.rating.edition)
                     states = _states(case, pair, load, group, bins[b], flow, factors, of_bin)
@@ -186,16 +187,17 @@ def _uneven(
 def load_factors(
     case: Case, pair: GearPair, load: PairLoad, group: GroupName, computed: GroupLoads
 ) -> dict[str, Factor] | str:
-    """K_A … K_Fα of a gear mesh, each with its source; a text with the reason if one is unknown."""
+    """K_A … K_Fα of a gear mesh, each with its source; a text with the reasons if some are
+    unknown."""
     rules, lines = case.rating, dict[str, Factor]()
     forced = rules.forced(group.stage, group.kind)
     of_planet = f"computed, planet {computed.planet}" if pair.stage.planets > 1 else "computed"
     of_planet += f", gear-mesh cycle {computed.cycle + 1}"
     of_planet += f", deviations {computed.deviated}" if computed.deviated else ""
 
-    def take(symbol: str, *sources: tuple[str, float], least: float = 0.0) -> bool:
-        """Set a factor from its key or else the first source with a finite value, at least
-        ``least``; returns whether there is one."""
+    def take(symbol: str, *sources: tuple[str, float], least: float = 0.0) -> None:
+        """Set a factor from its key or else the first source with a finite value, if there is one,
+        at least ``least``."""
         key = KEYS.get(symbol)
         stated = None if key is None else getattr(forced, key)
         if stated is not None:
@@ -204,8 +206,7 @@ def load_factors(
             if math.isfinite(value):
                 below = f": {value:.4g}, at least {least:g}" if value < least else ""
                 lines[symbol] = factor(symbol, max(value, least), source + below)
-                return True
-        return False
+                return
 
     def product(*symbols: str) -> float:
         return math.prod(lines[s].value for s in symbols if s in lines)
@@ -213,19 +214,19 @@ def load_factors(
     take("K_A", ("key application_factor", rules.application_factor))
     take("K_γ", (of_planet, computed.k_gamma))
     k_v, resonance = dynamic_factor(pair, load, product("K_A", "K_γ"))
-    least = rules.least("face_load_factor")
-    if not take("K_Hβ", (of_planet, computed.k_h_beta), least=least):
-        return REMEDIES["K_Hβ"]
+    take("K_Hβ", (of_planet, computed.k_h_beta), least=rules.least("face_load_factor"))
     by_rule = (f"{METHOD_B}, N = {resonance:.3g}", k_v)
     beside = f"; {METHOD_B}: {k_v:.4g}" if math.isfinite(k_v) else ""
     of_train = (f"computed, motion of the train{beside}", computed.k_v)
-    if not take("K_v", of_train, by_rule, least=rules.least("dynamic_factor")):
-        return REMEDIES["K_v"]
-    take("K_Fβ", ("ISO 6336-1, from K_Hβ", root_face_factor(pair, lines["K_Hβ"].value)))
+    take("K_v", of_train, by_rule, least=rules.least("dynamic_factor"))
+    of_flank = value_of(lines, "K_Hβ")
+    take("K_Fβ", ("ISO 6336-1, from K_Hβ", root_face_factor(pair, of_flank)))
     norm = transverse_factors(pair, load, product("K_A", "K_γ"), product("K_v", "K_Hβ"))
     for symbol, by_norm in zip(("K_Hα", "K_Fα"), norm, strict=True):
-        if not take(symbol, (of_planet, computed.k_h_alpha), (METHOD_B, by_norm), least=1.0):
-            return REMEDIES["K_Hα"]
+        take(symbol, (of_planet, computed.k_h_alpha), (METHOD_B, by_norm), least=1.0)
+    unknown = [reason for symbol, reason in REMEDIES.items() if symbol not in lines]
+    if unknown:
+        return "; ".join(unknown)
     if any(METHOD_B in line.source for line in lines.values()):
         lines |= sheet_of(method_b_inputs(pair, load, product("K_A", "K_γ")))
     return lines
@@ -243,7 +244,7 @@ def _part(case: Case, place: _Place, history: History, bins: Sequence[LoadBin]) 
         sheets[b] = dated(x.state.sheet(x.at), case.rating.edition)
         safety[b] = x.state.safety(x.at)
     states = [x.state for x in history.values()]
-    missing = _missing(case, place, next((x.missing for x in states if x.missing), ""))
+    missing = _missing(case.view(place.stage), place.gear, [k for x in states for k in x.missing])
     lasting = [b for b in history if bins[b].hours > 0.0]
     curves = [curve for b in lasting if (curve := history[b].state.curve) is not None]
     life = whole = math.nan
@@ -273,11 +274,26 @@ def _largest_factor(loaded: LoadedState, kind: Limit) -> str:
     return f"{symbol} {largest:.3g}" if largest > 1.0 + EQUAL_LOAD else ""
 
 
-def _missing(case: Case, place: _Place, key: str) -> str:
-    """Reason why a flank or root is not assessed: the missing key as a case names it."""
-    if not key:
-        return ""
-    if key == "lubricant":
-        return "lubricant.viscosity_40_mm2_per_s is missing"
-    view, (mate, _, bare) = case.view(place.stage), key.rpartition(".")
-    return f"{view.key(view.part(mate) if mate else place.gear)}.rating.{bare} is missing"
+def _also_missing(case: Case, pair: GearPair) -> str:
+    """Keys that are missing beside load factors: strengths, surfaces and accuracy of both gears."""
+    view, keys = case.view(pair.stage.name), list[str]()
+    for gear in pair.gears.values():
+        places: tuple[Limit, Limit] = ("flank", "root")
+        own = [key for place in places for key in missing_keys(pair, gear, place)]
+        own += ["accuracy_grade"] if tolerance(pair, gear, "pitch") is None else []
+        keys += [key if "." in key or key == OIL else f"{gear.part}.{key}" for key in own]
+    text = _missing(view, "", keys)
+    return f"; {text}" if text else ""
+
+
+def _missing(view: StageView, gear: str, keys: Iterable[str]) -> str:
+    """Names of keys of ``missing_keys`` as a case has them, by section; "" without any. gear: whose
+    rating has a key without a gear's name."""
+    sections: dict[str, list[str]] = {}
+    for key in sorted(dict.fromkeys(keys), key=OIL.__eq__):
+        mate, _, bare = key.rpartition(".")
+        section = f"{view.key(view.part(mate) if mate else gear)}.rating" if key != OIL else OIL
+        sections.setdefault(section, []).append(bare if key != OIL else "viscosity_40_mm2_per_s")
+    names = [f"{section}.{', '.join(bare)}" for section, bare in sections.items()]
+    several = len(names) > 1 or any(len(bare) > 1 for bare in sections.values())
+    return f"{', '.join(names)} {'are' if several else 'is'} missing" if names else ""

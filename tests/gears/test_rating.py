@@ -9,6 +9,7 @@ from small_train import refused
 from flexgear.gears.rating.capacity import rate
 from flexgear.gears.rating.load_factors import (
     dynamic_factor,
+    method_b_inputs,
     transverse_factors,
 )
 from flexgear.gears.rating.pair import PairLoad
@@ -161,10 +162,10 @@ def test_floors_of_a_named_set_and_what_a_case_puts_in_their_place(tmp_path):
 @pytest.mark.parametrize(
     ("part", "key", "place", "missing"),
     [
-        ("sun", "steel", "flank", "steel"),
-        ("sun", "flank_rz", "flank", "flank_rz_um"),
-        ("planet", "root_rz", "root", "root_rz_um"),
-        ("planet", "grade", "root", "grade"),
+        ("sun", "steel", "flank", ["steel", "grade"]),
+        ("sun", "flank_rz", "flank", ["flank_rz_um"]),
+        ("planet", "root_rz", "root", ["root_rz_um"]),
+        ("planet", "grade", "root", ["grade"]),
     ],
 )
 def test_what_is_not_known_is_named_and_not_assessed(tmp_path, part, key, place, missing):
@@ -173,11 +174,12 @@ def test_what_is_not_known_is_named_and_not_assessed(tmp_path, part, key, place,
         changes[f"stage.{part}.rating.grade"] = None
     pair, load = pair_of(case_of(tmp_path, PLANETARY, **changes))
     state = rate(pair, load, {})[part, place]
-    assert state.missing == missing
+    assert list(state.missing) == missing
     assert state.curve is None and math.isnan(state.safety(1e6)) and "S_H" not in state.sheet(1e6)
     assert state.stress > 0
     if place == "flank":  # Z_R, and σ_Hlim in Z_L, are of both gears
-        assert rate(pair, load, {})["planet", "flank"].missing == f"sun.{missing}"
+        of_mate = rate(pair, load, {})["planet", "flank"].missing
+        assert list(of_mate) == [f"sun.{key}" for key in missing]
 
 
 def test_without_accuracy_there_is_no_factor_of_method_b(tmp_path):
@@ -232,3 +234,47 @@ def test_relief_counts_at_both_ends_of_the_path_on_whichever_gear(tmp_path):
     )
     assert both == pytest.approx(alone, rel=1e-12)
     assert both != pytest.approx(none, rel=1e-3)
+
+
+@pytest.mark.parametrize("edition", [2006, 2019])
+@pytest.mark.parametrize("role", ["sun", "ring"])
+def test_a_thinner_tooth_has_the_root_of_one_that_is_cut_deeper(tmp_path, edition, role):
+    """A_sn moves the tool as a smaller profile shift does, while tip and path of contact stay."""
+    tool = {"stage.ring.tool.teeth": 30, "stage.ring.root_fillet": 0.25}
+    common = {"stage.center_distance": 0.12, "rating.edition": edition, **tool}
+    case = case_of(tmp_path, PLANETARY, **common)
+    shift = -0.16e-3 / (2 * 4e-3 * math.tan(math.radians(20)))
+    member = getattr(case.stages[0], role)
+    thin = case.with_(**{f"stage.{role}.rating.thickness_deviation": -0.16e-3})
+    deep = case.with_(
+        **{
+            f"stage.{role}.profile_shift": member.profile_shift + shift,
+            f"stage.{role}.addendum": member.addendum - shift,
+        }
+    )
+    sheets = [rate(*pair_of(x, role), {})[role, "root"].factors for x in (case, thin, deep)]
+    for symbol in ("Y_F", "Y_S", "s_Fn/m_n", "ρ_F/m_n"):
+        nominal, thinner, deeper = (sheet[symbol].value for sheet in sheets)
+        assert thinner == pytest.approx(deeper, rel=1e-9)
+        assert abs(thinner / nominal - 1) > 1e-3
+    assert sheets[1]["ε_α"].value == pytest.approx(sheets[0]["ε_α"].value, rel=1e-12)
+
+
+def test_half_of_the_pitch_deviation_where_modifications_compensate(tmp_path):
+    """K_Fα = ε_γ/2 (0.9 + 0.4 c_γα (f_pb − y_α)/w), spur gears of equal case-hardened steel."""
+    given = {f"stage.{part}.rating.pitch_deviation": 32e-6 for part in ("sun", "planet")}
+    given |= {f"stage.{part}.rating.profile_deviation": 1e-6 for part in ("sun", "planet")}
+    values = []
+    for share in (1.0, 0.5):
+        case = case_of(tmp_path, PLANETARY, **given, **{"rating.pitch_deviation_share": share})
+        pair, load = pair_of(case)
+        inputs = method_b_inputs(pair, load, 1.0)
+        base_pitch = share * 32.0 * math.cos(math.radians(20))
+        effective = base_pitch - min(0.075 * base_pitch, 3.0)
+        width = load.tangential_force / 60.0
+        overlap = pair.geometry.transverse_contact_ratio
+        by_hand = overlap / 2 * (0.9 + 0.4 * inputs["c_γα"] * effective / (1.3 * width))
+        values.append(transverse_factors(pair, load, 1.0, 1.3)[1])
+        assert values[-1] == pytest.approx(by_hand, rel=1e-9)
+        assert inputs["f_pb,eff"] == pytest.approx(32 * math.cos(math.radians(20)) * 0.925)
+    assert values[0] > values[1] > 1.0

@@ -100,9 +100,34 @@ def test_what_is_missing_is_not_assessed_by_name():
         missing = rating.not_assessed[f"stage.{name}"]
         assert missing == f"stage.{key}.dynamic_rating_kn is missing"
     forced = rate(case.with_(**{"rating.k_h_beta": 1.2, "rating.k_v": 1.1}), workers=1)
-    assert forced.not_assessed["stage.sun flank"] == "stage.sun.rating.steel is missing"
+    assert forced.not_assessed["stage.ring root"] == (
+        "stage.ring.rating.steel, grade, root_rz_um are missing"
+    )
     assert all(p.missing for p in forced.parts)
     assert all(p.load[0] > 0 for p in forced.parts if p.kind != "bearing")  # stresses are known
+
+
+def test_with_all_that_is_said_to_be_missing_everything_is_assessed():
+    """What a first rating names is all that a second one needs."""
+    few = {"rating.gear_mesh_cycles": 1, "rating.positions_per_gear_mesh": 2}
+    values = {
+        "steel": "through_hardened", "grade": "MQ", "vickers_hardness": 300, "flank_rz_um": 5,
+        "root_rz_um": 20, "yield_strength_mpa": 700, "accuracy_grade": 6, "rim_factor": 1.1,
+        "viscosity_40_mm2_per_s": 220,
+    }  # fmt: skip
+    first = rate(load_case("pitch-drive", few), workers=1).not_assessed
+    changes, section = dict[str, object](few), ""
+    for text in (why for name, why in first.items() if name.endswith((" sun", " ring"))):
+        assert all(f"{factor} is not known" in text for factor in ("K_Hβ", "K_v", "K_Hα"))
+        for key in text.rpartition("; ")[2].removesuffix(" are missing").split(", "):
+            section = key.rpartition(".")[0] or section
+            changes[f"{section}.{key.rpartition('.')[2]}"] = values[key.rpartition(".")[2]]
+            if key == f"{section}.steel":  # the kind that is chosen here needs two more
+                for more in ("vickers_hardness", "yield_strength_mpa"):
+                    changes[f"{section}.{more}"] = values[more]
+    second = rate(load_case("pitch-drive", {**changes, "rating.k_h_beta": 1.2}), workers=1)
+    assert len(second.parts) > 24
+    assert not [p.name for p in second.parts if p.missing and p.kind != "bearing"]
 
 
 def test_what_the_norm_does_not_know_is_refused_before_anything_is_solved(monkeypatch):

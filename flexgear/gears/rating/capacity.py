@@ -43,7 +43,7 @@ Static strength has Y_RrelT = Y_X = 1, Y_δrelT = 0.44 Y_S + 0.12 (case- and ind
 hardened), and another M. Source: ISO 6336-3:2006, clauses 5 and 9 to 15, annex B for Y_M. If the
 case gives σ_0.2, static load is also checked against yield of the fillet, σ_F = σ_0.2.
 
-If data are missing, a ``LimitState`` has no curve, and ``missing`` names the key.
+If data are missing, a ``LimitState`` has no curve, and ``missing`` names their keys.
 """
 
 from __future__ import annotations
@@ -68,6 +68,7 @@ from flexgear.gears.rating.steels import (
     root_roughness_factor,
     root_size_factor,
     slip_layer,
+    strength_keys,
 )
 
 HB_OVER_HV = 0.95  # ISO 18265, unalloyed and low-alloy steels
@@ -75,6 +76,7 @@ STRESS_CORRECTION = 2.0  # Y_ST of the test gears
 TEST_NOTCH = 1.2  # χ*_T of q_s = 2.5
 FINE_GRADE = 4  # coarsest accuracy grade with Y_DT below 1
 REVERSED_STRESS = 1.2  # −R of equal loads on both flanks
+OIL = "lubricant"  # missing section, beside keys of gears
 Limit = Literal["flank", "root"]
 RATING_KEYS = {  # key of a gear's rating by symbol
     "σ_Hlim": "flank_strength", "σ_Flim": "root_strength", "Y_B": "rim_factor",
@@ -91,16 +93,15 @@ class LimitState:
     """Flank ("H") or root ("F") of one gear under one load.
 
     factors: lines that do not depend on cycles, without load factors; curve: σ_HG or σ_FG over
-    cycles, Pa, None if data are missing; reference: σ_G with a life factor of 1, Pa; missing: key
-    of the gear's section ``rating``, or "planet.flank_rz_um" of its mate, or "lubricant";
-    yield_strength: σ_0.2 of a root, Pa, if the case gives it.
+    cycles, Pa, None if data are missing; reference: σ_G with a life factor of 1, Pa; missing: as of
+    ``missing_keys``; yield_strength: σ_0.2 of a root, Pa, if the case gives it.
     """
 
     letter: str
     factors: Sheet
     curve: LifeCurve | None = None
     reference: float = math.nan
-    missing: str = ""
+    missing: tuple[str, ...] = ()
     yield_strength: float | None = None
 
     @property
@@ -199,9 +200,10 @@ def _flank(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> L
             "σ_H": single * nominal * math.sqrt(product),
         }
     )
+    missing = missing_keys(pair, gear, "flank")
+    if missing or gear.data.steel is None:
+        return _state("H", pair, lines, missing=missing)
     strength = _flank_strength(pair, gear, load)
-    if isinstance(strength, str) or gear.data.steel is None:
-        return _state("H", pair, lines, strength)
     static = strength["σ_Hlim"] * _static_hardening(pair, gear) * strength["Z_X"]
     knees = flank_knees(gear.data.steel, rules.flank_long_life_factor, rules.limited_pitting)
     return _state("H", pair, lines, strength, knees, static)
@@ -230,25 +232,35 @@ def single_pair_factor(pair: GearPair, part: str) -> float:
     return max(1.0, ratio - overlap * (ratio - math.sqrt(_profile_modification(pair))))
 
 
-def _flank_strength(pair: GearPair, gear: RatedGear, load: PairLoad) -> dict[str, float] | str:
-    """σ_Hlim, MPa, and its factors, or the name of the missing key."""
-    if gear.data.steel is None or isinstance(gear.flank_strength, str):
-        return "steel" if gear.data.steel is None else str(gear.flank_strength)
-    if pair.viscosity is None:
-        return "lubricant"
-    by_part = {part: g.data.flank_roughness for part, g in pair.gears.items()}
-    roughness = [rz for rz in by_part.values() if rz is not None]
-    if len(roughness) < len(by_part):
-        mate = next(part for part, rz in by_part.items() if rz is None)
-        return "flank_rz_um" if by_part[gear.part] is None else f"{mate}.flank_rz_um"
-    hardening = _work_hardening(pair, gear, load)
-    if isinstance(hardening, str):
-        return hardening
-    softer = 1200.0
-    for part, other in pair.gears.items():
-        if isinstance(other.flank_strength, str):
-            return f"{part}.{other.flank_strength}"
-        softer = min(max(other.flank_strength / 1e6, 850.0), softer)
+def missing_keys(pair: GearPair, gear: RatedGear, limit: Limit) -> tuple[str, ...]:
+    """Missing keys without which a flank or root has no life curve: of the gear's section
+    ``rating``, or "planet.flank_rz_um" of its mate, or "lubricant"."""
+    data, keys = gear.data, strength_keys(gear.data, limit)
+    through_hardened = data.steel in THROUGH_HARDENED
+    if limit == "root":
+        needed: dict[str, object] = {
+            "rim_factor": gear.rim_factor,
+            "root_rz_um": data.root_roughness,
+            "yield_strength_mpa": data.yield_strength if through_hardened else 1.0,
+        }
+    else:
+        mate = next(g for g in pair.gears.values() if g is not gear)
+        keys += [f"{mate.part}.{key}" for key in strength_keys(mate.data, limit)]
+        needed = {
+            "vickers_hardness": data.vickers_hardness if through_hardened else 1.0,
+            "flank_rz_um": data.flank_roughness,
+            f"{mate.part}.flank_rz_um": mate.data.flank_roughness,
+            OIL: pair.viscosity,
+        }
+    return tuple(dict.fromkeys([*keys, *(key for key, x in needed.items() if x is None)]))
+
+
+def _flank_strength(pair: GearPair, gear: RatedGear, load: PairLoad) -> dict[str, float]:
+    """σ_Hlim, MPa, and its factors."""
+    assert pair.viscosity is not None and gear.flank_strength is not None
+    strengths = [g.flank_strength for g in pair.gears.values() if g.flank_strength is not None]
+    roughness = [g.data.flank_roughness or 0.0 for g in pair.gears.values()]
+    softer = min(max(min(strengths) / 1e6, 850.0), 1200.0)
     c_zl = 0.83 + 0.08 * (softer - 850.0) / 350.0
     c_zv = c_zl + 0.02
     r_z10 = 1e6 * sum(roughness) / 2.0
@@ -259,18 +271,17 @@ def _flank_strength(pair: GearPair, gear: RatedGear, load: PairLoad) -> dict[str
         "Z_L": c_zl + 4.0 * (1.0 - c_zl) / (1.2 + 134.0 / (1e6 * pair.viscosity)) ** 2,
         "Z_v": c_zv + 2.0 * (1.0 - c_zv) * film,
         "Z_R": (3.0 / r_z10) ** (0.32 - softer / 5000.0),
-        "Z_W": hardening,
+        "Z_W": _work_hardening(pair, gear, load),
         "Z_X": 1.0,
     }
 
 
-def _work_hardening(pair: GearPair, gear: RatedGear, load: PairLoad) -> float | str:
-    """Work hardening factor Z_W, or the name of the missing key."""
+def _work_hardening(pair: GearPair, gear: RatedGear, load: PairLoad) -> float:
+    """Work hardening factor Z_W."""
     mate = next(g for g in pair.gears.values() if g is not gear)
     if gear.data.steel not in THROUGH_HARDENED:
         return 1.0
-    if gear.data.vickers_hardness is None:
-        return "vickers_hardness"
+    assert gear.data.vickers_hardness is not None
     brinell = HB_OVER_HV * gear.data.vickers_hardness
     if mate.data.steel in SURFACE_HARDENED:
         hard, soft = mate.data.flank_roughness, gear.data.flank_roughness
@@ -324,9 +335,10 @@ def _root(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> Li
         "α_Fen": math.degrees(gear.root.load_angle),
     }
     lines = _load_lines(pair, load) | sheet_of(form | factors | stresses)
+    missing = missing_keys(pair, gear, "root")
+    if missing or gear.data.steel is None:
+        return _state("F", pair, lines, missing=missing)
     strength = _root_strength(pair, gear)
-    if isinstance(strength, str) or gear.data.steel is None:
-        return _state("F", pair, lines, strength)
     static = strength["σ_Flim"] * strength["Y_ST"] * _static_notch(gear)
     static *= _mean_stress_factor(gear, static=True)
     knees = root_knees(gear.data.steel, rules.root_long_life_factor)
@@ -343,16 +355,11 @@ def _deep_tooth(pair: GearPair) -> float:
     return 2.366 - 0.666 * ratio if ratio <= 2.5 else 0.7
 
 
-def _root_strength(pair: GearPair, gear: RatedGear) -> dict[str, float] | str:
-    """σ_Flim, MPa, and its factors, or the name of the missing key."""
-    data = gear.data
-    if data.steel is None or isinstance(gear.root_strength, str):
-        return "steel" if data.steel is None else str(gear.root_strength)
-    if gear.rim_factor is None or data.root_roughness is None:
-        return "rim_factor" if gear.rim_factor is None else "root_rz_um"
-    layer = slip_layer(data)
-    if isinstance(layer, str):
-        return layer
+def _root_strength(pair: GearPair, gear: RatedGear) -> dict[str, float]:
+    """σ_Flim, MPa, and its factors."""
+    data, layer = gear.data, slip_layer(gear.data)
+    assert data.steel is not None and data.root_roughness is not None
+    assert gear.root_strength is not None
     q_s = gear.root.section.thickness / (2.0 * gear.root.section.fillet_radius)
     gradient = (1.0 + 2.0 * q_s) / 5.0
     return {
@@ -392,21 +399,21 @@ def mean_stress_influence(gear: RatedGear, static: bool = False) -> float:
 
 
 def _state(
-    letter: str, pair: GearPair, lines: dict[str, Factor], strength: dict[str, float] | str,
-    knees: Knees = (), static: float = 0.0,
+    letter: str, pair: GearPair, lines: dict[str, Factor], strength: Mapping[str, float] = {},
+    knees: Knees = (), static: float = 0.0, missing: tuple[str, ...] = (),
 ) -> LimitState:  # fmt: skip
     """Limit state with its life curve. The curve is σ_lim times its factors ``strength`` times the
     life factor at ``knees``; at the first knee ``static``, MPa, times the life factor, but not
-    below the second knee. strength may be the name of the missing key."""
+    below the second knee; none if keys are ``missing``."""
     rules = pair.rules
     safety = rules.least("flank_safety" if letter == "H" else "root_safety")
     required = {f"S_{letter}min": safety}
-    if isinstance(strength, str):
-        return LimitState(letter, {**lines, **sheet_of(required)}, missing=strength)
+    if missing:
+        return LimitState(letter, {**lines, **sheet_of(required)}, missing=missing)
     reference = math.prod(strength.values())
     first = reference if rules.static_factors == "constant" else static
     stresses = [1e6 * reference * life for _, life in knees]
     stresses[0] = max(1e6 * first * knees[0][1], stresses[1])
     curve = LifeCurve(tuple(n for n, _ in knees), tuple(stresses))
-    lines = {**lines, **sheet_of(strength | required)}
+    lines = {**lines, **sheet_of({**strength, **required})}
     return LimitState(letter, lines, curve, 1e6 * reference)

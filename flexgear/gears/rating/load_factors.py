@@ -24,7 +24,7 @@ Transverse load factors (clause 8), w_H = w K_v K_Hβ:
                 = 0.9 + 0.4 q √(2 (ε_γ − 1)/ε_γ)  above
     1 ≤ K_Hα ≤ ε_γ/(ε_α Z_ε²),  1 ≤ K_Fα ≤ ε_γ/(0.25 ε_α + 0.75)
 
-with f_fα − y_f in place of f_pb − y_α where f_fα is larger (8.3.2).
+with f_fα − y_f in place of f_pb − y_α where f_fα is larger; a case may halve f_pb (8.3.2).
 
 Face load factor of the root (7.2): K_Fβ = K_Hβ^{N_F}, N_F = 1/(1 + h/b + (h/b)²), h/b ≤ 1/3, the
 larger of both gears. c', c_γα fall with (w/100 N/mm)^{1/4} below that load (9.3), everywhere.
@@ -94,21 +94,24 @@ def _run_in(gear: RatedGear, deviation: float, velocity: float) -> float | None:
         return None
     if gear.data.steel not in THROUGH_HARDENED:
         return min(0.075 * deviation, 3e-6)
-    if isinstance(gear.flank_strength, str):
+    if gear.flank_strength is None:
         return None
     strength = gear.flank_strength / 1e6
     limit = math.inf if velocity <= 5.0 else (12.8e-3 if velocity <= 10.0 else 6.4e-3) / strength
     return min(160.0 / strength * deviation, limit)
 
 
-def deviations(pair: GearPair, velocity: float) -> tuple[float, float] | None:
+def deviations(
+    pair: GearPair, velocity: float, pitch_share: float = 1.0
+) -> tuple[float, float] | None:
     """Effective deviations f_pb,eff = f_pb − y_p and f_fα,eff = f_fα − y_f, m; None if accuracy or
-    steel of a gear is unknown."""
+    steel of a gear is unknown. pitch_share: share of f_pb that counts."""
     effective: list[float] = []
     kinds: tuple[Deviation, Deviation] = ("pitch", "profile")
-    for kind, cos in zip(kinds, (math.cos(pair.transverse_angle), 1.0), strict=True):
+    shares = (pitch_share * math.cos(pair.transverse_angle), 1.0)
+    for kind, share in zip(kinds, shares, strict=True):
         sizes = [tolerance(pair, gear, kind) for gear in pair.gears.values()]
-        largest = cos * max((x for x in sizes if x is not None), default=0.0)
+        largest = share * max((x for x in sizes if x is not None), default=0.0)
         run_in = [_run_in(gear, largest, velocity) for gear in pair.gears.values()]
         allowances = [y for y in run_in if y is not None]
         if None in sizes or None in run_in:
@@ -142,7 +145,7 @@ def _tip_relief(pair: GearPair) -> float | None:
     amounts = [
         1e-6 * ((gear.flank_strength / 97e6 - 18.45) ** 2 / 18.0 + 1.5)
         for gear in gears
-        if not isinstance(gear.flank_strength, str)
+        if gear.flank_strength is not None
     ]
     return sum(amounts) / 2 if len(amounts) == len(pair.gears) else None
 
@@ -214,7 +217,7 @@ def transverse_factors(
 ) -> tuple[float, float]:
     """Transverse load factors K_Hα and K_Fα; NaN if accuracy or steel are unknown. ratio: K_A K_γ;
     other_factors: K_v K_Hβ."""
-    deviation = deviations(pair, load.velocity)
+    deviation = deviations(pair, load.velocity, pair.rules.pitch_deviation_share)
     if deviation is None:
         return math.nan, math.nan
     alpha, total = pair.geometry.transverse_contact_ratio, pair.geometry.total_contact_ratio

@@ -54,7 +54,7 @@ class RatedGear:
     """One gear of a rated pair.
 
     root: nominal root stress under F_t = 1 N and its factors; flank_strength, root_strength:
-    σ_Hlim, σ_Flim, Pa, or the name of the missing key; rim_factor: Y_B, None if the rim is unknown;
+    σ_Hlim, σ_Flim, Pa, None if data are missing; rim_factor: Y_B, None if the rim is unknown;
     inertia: J per face width, kg m; turns: whether it rotates about its axis; face_width: effective
     for the root, m; reversed: whether roots are loaded in both directions; relief: C_αa + C_αf of
     the flank in this gear mesh, m; roll_length: at the pitch point, m.
@@ -66,8 +66,8 @@ class RatedGear:
     tooth: ToothGeometry
     data: GearRating
     root: RootStress
-    flank_strength: float | str
-    root_strength: float | str
+    flank_strength: float | None
+    root_strength: float | None
     rim_factor: float | None
     inertia: float
     turns: bool

@@ -68,18 +68,29 @@ HARD_CORE = 30.0  # HRC, with which grade MQ has a higher root strength
 HARD_CORE_ROOT_STRENGTH = 500.0  # N/mm²
 
 
-def allowable_stress(data: GearRating, place: str) -> float | str:
-    """σ_Hlim ("flank") or σ_Flim ("root"), Pa, or the name of the missing key. Raises Refusal for a
+def strength_keys(data: GearRating, place: str) -> list[str]:
+    """Missing keys without which the strength of "flank" or "root" is unknown."""
+    keys = ["steel"] if data.steel is None else []
+    if getattr(data, f"{place}_strength") is not None:
+        return keys
+    if data.grade is None:
+        keys.append("grade")
+    if data.steel is not None and data.vickers_hardness is None:
+        line = STRENGTHS[data.steel, data.grade or "MQ"][place == "root"]
+        keys += ["vickers_hardness"] if line.slope else []
+    return keys
+
+
+def allowable_stress(data: GearRating, place: str) -> float | None:
+    """σ_Hlim ("flank") or σ_Flim ("root"), Pa; None if data are missing. Raises Refusal for a
     hardness outside the range of the standard."""
     stated: float | None = getattr(data, f"{place}_strength")
     if stated is not None:
         return stated
-    if data.steel is None or data.grade is None:
-        return "steel" if data.steel is None else "grade"
+    if data.steel is None or data.grade is None or strength_keys(data, place):
+        return None
     line = STRENGTHS[data.steel, data.grade][place == "root"]
     hardness = data.vickers_hardness
-    if hardness is None and line.slope:
-        return "vickers_hardness"
     if hardness is not None and not line.low <= hardness <= line.high:
         raise Refusal(
             "vickers_hardness",
@@ -123,12 +134,10 @@ _SLIP_YIELD = (500.0, 600.0, 800.0, 1000.0)  # N/mm²
 _SLIP_LAYER = (0.0281, 0.0194, 0.0064, 0.0014)  # mm
 
 
-def slip_layer(data: GearRating) -> float | str:
-    """Slip-layer thickness ρ', mm, linear between the yield strengths of the table, or the name of
-    the missing key."""
+def slip_layer(data: GearRating) -> float:
+    """Slip-layer thickness ρ', mm, linear between the yield strengths of the table."""
     if data.steel in THROUGH_HARDENED:
-        if data.yield_strength is None:
-            return "yield_strength_mpa"
+        assert data.yield_strength is not None
         return float(np.interp(data.yield_strength / 1e6, _SLIP_YIELD, _SLIP_LAYER))
     return 0.1005 if data.steel in NITRIDED else 0.0030
 
