@@ -110,15 +110,15 @@ LIVES = {  # attributes of bearings by their symbols in a sheet, lives in 10⁶ 
 
 
 def rexs_results(rating: Rating) -> BinResults:
-    """Safeties of gears in each gear mesh and single bin, and lives and static safety of planet
-    bearings, by REXS attribute."""
+    """Safeties of gears in each gear mesh and single bin, and lives and static safety of bearings,
+    by REXS attribute."""
     edition = rating.case.rating.edition
     gears: dict[tuple[GroupName, str], dict[str, Array]] = {}
     for gear_mesh in rating.gear_meshes:
         for (part, kind), safety in gear_mesh.safety.items():
             name = f"{SAFETIES[kind]}_iso_6336_{edition}"
             gears.setdefault((gear_mesh.name, part), {})[name] = safety
-    bearings = {p.name: _of_bearing(p) for p in rating.parts if p.kind == "bearing" and p.planets}
+    bearings = {p.name: _of_bearing(p) for p in rating.parts if p.kind == "bearing"}
     return BinResults(rating.bins, gears, bearings)
 
 

@@ -69,6 +69,14 @@ def test_screen_files_and_page(flexgear, tmp_path):
         float(r["value"]) for r in rows if r["quantity"] == "bin_safety" and "flank" in r["of"]
     }
     assert pitting == safeties and len(model.find("load_spectrum")) == 15
+    lives = {
+        f"{float(attribute.text):.9g}"
+        for attribute in model.find("load_spectrum").iter("attribute")
+        if attribute.get("id") == "nominal_rating_life_rotations_iso_281_2007"
+    }
+    of_bearings = [r for r in rows if r["quantity"] == "L_10"]
+    assert any("pinion_support_2" in r["of"] for r in of_bearings)
+    assert lives == {f"{float(r['value']):.9g}" for r in of_bearings}  # 10⁶ revolutions
     # an earlier rating of the case gives way, that of another does not
     flexgear.out("rate", "nrel-5mw", *FEW, "--out", out, "-q", "--no-pictures")
     assert "holds a rating of nrel-5mw" in flexgear.refused("rate", "lin-parker", "--out", out)

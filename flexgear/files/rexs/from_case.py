@@ -111,7 +111,7 @@ def _set_keys(section: Section | None, prefix: str, *keys: str) -> list[str]:
 class BinResults(NamedTuple):
     """Results of load bins other than speeds and torques.
 
-    gears: attributes by gear meshes of one half and gear; bearings: attributes by planet bearing.
+    gears: attributes by gear meshes of one half and gear; bearings: attributes by bearing.
     Each attribute has one value for each bin (B,), which is not finite if there is no result.
     """
 
@@ -154,11 +154,11 @@ def model_of_case(case: Case, rated: BinResults | None = None) -> Outgoing:
 
 def _results(train: TrainOut, rated: BinResults) -> Iterator[tuple[int, Mapping[str, Array]]]:
     """Ids of components and their results by bin. Concept bearings are left out, since REXS has no
-    attributes for their rating."""
+    attributes for their rating, and bearings that are not written."""
     for key, attributes in rated.gears.items():
         yield from ((number, attributes) for number in train.gear_data[key])
     for name, attributes in rated.bearings.items():
-        for number in train.bearings[name]:
+        for number in train.bearings.get(name, ()):
             if train.model.components[number - 1][0] != "concept_bearing":
                 yield number, attributes
 

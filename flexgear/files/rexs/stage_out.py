@@ -23,7 +23,7 @@ from flexgear.model.bodies import Shaft
 from flexgear.model.case import Case
 from flexgear.model.member import Support
 from flexgear.model.modifications import FlankModifications
-from flexgear.model.names import GroupName, MemberName
+from flexgear.model.names import GroupName, MemberName, SupportName
 from flexgear.model.stage import Stage
 from flexgear.model.train import Joint
 
@@ -36,7 +36,7 @@ class TrainOut:
 
     places: positions of members. unit, casing, material: ids. shafts: ids by member or planet.
     ends: ids of the shafts behind the splines of suns, at which ports and joints act. gear_data:
-    ids by gear meshes of one half and gear. bearings: ids by planet bearing.
+    ids by gear meshes of one half and gear. bearings: ids by bearing.
     """
 
     case: Case
@@ -196,7 +196,8 @@ class StageOut:
         port = train.case.port_at(member)
         if port is not None and port.bearing is not None:
             name = f"{member} end bearing"
-            self._bearing(behind, train.casing, name, port.bearing, end_place, 1.0)
+            number = self._bearing(behind, train.casing, name, port.bearing, end_place, 1.0)
+            train.bearings[SupportName.of(f"{self.stage.name}.output")] = [number]
 
     def _gears(self, role: str, shaft: int, name: str, place: Place) -> list[int]:
         """Add a gear for each half of the stage; returns their ids.
@@ -336,12 +337,14 @@ class StageOut:
         spline = self.stage.form(part) == "beam"  # which takes the torque of a held sun
         held = not spline and member in self.train.case.held_members()
         supports = self.stage.member(part).supports
-        for number, support in enumerate(supports.values(), 1):
+        for number, (key, support) in enumerate(supports.items(), 1):
             which = f" {number}" if len(supports) > 1 else ""
             if not held:
                 if support.matrix.any():
                     name = f"{member} bearing{which}"
-                    self._bearing(shaft, casing, name, support, (u, v, w), copies)
+                    component = self._bearing(shaft, casing, name, support, (u, v, w), copies)
+                    names = self.view.support_names(part, key)
+                    self.train.bearings |= {each: [component] for each in names if copies == 1}
                 continue
             springs = springs_out(support, copies)
             torsion = torsion_out(support, self.geometry, part)
