@@ -6,8 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from flexgear.gears.bearings.basic_life import EXPONENTS, planet_bearing_life_ratios
-from flexgear.gears.bearings.nominal import nominal_bearings
+from flexgear.gears.bearings.nominal import bearing_life_ratios, nominal_bearings
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
 from flexgear.model.units import RPM
@@ -68,11 +67,10 @@ def against(case: Case, reference: Case) -> Figures:
         case.name: _flow_figures(case, flow),
         second: _flow_figures(reference, other),
     }
-    ratios: dict[str, Any] = {}
-    for kind, exponent in EXPONENTS.items():
-        life_ratios = planet_bearing_life_ratios(flow, other, exponent)
-        ratios |= {f"{stage}_{kind}": ratio for stage, ratio in life_ratios.items()}
-    figures["planet_bearing_life_ratio"] = ratios
+    ratios = bearing_life_ratios(case, flow, reference, other)
+    figures["bearing_life_ratio"] = {
+        f"{bearing}_{kind}": ratio for kind, of in ratios.items() for bearing, ratio in of.items()
+    }
     return figures
 
 

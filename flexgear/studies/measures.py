@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from flexgear.analysis.modes import classify
-from flexgear.gears.bearings.basic_life import EXPONENTS, planet_bearing_life_ratios
+from flexgear.gears.bearings.nominal import bearing_life_ratios
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
@@ -67,6 +67,7 @@ LABELS = {
     "member": "member of the train",
     "stage": "stage of the train",
     "bearing": "kind of bearing: ball or roller",
+    "place": "bearing of the train",
     "axis": "direction",
     "part": "the weakest flank, root or bearing of a stage",
 }
@@ -331,20 +332,15 @@ def tooth_displacement(point: Point) -> MeasuredValues:
     return {"tooth_displacement": array(largest_of, "m", about, stage=stages, axis=list("xyz"))}
 
 
-@measure("rating life of planet bearings over that of the case")
+@measure("rating life of bearings of planets, pinions and gears over that of the case")
 def bearing_life(point: Point) -> MeasuredValues:
-    """Ratio of L₁₀ (in time) to that of the unchanged case, of stages under load."""
+    """Ratio of L₁₀ (in time) to that of the unchanged case, of bearings that turn under load."""
     reference = power_flow(point.reference)
-    ratios = {
-        kind: planet_bearing_life_ratios(point.flow, reference, exponent)
-        for kind, exponent in EXPONENTS.items()
-    }
-    values = [list(by_stage.values()) for by_stage in ratios.values()]
-    about = (
-        "basic rating life of planet bearings under nominal loads over that of the unchanged case"
-    )
-    stages = list(ratios["ball"])
-    return {"life_ratio": array(values, "1", about, bearing=list(ratios), stage=stages)}
+    ratios = bearing_life_ratios(point.case, point.flow, point.reference, reference)
+    values = [list(by_place.values()) for by_place in ratios.values()]
+    about = "basic rating life of bearings under nominal loads over that of the unchanged case"
+    places = list(ratios["ball"])
+    return {"life_ratio": array(values, "1", about, bearing=list(ratios), place=places)}
 
 
 RATING_QUANTITIES = ("load_reserve", "damage_sum", "life")

@@ -14,7 +14,6 @@ from flexgear.gears.bearings.basic_life import (
     BALL,
     ROLLER,
     bearing_life_hours,
-    planet_bearing_life_ratios,
     rating_life,
     rating_life_hours,
     varying_load,
@@ -27,7 +26,7 @@ from flexgear.gears.bearings.bearing import (
     rolling_bearing,
     static_rating,
 )
-from flexgear.gears.bearings.nominal import nominal_bearings
+from flexgear.gears.bearings.nominal import bearing_life_ratios, nominal_bearings
 from flexgear.gears.bearings.reference_life import (
     Lubrication,
     Ratings,
@@ -58,43 +57,43 @@ def test_rating_load_gives_a_million_revolutions():
 def test_no_load_or_no_motion_never_wears_out():
     assert rating_life(1.0, 0.0) == math.inf
     assert rating_life_hours(1.0, 1.0, 0.0) == math.inf
-    assert planet_bearing_life_ratios(held_ring(1.0, 0.0), held_ring(1.0, 1e5)) == {}
+    assert _ratios(held_ring(1.0, 0.0), held_ring(1.0, 1e5)) == {"ball": {}, "roller": {}}
+
+
+def _ratios(first, second):
+    """Ratios of lives by kind and bearing."""
+    return bearing_life_ratios(first, power_flow(first), second, power_flow(second))
 
 
 def held_ring(speed: float, power: float):
-    return power_flow(
-        train(
-            planetary(),
-            inputs={"a.carrier": {"speed": speed, "power": power}},
-            output=("a.sun", {}),
-        )
+    return train(
+        planetary(), inputs={"a.carrier": {"speed": speed, "power": power}}, output=("a.sun", {})
     )
 
 
 def counter_rotating(carrier: float, power: float):
     """The ring turns the other way and takes no more than its torque asks for."""
-    return power_flow(
-        train(
-            planetary(held=()),
-            inputs={"a.carrier": {"speed": carrier}, "a.ring": {"speed": -carrier}},
-            output=("a.sun", {"torque": -power / (9 * carrier)}),
-        )
+    return train(
+        planetary(held=()),
+        inputs={"a.carrier": {"speed": carrier}, "a.ring": {"speed": -carrier}},
+        output=("a.sun", {"torque": -power / (9 * carrier)}),
     )
 
 
 def test_twice_the_speed_at_one_power_lasts_longer_by_two_to_the_exponent_less_one():
-    ratios = planet_bearing_life_ratios(held_ring(2.0, 1e5), held_ring(1.0, 1e5))
-    assert ratios == {"a": pytest.approx(2 ** (ROLLER - 1))}
+    ratios = _ratios(held_ring(2.0, 1e5), held_ring(1.0, 1e5))["roller"]
+    assert ratios == {"a_planet_bearing": pytest.approx(2 ** (ROLLER - 1))}
 
 
 def test_counter_rotation_of_ring_and_carrier():
     """ω_s = 9 ω_c instead of 5 ω_c (z_r/z_s = 4): loads 5/9, relative speed of planets twice."""
-    one, both = held_ring(1.0, 1e5), counter_rotating(1.0, 1e5)
+    cases = held_ring(1.0, 1e5), counter_rotating(1.0, 1e5)
+    one, both = map(power_flow, cases)
     assert both.speed["a.sun"] == pytest.approx(9.0)
     assert both.stages[0].planet_relative_speed == pytest.approx(
         2 * one.stages[0].planet_relative_speed
     )
-    ratio = planet_bearing_life_ratios(both, one, BALL)["a"]
+    ratio = _ratios(*reversed(cases))["ball"]["a_planet_bearing"]
     assert ratio == pytest.approx((9 / 5) ** 3 / 2)
 
 

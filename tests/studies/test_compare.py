@@ -49,19 +49,30 @@ def test_two_trains_side_by_side():
         single["stage_1_planet_speed_in_carrier_rpm"]
         / double["stage_1_planet_speed_in_carrier_rpm"]
     )
-    ratio = figures["planet_bearing_life_ratio"]
-    assert ratio["stage_1_ball"] == pytest.approx(load**3 * speed)
-    assert ratio["stage_1_roller"] == pytest.approx(load ** (10 / 3) * speed)
+    ratio = figures["bearing_life_ratio"]
+    assert ratio["stage_1_planet_bearing_ball"] == pytest.approx(load**3 * speed)
+    assert ratio["stage_1_planet_bearing_roller"] == pytest.approx(load ** (10 / 3) * speed)
     hours = (
         double["stage_1_nominal_planet_bearing_life_h"]
         / single["stage_1_nominal_planet_bearing_life_h"]
     )
-    assert hours == pytest.approx(ratio["stage_1_roller"])
+    assert hours == pytest.approx(ratio["stage_1_planet_bearing_roller"])
 
 
 def test_a_train_against_itself_under_another_torque():
     figures = against(
         load_case("lin-parker", {"inputs.0.torque_nm": "50"}), load_case("lin-parker")
     )
-    assert list(figures) == ["lin-parker", "lin-parker, reference", "planet_bearing_life_ratio"]
-    assert figures["planet_bearing_life_ratio"]["stage_ball"] == pytest.approx(8.0)
+    assert list(figures) == ["lin-parker", "lin-parker, reference", "bearing_life_ratio"]
+    assert figures["bearing_life_ratio"]["stage_planet_bearing_ball"] == pytest.approx(8.0)
+
+
+def test_bearings_of_a_shaft_last_as_long_as_their_loads_let_them():
+    """Under twice the torque all forces on a gear pair's bearings are twice as large, and thrust
+    counts as before: every life falls by 2^p."""
+    case = load_case("nrel-5mw")
+    double = case.with_(**{"inputs.0.power": 2 * case.inputs[0].power})
+    ratio = against(double, case)["bearing_life_ratio"]
+    for place in ("pinion_support_1", "pinion_support_2", "gear_support_1", "gear_support_2"):
+        assert ratio[f"stage_3_{place}_ball"] == pytest.approx(2**-3)
+        assert ratio[f"stage_3_{place}_roller"] == pytest.approx(2 ** (-10 / 3))

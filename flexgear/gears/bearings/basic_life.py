@@ -1,14 +1,13 @@
 """Rolling bearings: basic rating life (ISO 281) and estimated radial stiffness.
 
-Basic rating life and its ratio between two trains:
+Basic rating life:
 
     L₁₀ = (C/P)^p million revolutions,  L₁₀ₕ = L₁₀ · 2π/|ω| / 3600,
 
 C is the basic dynamic load rating, P the equivalent load (``equivalent_load``), p = 3 for ball and
 10/3 for roller bearings, ω the speed of the inner ring against the outer ring. A planet bearing
 turns at the speed of the planet relative to the carrier and carries the forces of both gear meshes:
-2 F_t where the tangential forces at ring and sun are equal. Between trains with the same bearing C
-cancels: L/L' = (ω'/ω) (P'/P)^p.
+2 F_t where the tangential forces at ring and sun are equal.
 
 P is the constant load that does the same damage as the loads: the nominal force of the power flow
 in ``check``, ``compare`` and ``sweep``, the loads of all positions in ``run``, the load of the one
@@ -30,7 +29,6 @@ from numpy.typing import ArrayLike
 from flexgear.gears.bearings.equivalent_load import equivalent_load
 
 if TYPE_CHECKING:
-    from flexgear.gears.power_flow import PowerFlow
     from flexgear.model.bearings import Rolling
 
 
@@ -50,24 +48,6 @@ def rating_life_hours(
     """L₁₀ₕ, hours, with dynamic_rating and load in N, speed in rad/s; inf at zero speed."""
     life = rating_life(dynamic_rating, load, exponent)
     return math.inf if speed == 0 else life * 2 * math.pi / abs(speed) / 3600
-
-
-def planet_bearing_life_ratios(
-    flow: PowerFlow, reference: PowerFlow, exponent: float = ROLLER
-) -> dict[str, float]:
-    """Ratio of planet bearing life in ``flow`` to that in ``reference``, by name of the stage. Only
-    planetary stages that both flows have, and whose planet bearings turn under load in both."""
-    states = [
-        {s.name: (s.planet_bearing_force, s.planet_relative_speed)
-         for s in each.stages if s.kind == "planetary"}
-        for each in (flow, reference)
-    ]  # fmt: skip
-    return {
-        name: rating_life_hours(1.0, load, speed, exponent)
-        / rating_life_hours(1.0, *states[1][name], exponent)
-        for name, (load, speed) in states[0].items()
-        if load and speed and name in states[1] and all(states[1][name])
-    }
 
 
 def bearing_life_hours(

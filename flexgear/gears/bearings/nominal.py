@@ -9,6 +9,8 @@ its rotation, and T the torque of the rest of the train on it:
     F_x = −|F_t| tan α_wt,   F_t = −T/r_w,   F_z = ∓F_t tan β_b/cos α_wt of right, left hand
 
 (double-helical: F_z = 0), at r_w from its axis; that on the gear is opposite, on the other side.
+
+Between two trains with the same bearings C cancels: L/L' = (ω'/ω) (P'/P)^p.
 """
 
 from __future__ import annotations
@@ -19,10 +21,11 @@ from typing import NamedTuple
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.gears.bearings.basic_life import bearing_life_hours
+from flexgear.gears.bearings.basic_life import EXPONENTS, bearing_life_hours, rating_life_hours
 from flexgear.gears.bearings.equivalent_load import equivalent_load
-from flexgear.gears.power_flow import StageFlow
+from flexgear.gears.power_flow import PowerFlow, StageFlow
 from flexgear.gears.radii import role_of, stage_radii
+from flexgear.model.case import Case
 from flexgear.model.stage_view import BearingPlace, StageView
 
 # components of motion without rotation about the axis, by kinematics
@@ -58,6 +61,30 @@ def nominal_bearings(view: StageView, flow: StageFlow) -> dict[str, NominalBeari
             life = bearing_life_hours(place.bearing, radial, bearing_speed(place, flow), axial)
             bearings[place.label] = NominalBearing(place, radial, axial, equivalent, life)
     return bearings
+
+
+def bearing_life_ratios(
+    case: Case, flow: PowerFlow, other: Case, other_flow: PowerFlow
+) -> dict[str, dict[str, float]]:
+    """Ratio of nominal lives of bearings to those of another train by kind and name, such as
+    "stage_1_planet_bearing"; only bearings that both trains have, turning under load."""
+    states = [
+        {
+            f"{stage.name}_{label}": (bearing.equivalent, bearing_speed(bearing.place, stage))
+            for stage in each.stages
+            for label, bearing in nominal_bearings(train.view(stage.name), stage).items()
+        }
+        for train, each in ((case, flow), (other, other_flow))
+    ]
+    first, second = ({name: x for name, x in state.items() if all(x)} for state in states)
+    return {
+        kind: {
+            name: rating_life_hours(1.0, *state, p) / rating_life_hours(1.0, *second[name], p)
+            for name, state in first.items()
+            if name in second
+        }
+        for kind, p in EXPONENTS.items()
+    }
 
 
 def _force(view: StageView, flow: StageFlow, place: BearingPlace) -> Array | None:
