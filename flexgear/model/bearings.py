@@ -190,9 +190,13 @@ class Thrust(Section):
     face one another, as in a pair of single-row bearings with the ratings of the pair.
     calculation_factor: f_0 of deep-groove balls (ISO 76), as catalogues state it. e, x, y, y_1:
     factors of a catalogue in place of contact_angle. x_0, y_0: likewise, for the static safety.
+    direction: of the thrust of the shaft that a single row takes, and under which radial loads
+    induce thrust on the bearing of the same member with the other direction; a pair without
+    preload.
     """
 
     contact_angle: Angle | None = Field(default=None, ge=0.0, le=0.78539816339745)
+    direction: Literal["+z", "-z"] | None = None
     rows: int = Field(default=1, ge=1, le=2)
     calculation_factor: float | None = Field(default=None, ge=3.0, le=30.0)
     e: float | None = Field(default=None, gt=0.0, le=10.0)
@@ -203,6 +207,9 @@ class Thrust(Section):
     y_0: float | None = Field(default=None, ge=0.0, le=10.0)
 
     def _check(self) -> None:
+        if self.direction is not None and (self.rows == 2 or 0.0 in (self.contact_angle, self.y)):
+            problem = "is of single rows with a contact angle"
+            raise Refusal("direction", problem, "take it out, or correct the others")
         if self.contact_angle is None:
             remedy = "give contact_angle_deg, or e, x and y"
             self._require_set(("e", "x", "y"), "is missing without contact_angle", remedy)

@@ -17,7 +17,7 @@ from flexgear.model.load_cases import LoadCase, LoadSeries, Spectrum, check_load
 from flexgear.model.machine import TorqueHistory, check_machines
 from flexgear.model.member import CarrierMember, GearMember, Kinematics
 from flexgear.model.names import BodyName, Member, MemberName
-from flexgear.model.rating import Rating, check_rating
+from flexgear.model.rating import Rating, check_rating, check_thrust
 from flexgear.model.read import Written, changed, is_index, nearest, numbered, of_only_stage
 from flexgear.model.section import Missing, Refusal, Section, raw_value
 from flexgear.model.sensor import Recorder, Sensor, check_sensors
@@ -50,6 +50,7 @@ def check_case(case: Case) -> None:
     check_machines(case)
     check_load_cases(case)
     check_rating(case)
+    check_thrust(case)
     check_faults(case)
     _check_behind_shafts(case)
     _check_hubs(case)

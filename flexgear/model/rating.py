@@ -199,3 +199,15 @@ def check_rating(case: Case) -> None:
         if factors.stage not in (None, *names):
             key, problem = f"rating.gear_meshes.{k}.stage", f"{echo(factors.stage)} is no stage"
             raise Refusal(key, problem, nearest(str(factors.stage), names))
+
+
+def check_thrust(case: Case) -> None:
+    """Raise Refusal for a bearing with a direction of thrust whose member has no single other one
+    for the opposite direction."""
+    for places in (case.view(stage.name).bearings for stage in case.stages):
+        for place in filter(lambda each: each.direction, places):
+            directions = [p.direction for p in places if p.part == place.part and p.direction]
+            if set(directions) != {"+z", "-z"} or len(directions) > 2:
+                problem = f"is given by {len(directions)} of the bearings of its {place.part}"
+                remedy = 'give it for two, "+z" and "-z", or take it out'
+                raise Refusal(f"{place.key}.thrust.direction", problem, remedy)

@@ -42,6 +42,11 @@ class BearingPlace:
         """Label of the first spring, without the number of a planet."""
         return "planet_bearing" if self.part == "planet" else self.labels[0]
 
+    @property
+    def direction(self) -> str | None:
+        """Direction of the thrust that it takes as one of a pair of single rows."""
+        return None if self.bearing.thrust is None else self.bearing.thrust.direction
+
 
 T = TypeVar("T")
 _PARALLEL_PARTS = {"sun": "pinion", "planet": "gear"}
@@ -130,6 +135,11 @@ class StageView:
                 BearingPlace(f"{key}.bearing", port.bearing, "sun", (spring,), ("output_bearing",))
             )
         return tuple(places)
+
+    def mate(self, place: BearingPlace) -> BearingPlace | None:
+        """Bearing of the same member that takes the thrust in the other direction."""
+        others = [p for p in self.bearings if p.part == place.part and p.direction]
+        return next((p for p in others if place.direction not in (None, p.direction)), None)
 
     def support_names(self, part: str, key: str) -> list[SupportName]:
         """Names of a support of all bodies of a member; key: "support", "support.0" …"""

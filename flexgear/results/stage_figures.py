@@ -12,6 +12,7 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.gears.bearings.basic_life import bearing_life_hours
+from flexgear.gears.bearings.equivalent_load import paired_force
 from flexgear.gears.bearings.nominal import bearing_speed, nominal_bearings
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.nominal_stress import largest_root_stress
@@ -102,13 +103,22 @@ def bearing_forces(
     view: StageView, data: xr.Dataset
 ) -> Iterator[tuple[BearingPlace, str, SupportName, Array]]:
     """Places of the bearings of a stage, with label, spring and the force (…, 3) that it carries,
-    N; without those that have no stiffness."""
+    N, in a pair with induced thrust; without those that have no stiffness."""
     springs = set(map(str, data["support"].to_numpy() if "support" in data else ()))
     for place in view.bearings:
+        mate = view.mate(place)
         for label, spring in zip(place.labels, place.springs, strict=True):
             if spring in springs:
-                force = data["bearing_force"].sel(support=spring).to_numpy()[..., :3]
+                force = _spring_force(data, spring)
+                if mate is not None and mate.springs[0] in springs:
+                    of_mate = _spring_force(data, mate.springs[0])
+                    force = paired_force(place.bearing, force, mate.bearing, of_mate)
                 yield place, label, spring, force
+
+
+def _spring_force(data: xr.Dataset, spring: str) -> Array:
+    """Force (…, 3) that a spring carries, N."""
+    return np.asarray(data["bearing_force"].sel(support=spring).to_numpy()[..., :3])
 
 
 @dataclass(frozen=True)

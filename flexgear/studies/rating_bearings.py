@@ -26,7 +26,12 @@ from flexgear.gears.bearings.bearing import (
     rate_load,
     rolling_bearing,
 )
-from flexgear.gears.bearings.equivalent_load import LEAST_E, equivalent_load, static_load
+from flexgear.gears.bearings.equivalent_load import (
+    LEAST_E,
+    equivalent_load,
+    paired_force,
+    static_load,
+)
 from flexgear.gears.bearings.nominal import bearing_speed
 from flexgear.gears.bearings.reference_life import (
     LIFE_LAWS,
@@ -211,6 +216,10 @@ def _in_bin(
     relative to the outer one, rad/s."""
     load_factor = _stated_load_factor(case, place, loads)
     force = load_factor * loads.supports.get(place.name, np.zeros((1, 6)))
+    mate = case.view(place.stage).mate(place.place)
+    if mate is not None:
+        of_mate = load_factor * loads.supports.get(str(mate.springs[0]), np.zeros((1, 6)))
+        force = paired_force(place.section, force, mate.bearing, of_mate)
     turned = loads.carrier_angle.get(place.stage, np.zeros(1))
     load = bearing_load(force, turned, place.exponent, place.section.z, least)
     radial, _, axial, *moment = load.vector.tolist()

@@ -21,14 +21,14 @@ def table(values):
     return "{ " + ", ".join(f"{key} = {value}" for key, value in values.items()) + " }"
 
 
-def supports(part, locating):
+def supports(part, locating, free=PLAIN):
     """One bearing free along the axis at −A, one with thrust at +B, softer."""
-    at_a = {"z_mm": -1e3 * A[part], "radial_n_per_m": 8e8, **PLAIN}
+    at_a = {"z_mm": -1e3 * A[part], "radial_n_per_m": 8e8, **free}
     at_b = {"z_mm": 1e3 * B[part], "radial_n_per_m": 3e8, "axial_n_per_m": 2e8, **locating}
     return f"[{table(at_a)}, {table(at_b)}]"
 
 
-def text(hand="right", position=0.0, torque=TORQUE, locating=PLAIN, more=""):
+def text(hand="right", position=0.0, torque=TORQUE, locating=PLAIN, more="", free=PLAIN):
     return f"""{STEEL}
 [[stages]]
 kind = "parallel"
@@ -38,8 +38,8 @@ helix_angle_deg = {HELIX}
 planet_hand = "{hand}"
 face_width_mm = 50
 position_deg = {position}
-pinion = {{ teeth = {TEETH["pinion"]}, support = {supports("pinion", locating)} }}
-gear = {{ teeth = {TEETH["gear"]}, support = {supports("gear", locating)} }}
+pinion = {{ teeth = {TEETH["pinion"]}, support = {supports("pinion", locating, free)} }}
+gear = {{ teeth = {TEETH["gear"]}, support = {supports("gear", locating, free)} }}
 [stages.gear_mesh]
 model = "constant"
 [[inputs]]
@@ -196,6 +196,52 @@ def test_thrust_counts_as_in_the_standards(tmp_path, data):
         assert row(f"{part}_support_1", "damage_sum", "all") == pytest.approx(free, rel=1e-3)
 
 
+PAIRS = {  # kind, X, Y, e of one row, and thrust over radial load that this induces
+    "rollers": (PLAIN, 14, 0.4, 0.4 * cot(14), 1.5 / cot(14), 0.5 / (0.4 * cot(14))),
+    "balls": (BALL, 40, 0.35, 0.57, 1.14, 1.14),
+}
+
+
+@pytest.mark.parametrize("kind", PAIRS)
+@pytest.mark.parametrize("torque", [TORQUE, 0.02 * TORQUE, -TORQUE])
+@pytest.mark.parametrize("at_b", ["+z", "-z"])
+def test_single_rows_that_face_each_other_induce_thrust(flexgear, tmp_path, kind, torque, at_b):
+    """The shaft rests on the bearing towards which the sum of outer and induced thrust points;
+    both are in equilibrium with the outer thrust, and neither has less than it induces."""
+    data, angle, x, y, e, share = PAIRS[kind]
+    at_a = "-z" if at_b == "+z" else "+z"
+    keys = [{**data, **of(contact_angle_deg=angle, direction=f'"{d}"')} for d in (at_a, at_b)]
+    path = write(tmp_path, text(torque=torque, free=keys[0], locating=keys[1]))
+    running = flexgear.json("check", path)["running"]
+    static = flexgear.json("static", path)["0 deg"]["bearing"]
+    rows = {tuple(r[:3]): r[3] for r in rating_rows(rate(load_case(path), workers=1))}
+    loads, outer = by_hand("right", torque)
+    exponent = 3 if kind == "balls" else 10 / 3
+    for part, radial in loads.items():
+        # a right-handed gear under this torque is pushed against its pinion; towards b if "+z"
+        towards_b = outer * (1 if (torque < 0) == (part == "pinion") else -1)
+        towards_b *= 1 if at_b == "+z" else -1
+        induced = [share * f for f in radial]
+        if induced[0] + towards_b > induced[1]:
+            thrusts = induced[0], induced[0] + towards_b
+        else:
+            thrusts = induced[1] - towards_b, induced[1]
+        for k, (of_bearing, thrust) in enumerate(zip(radial, thrusts, strict=True), 1):
+            name = f"{part}_support_{k}"
+            big = thrust > e * of_bearing * (1 + 1e-9)
+            load = x * of_bearing + y * thrust if big else of_bearing
+            assert running[f"{name}_axial_force_n"] == pytest.approx(thrust, rel=1e-6)
+            assert abs(static[f"stage_1.{name}"]["axial_n"]) == pytest.approx(thrust, rel=1e-3)
+            hours = life(load, SPEEDS[part], exponent)
+            assert running[f"nominal_{name}_life_h"] == pytest.approx(hours, rel=1e-5)
+            assert static[f"stage_1.{name}"]["life_h"] == pytest.approx(hours, rel=5e-3)
+            if torque > 0:
+                assert rows[f"stage_1.{name}", "rated", "F_a"] == pytest.approx(
+                    thrust * (1 if (k == 2) == (at_b == "+z") else -1), rel=1e-3
+                )
+                assert rows[f"stage_1.{name}", "rated", "P"] == pytest.approx(load, rel=1e-3)
+
+
 def test_deep_groove_balls_by_their_relative_axial_load(tmp_path):
     """f_0 F_a/C_0 half way between 0.689 and 1.03: e = 0.27, Y = 1.63."""
     loads, thrust = by_hand()
@@ -240,12 +286,25 @@ ELEMENTS = table({"count": 20, "diameter_mm": 20, "pitch_diameter_mm": 150, "len
             "thrust.y.*missing -- give contact_angle_deg, or e",
         ),
         ({**PLAIN, **of(contact_angle_deg=12, y=0.3)}, "thrust.y.*follows from contact_angle"),
+        (
+            {**PLAIN, **of(contact_angle_deg=12, rows=2, direction='"+z"')},
+            "direction.*single rows",
+        ),
         (of(contact_angle_deg=12), "dynamic_rating.*missing -- add dynamic_rating_kn"),
     ],
 )
 def test_data_that_do_not_fit_are_one_line(tmp_path, keys, line):
     with pytest.raises(InputError, match=rf"support\[1\].*{line}") as caught:
         load_case(write(tmp_path, text(locating=keys)))
+    assert "\n" not in str(caught.value)
+
+
+def test_one_direction_of_a_pair_alone_is_one_line(tmp_path):
+    alone = {**PLAIN, **of(contact_angle_deg=12, direction='"+z"')}
+    with pytest.raises(
+        InputError, match=r"support.1..thrust.direction: is given by 1 of"
+    ) as caught:
+        load_case(write(tmp_path, text(locating=alone)))
     assert "\n" not in str(caught.value)
 
 

@@ -9,7 +9,13 @@ with factors of the key ``thrust``, or by its contact angle α. Rollers in one r
     X_0 = 0.5 (1),  Y_0 = 0.22 cot α (0.44 cot α)
 
 and balls by tables with linear interpolation: over α, or for α = 0 over f_0 F_a/C_0 of one bearing.
-Sources: ISO 281:2007, table 3 (balls) and table 8 (rollers); P_0: ISO 76:2006.
+Two single rows without preload that take the thrust K of their shaft in opposite directions load
+each other, as the radial load on one induces thrust S on it, which the other one returns:
+
+    F_a = max(S, S' + K),  S = F_r/(2 Y) of rollers, e F_r of balls
+
+with K > 0 towards the bearing, S' of the other one. Sources: ISO 281:2007, table 3 (balls) and
+table 8 (rollers); P_0: ISO 76:2006; pairs: catalogues of bearing manufacturers.
 """
 
 from __future__ import annotations
@@ -99,6 +105,23 @@ def static_load(bearing: Rolling, radial: ArrayLike, axial: ArrayLike = 0.0) -> 
     if factors.x_0 is None or factors.y_0 is None:
         return np.where(axial_size > 0.0, math.nan, radial_size)
     return np.maximum(factors.x_0 * radial_size + factors.y_0 * axial_size, radial_size)
+
+
+def paired_force(bearing: Rolling, force: Array, mate: Rolling, mate_force: Array) -> Array:
+    """Force (…, 3 or 6), N, on a bearing with ``thrust.direction``, with the thrust that the pair
+    has in place of that of its springs. force, mate_force: by the springs of both."""
+    assert bearing.thrust is not None
+    sign = 1.0 if bearing.thrust.direction == "+z" else -1.0
+    induced = []
+    for each, load in ((bearing, force), (mate, mate_force)):
+        factors = thrust_factors(each, np.zeros(1))
+        assert factors is not None
+        share = factors.e if each.rolling == "ball" else 0.5 / factors.y
+        induced.append(share * np.hypot(load[..., 0], load[..., 1]))
+    outside = sign * (force[..., 2] + mate_force[..., 2])
+    paired = np.array(force, dtype=float)
+    paired[..., 2] = sign * np.maximum(induced[0], induced[1] + outside)
+    return paired
 
 
 def _sizes(radial: ArrayLike, axial: ArrayLike) -> tuple[Array, Array]:

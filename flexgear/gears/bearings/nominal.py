@@ -22,7 +22,7 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.gears.bearings.basic_life import EXPONENTS, bearing_life_hours, rating_life_hours
-from flexgear.gears.bearings.equivalent_load import equivalent_load
+from flexgear.gears.bearings.equivalent_load import equivalent_load, paired_force
 from flexgear.gears.power_flow import PowerFlow, StageFlow
 from flexgear.gears.radii import role_of, stage_radii
 from flexgear.model.case import Case
@@ -54,7 +54,10 @@ def nominal_bearings(view: StageView, flow: StageFlow) -> dict[str, NominalBeari
     """Nominal bearings of the planets (one for all), or of pinion and gear, by label."""
     bearings = {}
     for place in view.bearings:
-        force = _force(view, flow, place)
+        force, mate = _force(view, flow, place), view.mate(place)
+        mate_force = None if mate is None else _force(view, flow, mate)
+        if force is not None and mate is not None and mate_force is not None:
+            force = paired_force(place.bearing, force, mate.bearing, mate_force)
         if force is not None:
             radial, axial = math.hypot(force[0], force[1]), abs(float(force[2]))
             equivalent = float(equivalent_load(place.bearing, radial, axial)[0])
