@@ -157,15 +157,16 @@ def contact_line_factor(gear_mesh: GearMeshGeometry, beta_b: float, edition: int
 def substitute_rack_section(
     tooth: ToothGeometry, gear: GearMember, stage: Stage
 ) -> CriticalSection:
-    """Critical section of a ring by the substitute rack of ISO 6336-3:2006, m.
+    """Critical section of a ring by the substitute rack of ISO 6336-3:2006, corrected 2007-04-01,
+    m; checked against printed roots of another program in ``validation/reboucas2020``.
 
     With z_n < 0 and lengths in modules:
 
         ρ_fPv = ρ_fP + (x_0 + h_fP − ρ_fP)^1.95/(3.156 · 1.036^{z_0})
-        E = π/4 − h_fP tan α_n + s_pr/cos α_n − (1 − sin α_n) ρ_fP/cos α_n
+        E = π/4 − h_fP tan α_n + s_pr/cos α_n − (1 − sin α_n) ρ_fPv/cos α_n
         G = ρ_fPv − h_fP + x,  H = 2/z_n (π/2 − E) − π/6,  θ = 2G/z_n tan θ − H
         s_Fn = z_n sin(π/6 − θ) + q,  q = G/cos θ − ρ_fPv
-        ρ_F = ρ_fPv + 2G²/(cos θ (z_n cos² θ − 2G))
+        ρ_F = ρ_fPv + 2G²/(cos θ (|z_n| cos² θ − 2G))
 
     and the distance −(z_n cos(π/6 − θ) + √3 q)/2 from the axis. h_fP: dedendum, or that of the root
     circle where the cutter's tip diameter is given. Equations 10 to 16, 19, 21 there.
@@ -181,14 +182,14 @@ def substitute_rack_section(
     virtual_tip = tip + over**1.95 / (3.156 * 1.036**cutter_teeth)
     free = (tool.protuberance - tool.grinding_allowance) / m
     half = math.pi / 4.0 - depth * math.tan(alpha)
-    half += (free - (1.0 - math.sin(alpha)) * tip) / math.cos(alpha)
+    half += (free - (1.0 - math.sin(alpha)) * virtual_tip) / math.cos(alpha)
     g, h, theta = virtual_tip - depth + shift, 2.0 / teeth * (math.pi / 2.0 - half) - lean, lean
     for _ in range(_ITERATIONS):
         theta = 2.0 * g / teeth * math.tan(theta) - h
     q, cos = g / math.cos(theta) - virtual_tip, math.cos(theta)
     thickness = teeth * math.sin(lean - theta) + q
     distance = -0.5 * (teeth * math.cos(lean - theta) + math.sqrt(3.0) * q)
-    radius = virtual_tip + 2.0 * g**2 / (cos * (teeth * cos**2 - 2.0 * g))
+    radius = virtual_tip + 2.0 * g**2 / (cos * (abs(teeth) * cos**2 - 2.0 * g))
     return CriticalSection(m * thickness, m * distance, m * radius)
 
 

@@ -79,14 +79,15 @@ def iso_transverse_stiffness(view: StageView, role: str, theoretical: float) -> 
     """Single stiffness c' of a gear mesh of "sun" or "ring" along the transverse line of action,
     N/m²; ISO 6336-1:2006, 9.3.
 
-        c' = c'_th C_M C_R C_B cosβ E/E_steel,   C_M = 0.8,   C_R = 1,
-        C_B = [1 + 0.5 (1.2 − h_fP/m)] [1 − 0.02 (20° − α_n)],   h_fP: mean of both gears
+        c' = c'_th C_M C_R C_B cosβ E/E_steel,   C_M = 0.8,
+        C_B = [1 + 0.5 (1.2 − h_fP/m)] [1 − 0.02 (20° − α_n)],   h_fP, C_R: mean of both gears
     """
     stage, gears = view.stage, gears_by_role(view.stage)
     dedendum = 0.5 * (gears["planet"].dedendum + gears[role].dedendum)
+    body = 0.5 * (gears["planet"].body_factor + gears[role].body_factor)
     basic = (1 + 0.5 * (1.2 - dedendum)) * (1 - 0.02 * (20 - math.degrees(stage.pressure_angle)))
     young = view.material.young_modulus
-    return 0.8 * theoretical * basic * math.cos(stage.helix_angle) * young / STEEL_YOUNG
+    return 0.8 * theoretical * body * basic * math.cos(stage.helix_angle) * young / STEEL_YOUNG
 
 
 def parabola(peak: float, end_ratio: float) -> Law:

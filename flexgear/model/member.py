@@ -202,14 +202,16 @@ class GearMember(LumpedInertia, Gear):
     """A lumped gear.
 
     base_diameter: replaces that from module and teeth. rim_thickness: of a ring, outside its root
-    circle; for mass and inertia, and for the rating of its roots. allowable_root_stress:
-    permissible stress σ_FP of ISO 6336-3, limit of the computed root stress.
+    circle; for mass and inertia, and for the rating of its roots. body_factor: C_R of ISO 6336-1,
+    below 1 of a gear with a thin web, by which the stiffness of its teeth falls.
+    allowable_root_stress: permissible stress σ_FP of ISO 6336-3, limit of the computed root stress.
     allowable_flank_pressure: permissible contact stress σ_HP of ISO 6336-2, limit of the computed
     flank pressure. rating: steel, surface and accuracy.
     """
 
     base_diameter: Length | None = Field(default=None, ge=1e-4, le=10.0)
     rim_thickness: Length | None = Field(default=None, ge=1e-4, le=3.0)
+    body_factor: float = Field(default=1.0, ge=0.3, le=1.0)
     allowable_root_stress: Stress | None = Field(default=None, gt=0.0, le=1e10)
     allowable_flank_pressure: Stress | None = Field(default=None, gt=0.0, le=1e10)
     rating: GearRating = GearRating()

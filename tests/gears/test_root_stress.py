@@ -59,9 +59,9 @@ def test_the_section_of_a_racks_gear_is_the_standards(gear, helix, protuberance)
 
 
 @pytest.mark.parametrize("teeth", [60, 93, 150])
-def test_a_rings_radius_is_near_that_of_the_standards_substitute_rack(teeth):
-    """The edition of 2006 has a rack of tip radius ρ_fPv = ρ_fP + (x_0 + h_fP − ρ_fP)^1.95/(3.156 ·
-    1.036^z_0) in the cutter's place and z_n < 0: a fit to what cutters leave."""
+def test_a_rings_radius_is_near_that_of_a_substitute_rack(teeth):
+    """A rack of tip radius ρ_fPv = ρ_fP + (x_0 + h_fP − ρ_fP)^1.95/(3.156 · 1.036^z_0) of the
+    edition of 2006, rolled with z_n < 0, is a fit to what cutters leave."""
     gear = Gear(teeth, 0.0, normal_module=1.0, tool=PlainTool(teeth=25))
     tooth = tooth_geometry(gear, gear, internal=True)
     assert isinstance(tooth.tool, CutterTool)

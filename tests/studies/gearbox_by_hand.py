@@ -162,17 +162,17 @@ class ByHand:
         return self._form(2 * section.imag, section.real - base / cos(load), rho, load)
 
     def _substitute_root(self):
-        """Of the ring by the rack in place of its cutter: ISO 6336-3:2006, 6.2, z_n < 0. h_fP from
-        the root circle of the cutter."""
+        """Of the ring by the rack in place of its cutter: ISO 6336-3:2006, 6.2, corrected in 2007,
+        z_n < 0. h_fP from the root circle of the cutter."""
         zn, x, tip = -self.zn["ring"], self.of["ring"]["x"], self.of["ring"]["fillet"]
         depth = (self.df["ring"] - self.d["ring"]) / 2 / self.m + x
-        big_e = pi / 4 - depth * tan(ALPHA) - (1 - sin(ALPHA)) * tip / cos(ALPHA)
         round_tip = tip + (self.x0 + depth - tip) ** 1.95 / (3.156 * 1.036**self.z0)  # ρ_fPv
+        big_e = pi / 4 - depth * tan(ALPHA) - (1 - sin(ALPHA)) * round_tip / cos(ALPHA)
         g, big_h = round_tip - depth + x, 2 / zn * (pi / 2 - big_e) - pi / 6
         theta = brentq(lambda t: 2 * g / zn * tan(t) - big_h - t, 0.1, 1.2, xtol=1e-15)
         q = g / cos(theta) - round_tip
         s, rho = zn * sin(pi / 6 - theta) + q, 2 * g**2 / cos(theta)
-        rho = round_tip + rho / (zn * cos(theta) ** 2 - 2 * g)
+        rho = round_tip + rho / (abs(zn) * cos(theta) ** 2 - 2 * g)
         e_n = self.mesh["ring"]["e_alpha"] / cos(self.bb) ** 2
         tip_diameter = zn - (self.da["ring"] - self.d["ring"]) / self.m
         base = zn * cos(ALPHA)
