@@ -11,8 +11,8 @@ the previous step, and corrects in the plane normal to t, so that turning points
 treatment (Keller 1977). Steps get shorter where Newton's method needs many iterations or the
 tangent turns fast, as where teeth begin to part.
 
-States of twice the period branch off a curve where a multiplier passes −1 (``period_doubling``).
-Their curves are followed from there, with λ constant in the first prediction.
+Where a real multiplier passes 1 in modulus away from a turning point, another curve leaves
+(``branch_points``). It is followed from there, with λ constant in the first prediction.
 
 Some curves enter the range only from outside, such as the one of parted teeth in a range within the
 hysteresis. They are found by following all curves up to the far ends of the resonances around it.
@@ -20,7 +20,7 @@ hysteresis. They are found by following all curves up to the far ends of the res
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Literal
@@ -124,14 +124,16 @@ def curves(
 
 def branch(
     train: CondensedTrain, span: Range, start: Orbit, direction: Array,
-    keep: Callable[[Orbit], Orbit],
+    keep: Callable[[Orbit], Orbit], left: Sequence[Orbit] = (),
 ) -> Curve:  # fmt: skip
-    """The curve of twice the period that branches off at the state ``start`` of another curve in
-    ``direction`` (m,), without ``start``.
+    """The curve that branches off at the state ``start`` of another curve in ``direction`` (m,),
+    without ``start``.
 
-    It ends at the range, or where it meets a curve of half its period again. keep: as for
-    ``curves``. KeyboardInterrupt ends the curve, unless it has no states yet."""
-    follower, states = _CurveFollower(train, span, span, start, keep), list[Orbit]()
+    It ends at the range, or where it meets the other curve again: ``left``, states of the same
+    period, if there are any, else those of half the period. keep: as for ``curves``.
+    KeyboardInterrupt ends the curve, unless it has no states yet."""
+    follower = _CurveFollower(train, span, span, start, keep, left)
+    states = list[Orbit]()
     try:
         cut = follower.follow(follower.start_in(direction), states)
     except KeyboardInterrupt:
@@ -185,18 +187,24 @@ def _state(train: CondensedTrain, point: OperatingPoint) -> Orbit | None:
     return converge(balance, point, balance.start())
 
 
-def _on_curve(states: list[Orbit], span: Range, orbit: Orbit) -> bool:
+def _on_curve(states: Sequence[Orbit], span: Range, orbit: Orbit) -> bool:
     """Whether a state agrees with one of a curve, or with the interpolation between two."""
-    value, x = span.value(orbit.point), orbit.unknown
-    size = float(np.linalg.norm(x))
+    x = orbit.unknown
+    near = SAME * float(np.linalg.norm(x))
+    return any(
+        np.linalg.norm(other - x) <= near
+        for other in _interpolated(states, span, span.value(orbit.point))
+    )
+
+
+def _interpolated(states: Sequence[Orbit], span: Range, value: float) -> Iterator[Array]:
+    """Unknowns (m,) of all states of a curve at λ = ``value``, interpolated between neighbours."""
     for a, b in zip(states, states[1:] or states, strict=False):
         low, high = span.value(a.point), span.value(b.point)
         if (low - value) * (high - value) > 0.0 or low == high != value:
             continue
         w = (value - low) / (high - low) if high != low else 0.0
-        if np.linalg.norm((1 - w) * a.unknown + w * b.unknown - x) <= SAME * size:
-            return True
-    return False
+        yield (1 - w) * a.unknown + w * b.unknown
 
 
 def _follow(
@@ -235,9 +243,9 @@ class _CurveFollower:
 
     def __init__(
         self, train: CondensedTrain, span: Range, wide: Range, start: Orbit,
-        keep: Callable[[Orbit], Orbit],
+        keep: Callable[[Orbit], Orbit], left: Sequence[Orbit] = (),
     ) -> None:  # fmt: skip
-        self.train, self.narrow, self.span, self.keep = train, span, wide, keep
+        self.train, self.narrow, self.span, self.keep, self.left = train, span, wide, keep, left
         self.width = wide.high - wide.low
         self.solver = Solver()
         self.balance = self._balance(wide.value(start.point))
@@ -304,13 +312,21 @@ class _CurveFollower:
         return Cut(self.span.value(current.orbit.point), "states")
 
     def _rejoins(self, before: Orbit, after: Orbit) -> bool:
-        """Whether the odd harmonics vanish between two states: there the curve meets that of half
-        the period, whose orbits have even harmonics only."""
-        if self.train.elements.gear_meshes == 1:
-            return False
-        a, b = (self.balance.parts(orbit.unknown)[0][1::2] for orbit in (before, after))
+        """Whether the curve meets the one that it has left between two states: the deviation from
+        it, for a doubled period the odd harmonics, vanishes or reverses there."""
+        a, b = self._deviation(before), self._deviation(after)
         size = np.vdot(a, a).real
         return bool(size > 0.0 and np.vdot(a, b).real < REJOINED * size)
+
+    def _deviation(self, orbit: Orbit) -> Array:
+        """Difference of forces to the curve that was left; zero where that is not known."""
+        if not self.left and self.train.elements.gear_meshes > 1:
+            return np.asarray(self.balance.parts(orbit.unknown)[0][1::2])
+        forces, value = orbit.unknown[: self.balance.forces], self.span.value(orbit.point)
+        differences = [
+            forces - x[: len(forces)] for x in _interpolated(self.left, self.span, value)
+        ]
+        return min(differences, key=lambda x: float(np.linalg.norm(x)), default=0.0 * forces)
 
     def _longest(self, current: _CurvePoint) -> float:
         """Longest step from a point of the curve."""

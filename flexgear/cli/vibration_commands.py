@@ -24,7 +24,15 @@ from flexgear.solve.response import DOUBLINGS
 from flexgear.solve.response import response as steady_states
 from flexgear.solve.stability import SPEEDS
 from flexgear.solve.stability import stability as over_speed
-from flexgear.solve.turning_points import DOUBLED, KINDS, NARROW, NEAR, SECOND_FREQUENCY, TURNING
+from flexgear.solve.turning_points import (
+    BRANCH,
+    DOUBLED,
+    KINDS,
+    NARROW,
+    NEAR,
+    SECOND_FREQUENCY,
+    TURNING,
+)
 from flexgear.views.vibration_charts import (
     bands_of,
     linear_response_chart,
@@ -219,7 +227,8 @@ def response_figures(data: xr.Dataset) -> dict[str, Any]:
             for at in [branch == curve]
         ],
         "sensors": dict(_sensors(data, share, stable)),
-        "several_stable": _several(parameter, branch, stable),
+        "several_stable": _stable_ranges(parameter, branch, stable, 2),
+        "no_stable": _unstable(parameter, branch, stable),
         **{name: _ranges(parameter, branch, mask & stable) for name, mask in contact.items()},
     }
 
@@ -254,15 +263,29 @@ def _peaks(force: np.ndarray, branch: np.ndarray, stable: np.ndarray) -> list[in
     return sorted(out, key=lambda k: -force[k])[:MAX_LINES]
 
 
-def _several(parameter: np.ndarray, branch: np.ndarray, stable: np.ndarray) -> list[list[float]]:
-    """Ends of the ranges of the parameter λ with more than one stable steady state."""
+def _stable_ranges(
+    parameter: np.ndarray, branch: np.ndarray, stable: np.ndarray, count: int
+) -> list[list[float]]:
+    """Ends of the ranges of the parameter λ with at least ``count`` stable steady states."""
     along = (branch[1:] == branch[:-1]) & stable[1:] & stable[:-1]
     pairs = np.sort(np.stack([parameter[1:], parameter[:-1]], axis=1)[along], axis=1)
     at = np.r_[pairs[:, 0], pairs[:, 1]]
     change = np.r_[np.ones(len(pairs), dtype=int), -np.ones(len(pairs), dtype=int)]
     order = np.lexsort((change, at))  # at the same λ one piece ends before the next begins
-    count, at = np.cumsum(change[order]) > 1, at[order]
-    return _ranges(at, np.zeros(len(at)), count | np.r_[False, count[:-1]])
+    steps = np.diff(np.cumsum(change[order]) >= count, prepend=False, append=False)
+    edges = at[order][np.flatnonzero(steps)]
+    return _joined(edges.reshape(-1, 2).tolist())
+
+
+def _unstable(parameter: np.ndarray, branch: np.ndarray, stable: np.ndarray) -> list[list[float]]:
+    """Ends of the ranges of the parameter λ without a stable steady state on any curve; states
+    beside a stable one count as stable, as stability changes somewhere between."""
+    same = branch[1:] == branch[:-1]
+    beside = stable | np.r_[False, same & stable[:-1]] | np.r_[same & stable[1:], False]
+    spans = _stable_ranges(parameter, branch, beside, 1)
+    ends = [parameter.min(), *(end for span in spans for end in span), parameter.max()]
+    gaps = np.reshape(ends, (-1, 2)).tolist()
+    return [[low, high] for low, high in gaps if high > low * (1.0 + NARROW)]
 
 
 def _ranges(parameter: np.ndarray, branch: np.ndarray, where: np.ndarray) -> list[list[float]]:
@@ -271,8 +294,13 @@ def _ranges(parameter: np.ndarray, branch: np.ndarray, where: np.ndarray) -> lis
     cuts = np.flatnonzero((np.diff(where.astype(int)) != 0) | (np.diff(branch) != 0)) + 1
     split = (np.split(values, cuts) for values in (parameter, where))
     pieces = [piece for piece, holds in zip(*split, strict=True) if holds[:1].any()]
+    return _joined([[float(p.min()), float(p.max())] for p in pieces])
+
+
+def _joined(spans: list[list[float]]) -> list[list[float]]:
+    """Ranges in order, without overlaps and gaps below a share of ``NARROW``."""
     joined = list[list[float]]()
-    for low, high in sorted((float(p.min()), float(p.max())) for p in pieces):
+    for low, high in sorted(spans):
         if joined and low <= joined[-1][1] * (1.0 + NARROW):
             joined[-1][1] = max(joined[-1][1], high)
         else:
@@ -330,6 +358,8 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
         motion = f"of {TIMES[2 * row['period']]} the gear-mesh period"
         if row["kind"] == KINDS[SECOND_FREQUENCY]:
             motion = "that beats with a second frequency"
+        elif row["kind"] == KINDS[BRANCH]:
+            motion = "that lacks a symmetry of the train"
         curve = row["leaving_curve"]
         followed = f": curve {curve}" if curve else "; not followed"
         if row["kind"] != KINDS[TURNING]:
@@ -348,6 +378,9 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
     for name, what in {"lost_contact": figures["without_contact"], **RANGES}.items():
         if figures[name] or name != "several_stable":
             yield f"  {what}: {_spans(figures[name]) or 'nowhere on stable branches'}"
+    if figures["no_stable"]:
+        motion = "motion there has another period or none, see flexgear simulate"
+        yield f"  no stable state was found at {_spans(figures['no_stable'])}: {motion}"
 
 
 def _spans(spans: list[list[float]]) -> str:

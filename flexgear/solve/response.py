@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexgear.analysis.branch_points import ends_at, leaving_branch, over_two_periods
 from flexgear.analysis.continuation import Curve, Cut, Range, branch, curves
 from flexgear.analysis.harmonic_balance import SAMPLES, Balance, Orbit, converge
 from flexgear.analysis.orbit import OrbitElements, orbit_elements
 from flexgear.analysis.orbit_receptance import CondensedTrain, condensed_train
-from flexgear.analysis.period_doubling import doubled_branch, ends_at, over_two_periods
 from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError, InputError, echo
 from flexgear.model.read import nearest
@@ -27,7 +27,7 @@ from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import result_attrs
 from flexgear.solve.model import Model
 from flexgear.solve.state_figures import MEASURES, Figures, State
-from flexgear.solve.turning_points import DOUBLED, stability_changes, turning_points
+from flexgear.solve.turning_points import BRANCH, DOUBLED, stability_changes, turning_points
 
 RANGE = (0.2, 1.5)  # speeds over rated speed by default
 DOUBLINGS, MAX_DOUBLINGS = 1, 3  # of the gear-mesh period
@@ -77,6 +77,8 @@ def response(
         for curve in curves(train, span, figures.take, resonance):
             record.add(curve)
             figures.end_curve()
+        if record.states:
+            _add_leaving(figures, figures, record)
         for _ in range(doublings if record.states else 0):
             figures = _add_doubled(figures, record)
     except KeyboardInterrupt:  # interrupts within a curve end the curve
@@ -154,12 +156,12 @@ def _elements(model: Model, stage: int, harmonics: int) -> OrbitElements:
 
 
 class _Record:
-    """States of all curves in succession. branches: number of the curve of each state; doubled: by
-    the index of a state, number of the curve of twice the period that branches off after it."""
+    """States of all curves in succession. branches: number of the curve of each state; leaving: by
+    the index of a state, number of the curve that branches off after it."""
 
     def __init__(self) -> None:
         self.states, self.branches, self.cuts = list[State](), list[int](), list[Cut]()
-        self.doubled = dict[int, int]()
+        self.leaving = dict[int, int]()
 
     def add(self, curve: Curve) -> int:
         """Add a curve; returns its number, from 1."""
@@ -195,28 +197,38 @@ class _Record:
 def _add_doubled(figures: Figures, record: _Record) -> Figures:
     """Add to ``record`` the curves of twice the period that branch off those of ``figures``;
     returns the figures of the train over twice the period."""
+    train = over_two_periods(figures.train)
+    longer = Figures(figures.model, train, figures.span, figures.progress, figures.curve)
+    _add_leaving(figures, longer, record)
+    return longer
+
+
+def _add_leaving(figures: Figures, longer: Figures, record: _Record) -> None:
+    """Add to ``record`` the curves of the train of ``longer`` that branch off those of ``figures``:
+    of twice the period, or of the same where both are the same."""
     train, span, period = figures.train, figures.span, figures.train.elements.gear_meshes
-    longer = Figures(figures.model, over_two_periods(train), span, figures.progress, figures.curve)
-    parameter = np.array([span.value(s.point) for s in record.states])
+    kind = BRANCH if longer is figures else DOUBLED
+    parameter, branches = np.array([span.value(s.point) for s in record.states]), record.branches
     ends = list[tuple[int, Orbit]]()
-    for change in stability_changes(parameter, np.array(record.branches), record.arrays()):
+    for change in stability_changes(parameter, np.array(branches), record.arrays()):
         before, after = record.states[change.before : change.before + 2]
-        if record.stopped or change.kind != DOUBLED or before.values["response_period"] != period:
+        if record.stopped or change.kind != kind or before.values["response_period"] != period:
             continue
-        start = doubled_branch(train, longer.train, span, before, after, change.value)
+        start = leaving_branch(train, longer.train, span, before, after, change.value)
         if start is None:
             continue
         same = (k for k, end in ends if ends_at(longer.train, span, end, start[0]))
         number = next(same, 0)
         if not number:
-            curve = branch(longer.train, span, *start, longer.take)
+            left = [s for s, n in zip(record.states, branches, strict=True)
+                    if kind == BRANCH and n == branches[change.before]]  # fmt: skip
+            curve = branch(longer.train, span, *start, longer.take, left)
             if not curve.states:
                 continue
             number = record.add(curve)
             ends += [(number, curve.states[0]), (number, curve.states[-1])]
             longer.end_curve()
-        record.doubled[change.before] = number
-    return longer
+        record.leaving[change.before] = number
 
 
 def _dataset(
@@ -235,7 +247,7 @@ def _dataset(
         "gear_mesh_frequency": speed * elements.frequency,
         "response_branch": branches,
     }
-    arrays |= turning_points(parameter, branches, arrays, record.doubled)
+    arrays |= turning_points(parameter, branches, arrays, record.leaving)
     progress(FINER, 0.0)
     typical = None if record.stopped else _typical(states, parameter, arrays)
     change = _harmonics_change(train, typical)

@@ -18,13 +18,13 @@ def turning_points(
     parameter: Array,
     branches: Array,
     arrays: Mapping[str, Any],
-    doubled: Mapping[int, int] | None = None,
+    leaving: Mapping[int, int] | None = None,
 ) -> dict[str, Any]:
     """Variables of the turning points and changes of stability of curves.
 
     parameter (s,): λ along the curves; branches (s,): number of the curve of each state; arrays:
-    variables of the states, with "stable" and "response_gear_mesh_force"; doubled: by the index of
-    a state, number of the curve of twice the period that branches off after it.
+    variables of the states, with "stable" and "response_gear_mesh_force"; leaving: by the index of
+    a state, number of the curve that branches off after it.
     """
     force = arrays["response_gear_mesh_force"][:, :, 0].max(axis=1)
     stable = arrays["stable"] == 1
@@ -48,7 +48,7 @@ def turning_points(
         "stability_change_kind": np.array([x.kind for x in changes], dtype=int),
         "stability_change_curve": np.array([branches[x.before] for x in changes], dtype=int),
         "stability_change_leaving": np.array(
-            [(doubled or {}).get(x.before, 0) for x in changes], dtype=int
+            [(leaving or {}).get(x.before, 0) for x in changes], dtype=int
         ),
     }
 
@@ -99,8 +99,8 @@ def _targets(
     return sorted(map(float, (1 - w) * force[k] + w * force[k + 1]))
 
 
-TURNING, DOUBLED, SECOND_FREQUENCY = range(3)  # kinds of loss of stability
-KINDS = ("turning point", "doubled period", "second frequency")
+TURNING, DOUBLED, SECOND_FREQUENCY, BRANCH = range(4)  # kinds of loss of stability
+KINDS = ("turning point", "doubled period", "second frequency", "broken symmetry")
 REAL = 1e-6  # imaginary part below which a multiplier is real
 LEAST_MODULUS = 1e-12  # of a multiplier, for its logarithm
 
@@ -117,7 +117,7 @@ class Change(NamedTuple):
 def stability_changes(parameter: Array, branches: Array, arrays: Mapping[str, Any]) -> list[Change]:
     """Changes of stability along curves; see ``turning_points``."""
     real, imag, stable = (arrays[n] for n in ("multiplier_real", "multiplier_imag", "stable"))
-    growth = _growth(arrays)
+    growth, steps = _growth(arrays), np.sign(np.diff(parameter))
     out = list[Change]()
     for k in range(len(parameter) - 1):
         if branches[k] != branches[k + 1] or stable[k] == stable[k + 1]:
@@ -125,7 +125,9 @@ def stability_changes(parameter: Array, branches: Array, arrays: Mapping[str, An
         unstable = k if not stable[k] else k + 1
         kind = SECOND_FREQUENCY
         if abs(imag[unstable]) <= REAL:
-            kind = TURNING if real[unstable] > 0.0 else DOUBLED
+            around = steps[max(k - 1, 0) : k + 2]
+            turns = around.min() < around.max()
+            kind = DOUBLED if real[unstable] < 0.0 else TURNING if turns else BRANCH
         w = float(np.clip(growth[k] / (growth[k] - growth[k + 1]), 0.0, 1.0))
         value = float((1.0 - w) * parameter[k] + w * parameter[k + 1])
         last = out[-1] if out else None

@@ -180,7 +180,7 @@ def _legend(data: xr.Dataset, names: list[str]) -> list[Any]:
     marks = (
         (sense > 0, UP, ">", f"jump as {data.attrs['over']} rises"),
         (sense < 0, DOWN, "<", f"jump as {data.attrs['over']} falls"),
-        (change != 0, CHANGE, "d", "period doubles, or beats begin"),
+        (change != 0, CHANGE, "d", "another motion branches off"),
     )
     handles += [
         Line2D([], [], color=colour, marker=marker, ls="none", ms=4.5, label=label)
