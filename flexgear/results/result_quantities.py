@@ -311,7 +311,7 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
         "speed or torque over the rated one at which stability changes"),
     "stability_change_kind": quantity("stability_change", "1",
         "0: turning point, multiplier +1; 1: doubled period, multiplier -1; 2: second frequency, "
-        "a pair of complex multipliers; 3: broken symmetry, multiplier +1 away from turning points"),
+        "a pair of complex multipliers; 3: broken symmetry, multiplier +1 off turning points"),
     "stability_change_curve": quantity("stability_change", "1",
         "number of the curve whose stability changes"),
     "stability_change_leaving": quantity("stability_change", "1",
