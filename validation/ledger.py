@@ -36,6 +36,7 @@ class Paper:
 
 PAPERS = (
     Paper("iso_tr_6336_30"),
+    Paper("iso_6336_6"),
     Paper("reboucas2020"),
     Paper("lin_parker1999"),
     Paper("yang2019"),

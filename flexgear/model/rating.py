@@ -139,8 +139,10 @@ class Rating(ForcedFactors):
     pitch deviation in K_Hα and K_Fα; 0.5 where profile modifications compensate deflections of the
     teeth under load. limited_pitting: whether some pits are
     allowed (not on nitrided flanks). static_factors: whether factors of lubricant, roughness, notch
-    and size hold for any number of cycles ("constant"), or approach those of static stress below
-    the knee of the curve ("interpolated", ISO 6336-2 and -3 method B).
+    and size hold for any number of cycles ("constant"), also on the curve beyond its first knee up
+    to the strength with the factors of static stress ("extended", as the example of ISO 6336-6,
+    annex C), or approach these below the knee of the curve ("interpolated", ISO 6336-2 and -3
+    method B).
 
     deviations: manufacturing errors of the trains for which load factors are computed: "stated",
     only the case's errors; "worst", these and f_ma = √Σf_Hβ² of the gears' accuracy grades on
@@ -166,7 +168,7 @@ class Rating(ForcedFactors):
     profile_modification_factor: float | None = Field(default=None, ge=1.0, le=1.2)
     pitch_deviation_share: float = Field(default=1.0, ge=0.5, le=1.0)
     limited_pitting: bool = False
-    static_factors: Literal["constant", "interpolated"] = "constant"
+    static_factors: Literal["constant", "extended", "interpolated"] = "constant"
     dynamic_factor: Literal["method_b", "train"] = "method_b"
     gear_meshes: tuple[GearMeshFactors, ...] = ()
     deviations: Literal["stated", "worst", "drawn"] = "stated"

@@ -234,3 +234,27 @@ def test_the_most_stressed_place_need_not_be_the_weakest():
     assert places.weakest()[0] == 1
     idle = Places(lambda _: 0 * stress, (POWER_LAW,), np.array([KNEE]))
     assert idle.weakest()[1] == math.inf and not idle.damage().any()
+
+
+def test_an_extended_curve_goes_on_to_the_static_strength(tmp_path):
+    """σ_HG ~ N^(-ln 1.6/ln 500) up to 1.6 σ_Hlim Z_X, above which a flank fails at once; a root of
+    module 4 likewise up to 2.5 σ_Flim Y_ST (0.44 Y_S + 0.12)."""
+    changes = {"rating.static_factors": "extended"}
+    states = rate(*pair_of(case_of(tmp_path, PLANETARY, **changes)), {})
+    flank, root = states["sun", "flank"], states["sun", "root"]
+    assert flank.curve is not None and root.curve is not None
+    static, line = 1.6 * 1500e6, 1.6 * flank.reference
+    assert static > line
+    assert flank.curve.stress_at(1.0) == pytest.approx(static)
+    assert flank.curve.stress_at(1e5) == pytest.approx(line)
+    between = math.sqrt(static * line)
+    steep = math.log(500) / math.log(1.6)
+    lasts = 1e5 * (line / between) ** steep
+    assert float(flank.curve.cycles_at(between)) == pytest.approx(lasts)
+    assert flank.curve.stress_at(lasts) == pytest.approx(between)
+    assert float(flank.curve.cycles_at(1.0001 * static)) == 0.0
+    notch = 0.44 * root.factors["Y_S"].value + 0.12
+    assert root.curve.stress_at(1.0) == pytest.approx(2.5 * 425e6 * 2.0 * notch)
+    spectrum = Spectrum.of([flank.curve] * 2, [between, 1e8], [lasts, 1e3])
+    assert float(spectrum.damages()[0]) == pytest.approx(1.0)
+    assert float(spectrum.safety) == pytest.approx(1.0, rel=1e-3)

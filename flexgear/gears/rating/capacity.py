@@ -403,17 +403,20 @@ def _state(
     knees: Knees = (), static: float = 0.0, missing: tuple[str, ...] = (),
 ) -> LimitState:  # fmt: skip
     """Limit state with its life curve. The curve is σ_lim times its factors ``strength`` times the
-    life factor at ``knees``; at the first knee ``static``, MPa, times the life factor, but not
-    below the second knee; none if keys are ``missing``."""
+    life factor at ``knees``. The strength ``static``, MPa, times the life factor of the first knee,
+    but not below the second knee, is that of the first knee or ends the extended curve, by the rule
+    ``static_factors``. No curve if keys are ``missing``."""
     rules = pair.rules
     safety = rules.least("flank_safety" if letter == "H" else "root_safety")
     required = {f"S_{letter}min": safety}
     if missing:
         return LimitState(letter, {**lines, **sheet_of(required)}, missing=missing)
     reference = math.prod(strength.values())
-    first = reference if rules.static_factors == "constant" else static
     stresses = [1e6 * reference * life for _, life in knees]
-    stresses[0] = max(1e6 * first * knees[0][1], stresses[1])
-    curve = LifeCurve(tuple(n for n, _ in knees), tuple(stresses))
+    limit = max(1e6 * static * knees[0][1], stresses[1])
+    if rules.static_factors == "interpolated":
+        stresses[0] = limit
+    extended = limit if rules.static_factors == "extended" else None
+    curve = LifeCurve(tuple(n for n, _ in knees), tuple(stresses), extended)
     lines = {**lines, **sheet_of({**strength, **required})}
     return LimitState(letter, lines, curve, 1e6 * reference)

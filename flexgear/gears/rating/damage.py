@@ -1,8 +1,9 @@
 """Life curves, Miner's sum of load spectra (ISO 6336-6) and of points of a tooth, reliability.
 
-A curve of stress σ_G over cycles N is straight in logarithms between its knees. Below the first
-knee it is the static strength: a higher stress fails at once. The last segment extends beyond the
-last knee. Miner's sum over bins of n_i cycles is
+A curve of stress σ_G over cycles N is straight in logarithms between its knees. The first and last
+segments extend beyond their knees, the first up to the static strength: a higher stress fails at
+once. Without a static strength that is the stress at the first knee. Miner's sum over bins of n_i
+cycles is
 
     D = Σ n_i/N_i(σ_i),
 
@@ -49,32 +50,41 @@ _HALVINGS = 100
 @dataclass(frozen=True)
 class LifeCurve:
     """Curve of strength over cycles: rising ``cycles`` (K,) of the knees, and σ_G there, ``stress``
-    (K,), Pa, falling or constant."""
+    (K,), Pa, falling or constant; static: strength for any number of cycles, Pa, None for σ_G at
+    the first knee."""
 
     cycles: tuple[float, ...]
     stress: tuple[float, ...]
+    static: float | None = None
+
+    @property
+    def limit(self) -> float:
+        """Static strength, Pa."""
+        return self.stress[0] if self.static is None else self.static
 
     def stress_at(self, cycles: float) -> float:
         """Strength σ_G at a number of cycles, Pa."""
-        return float(_strength(np.log(self.cycles), np.array(self.stress), np.log(cycles)))
+        knees, stress = np.log(self.cycles), np.array(self.stress)
+        return float(_strength(knees, stress, np.array(self.limit), np.log(cycles)))
 
     def cycles_at(self, stress: ArrayLike) -> Array:
         """Cycles N to failure at stresses of any shape, Pa; 0 above static strength, ∞ on or below
         a constant last segment."""
-        return _cycles(np.log(self.cycles), np.array(self.stress), np.asarray(stress, dtype=float))
+        sigma, limit = np.asarray(stress, dtype=float), np.array(self.limit)
+        return _cycles(np.log(self.cycles), np.array(self.stress), limit, sigma)
 
 
-def _strength(log_cycles: Array, curve: Array, at: Array) -> Array:
+def _strength(log_cycles: Array, curve: Array, limit: Array, at: Array) -> Array:
     """Strength (…), Pa, at logarithms of cycles ``at`` (…); log_cycles: of the knees (K,); curve:
-    strength there (…, K), Pa."""
+    strength there (…, K), Pa; limit: static strength (…), Pa."""
     k = np.clip(np.searchsorted(log_cycles, at), 1, len(log_cycles) - 1)
     upper, lower = (np.take_along_axis(curve, i[..., None], -1)[..., 0] for i in (k - 1, k))
-    share = np.maximum((at - log_cycles[k - 1]) / (log_cycles[k] - log_cycles[k - 1]), 0.0)
-    return np.asarray(upper * (lower / upper) ** share)
+    share = (at - log_cycles[k - 1]) / (log_cycles[k] - log_cycles[k - 1])
+    return np.minimum(upper * (lower / upper) ** share, limit)
 
 
-def _cycles(log_cycles: Array, curve: Array, stress: Array) -> Array:
-    """Cycles to failure at stresses (…), Pa; log_cycles, curve: as in ``_strength``."""
+def _cycles(log_cycles: Array, curve: Array, limit: Array, stress: Array) -> Array:
+    """Cycles to failure at stresses (…), Pa; log_cycles, curve, limit: as in ``_strength``."""
     with np.errstate(divide="ignore"):
         x, heights = np.log(stress), np.log(curve)
     life = np.zeros_like(x)
@@ -84,17 +94,19 @@ def _cycles(log_cycles: Array, curve: Array, stress: Array) -> Array:
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             share = np.where(fall > 0.0, (upper - x) / fall, np.inf)
             interpolated = np.exp(log_cycles[k - 1] + share * (log_cycles[k] - log_cycles[k - 1]))
-        life = np.where(x <= upper, interpolated, life)
+        life = np.where(x <= (np.log(limit) if k == 1 else upper), interpolated, life)
     return life
 
 
 @dataclass(frozen=True)
 class Spectrum:
     """Stress of a flank or root, or of many points, in B bins. log_cycles: of the knees (K,);
-    curves: σ_G there by bin (B, K), Pa; stress: σ (B, …), Pa; cycles: (B,)."""
+    curves, limits: σ_G there (B, K) and static strength (B,) by bin, Pa; stress: σ (B, …), Pa;
+    cycles: (B,)."""
 
     log_cycles: Array
     curves: Array
+    limits: Array
     stress: Array
     cycles: Array
 
@@ -108,14 +120,17 @@ class Spectrum:
         knees = {curve.cycles for curve in curves}
         if len(knees) > 1:
             raise ValueError("the curves of a spectrum have different knees")
-        return cls(np.log(knees.pop()), np.array([curve.stress for curve in curves]), sigma, n)
+        stresses = np.array([curve.stress for curve in curves])
+        limits = np.array([curve.limit for curve in curves])
+        return cls(np.log(knees.pop()), stresses, limits, sigma, n)
 
     def damages(self, factor: Array | float = 1.0) -> Array:
         """Damage n_i/N_i (B, …) of each bin with all stresses times ``factor``; ∞ above static
         strength."""
         shape = (-1, *[1] * (self.stress.ndim - 1))
         curves = self.curves.reshape(*shape, len(self.log_cycles))
-        life, n = _cycles(self.log_cycles, curves, factor * self.stress), self.cycles.reshape(shape)
+        limits, n = self.limits.reshape(shape), self.cycles.reshape(shape)
+        life = _cycles(self.log_cycles, curves, limits, factor * self.stress)
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(n > 0.0, n / life, 0.0)
 
@@ -124,7 +139,7 @@ class Spectrum:
         """Largest factor (…) on all stresses with D ≤ 1; ∞ without load. It is between 1/B and 1
         times the factor of the worst bin, as N falls faster than 1/σ."""
         with np.errstate(divide="ignore"):
-            by_bin = _strength(self.log_cycles, self.curves, np.log(self.cycles))
+            by_bin = _strength(self.log_cycles, self.curves, self.limits, np.log(self.cycles))
             by_bin = by_bin.reshape(-1, *[1] * (self.stress.ndim - 1)) / self.stress
         worst = by_bin[self.cycles > 0.0].min(axis=0, initial=math.inf)
         high = np.where(np.isfinite(worst), worst, 1.0)
@@ -185,6 +200,7 @@ class Places:
         return replace(
             by_bin,
             curves=np.repeat(by_bin.curves, passes, axis=0),
+            limits=np.repeat(by_bin.limits, passes),
             stress=np.concatenate(stresses),
             cycles=np.repeat(by_bin.cycles, passes),
         )
