@@ -115,7 +115,10 @@ def test_with_all_that_is_said_to_be_missing_everything_is_assessed():
         "root_rz_um": 20, "yield_strength_mpa": 700, "accuracy_grade": 6, "rim_factor": 1.1,
         "viscosity_40_mm2_per_s": 220,
     }  # fmt: skip
-    first = rate(load_case("pitch-drive", few), workers=1).not_assessed
+    bare = rate(load_case("pitch-drive", few), workers=1)
+    first, headline = bare.not_assessed, rating_verdicts(bare)[0]
+    assert (headline.subject, headline.figure) == ("Gears", "not assessed")
+    assert "K_Hβ is not known" in headline.sentence and "stands below" in headline.sentence
     changes, section = dict[str, object](few), ""
     for text in (why for name, why in first.items() if name.endswith((" sun", " ring"))):
         assert all(f"{factor} is not known" in text for factor in ("K_Hβ", "K_v", "K_Hα"))

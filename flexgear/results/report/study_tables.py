@@ -47,9 +47,11 @@ def rating_verdicts(rating: Rating) -> list[Verdict]:
         verdicts.append(Verdict("note", "Reliability", figure, text, RATING))
     verdicts += _extreme(rating)
     names = ", ".join(_words(rating, name) for name in rating.not_assessed)
-    reasons = {rating.not_assessed.get(g.name, "") for g in rating.gear_meshes}
-    if rating.gear_meshes and len(reasons) == 1 and "" not in reasons:
-        verdicts.insert(0, Verdict("open", "Gears", "not assessed", f"{reasons.pop()}.", RATING))
+    reasons = [rating.not_assessed.get(g.name, "") for g in rating.gear_meshes]
+    if reasons and all(reasons):
+        first = ", ".join(dict.fromkeys(reason.partition("; ")[0] for reason in reasons))
+        more = "; what else is missing stands below" if "; " in "".join(reasons) else ""
+        verdicts.insert(0, Verdict("open", "Gears", "not assessed", f"{first}{more}.", RATING))
     verdicts.append(Verdict("open", "Not assessed", "", f"{names}: see below.", RATING))
     return verdicts
 
