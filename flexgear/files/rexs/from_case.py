@@ -78,7 +78,7 @@ def _not_written_of_stage(stage: Stage) -> list[str]:
             for key, support in member.supports.items():
                 unwritten += _set_keys(support, f"{path}.{key}.", *_UNWRITTEN_OF_SPRINGS)
         if isinstance(member, MatedGear | PlanetGear):
-            unwritten += _set_keys(member, f"{path}.", "rating")
+            unwritten += _set_keys(member, f"{path}.", "rating", "body_factor")
             path, modifications = f"{path}.modifications.", member.modifications
             unwritten += _set_keys(modifications, path, *_UNWRITTEN)
             for flank in FLANKS:
