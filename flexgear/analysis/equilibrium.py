@@ -154,7 +154,8 @@ def revolution(
             laws, (start, stop), forward, train, modes, work, out, positions, loads
         )
         if p < stop:
-            raise FlexgearError(_refusal(input_angles[p, 0], at_ports[p, 0], failed))
+            faulty = bool(pairs.gear_table.any() or pairs.planet_table.any())
+            raise FlexgearError(_refusal(input_angles[p, 0], at_ports[p, 0], failed, faulty))
         if progress is not None and count > CHUNK:
             progress(stop / count)
     samples = positions._asdict()
@@ -162,8 +163,14 @@ def revolution(
     return Equilibrium(modal, input_angles=input_angles, **samples, **loads._asdict())
 
 
-def _refusal(angle: float, torque: float, closure: float) -> str:
-    """Message for a position without equilibrium: carrier angle, rad, torque, N·m, closure."""
+def _refusal(angle: float, torque: float, closure: float, faulty: bool) -> str:
+    """Message for a position without equilibrium: carrier angle, rad, torque, N·m, closure; faulty:
+    whether teeth have faults."""
+    if faulty:
+        return (
+            f"no equilibrium at carrier angle {angle:.5f} rad under {torque:.6g} N·m: a faulty "
+            "tooth leaves none in contact; use gear_mesh.model = 'face_load', where tips touch"
+        )
     if not np.isfinite(closure):
         return (
             f"no equilibrium at carrier angle {angle:.5f} rad under {torque:.6g} N·m: teeth that "

@@ -243,7 +243,7 @@ def _panel(ax: Axes, data: xr.Dataset, stage: str, whirls: bool) -> set[int]:
     width = 0.8 * min(1.0, MAX_WIDE_LINES / (1.0 + float((values.min(axis=0) <= top).sum())))
     for m in range(values.shape[1]):
         ax.plot(factor, values[:, m], color=_mode_colour(index[m], whirl[:, m], whirls), lw=width)
-        if index[m] >= 0 and values[:, m].min() <= top:
+        if (index[m] >= 0 or index[m] == ABSENT) and values[:, m].min() <= top:
             drawn.add(int(index[m]))
     drawn |= _orders(ax, data, lines, factor, top, whirls)
     _number_modes(ax, values, index, top, factor[0])
@@ -378,7 +378,9 @@ def _legend(data: xr.Dataset, kinds: list[int], whirls: bool) -> list[Line2D]:
         senses = {"mode": STRAIGHT, "forward whirl": FORWARD, "backward whirl": BACKWARD}
         out += legend_lines(senses)
     else:
-        out += legend_lines({f"k = {k}: {_kind(k)}": index_colour(k) for k in kinds})
+        out += legend_lines({f"k = {k}: {_kind(k)}": index_colour(k) for k in kinds if k >= 0})
+    if ABSENT in kinds:
+        out += legend_lines({"without motion of the stage": PALE})
     if data.sizes["meeting"]:
         within = f"within {100 * float(data.attrs['margin']):.0f} %"
         for fill, cause in (("black", "excited by perfect gears"), ("white", "only by errors")):

@@ -232,7 +232,8 @@ def sensors_chart(data: xr.Dataset) -> Figure:
         right.locator_params(axis="x", nbins=5)
         right.set_title(f"{name}: amplitudes by order")
         right.set_ylabel(f"amplitude ({unit})")
-    axes[-1, 0].set_xlabel("time (s)")
+    shortened = data.sizes[SENSOR_TIME] > MAX_SHOWN
+    axes[-1, 0].set_xlabel(f"time (s), last {MAX_SHOWN} samples" if shortened else "time (s)")
     visible = [ax for ax in axes[:, 1] if ax.get_visible()]
     if spectrum is not None and visible:
         visible[-1].set_xlabel(f"order of {spectrum.attrs['of']} (–)")

@@ -12,8 +12,10 @@ from trains import STAGE, spur_pair, write
 from flexgear import load_case
 from flexgear.analysis.orbit import orbit_elements
 from flexgear.gears.power_flow import power_flow
-from flexgear.model.errors import InputError
+from flexgear.model.errors import FlexgearError, InputError
 from flexgear.solve.angles import stage_motions
+from flexgear.solve.headlines.declaration import Findings
+from flexgear.solve.headlines.ratings import FAULTS
 from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
 from flexgear.structures.tooth_influence import of_case
 
@@ -70,6 +72,14 @@ def test_steady_states_of_a_gear_mesh_period_leave_faults_out_and_say_so(stage):
     assert {*faulty.left_out} - {*sound.left_out} == {"faults of single teeth"}
 
 
+def test_the_first_screen_names_the_stage_of_a_fault_in_a_train():
+    case = load_case("grc-750kw").with_(
+        faults=({"kind": "missing_tooth", "stage": "lss", "gear": "sun", "tooth": 5},)
+    )
+    (answer,) = FAULTS.answers(Findings(case, power_flow(case), {}))
+    assert answer.sentence.startswith("lss: missing tooth of sun, tooth 5. Not assessed")
+
+
 def test_faults_change_like_other_keys(stage):
     """By their place, as sweeps do."""
     case = stage(PLANETARY, "per_pair", SUN_CRACK.format(2), RING_SPALL.format(3))
@@ -100,6 +110,17 @@ def test_a_missing_tooth_carries_nothing(stage, model):
     for data in (sound, faulty):  # the others take its load
         torque = data["port_torque"].to_numpy()
         assert torque[:, 1] == pytest.approx(torque[0, 1], rel=1e-9)
+
+
+def test_a_gear_pair_whose_only_tooth_is_missing_has_no_equilibrium_without_tips(stage):
+    """Where one pair would be on the path of contact, and its tooth is missing."""
+    fault, angles = 'kind = "missing_tooth"\ngear = "gear"\ntooth = 5', np.linspace(0.0, 360.0, 721)
+    text = PAIR.replace("path_only = true\n", "")
+    with pytest.raises(FlexgearError, match="a faulty tooth leaves none in contact; use"):
+        stage(text, "per_pair", fault).assemble().static(angles)
+    data = stage(text, "face_load", fault).assemble().static(angles)
+    force = data["gear_mesh_force"].to_numpy()[:, 0]
+    np.testing.assert_allclose(force, force[0], rtol=1e-6)
 
 
 @pytest.mark.parametrize("model", ["per_pair", "face_load"])

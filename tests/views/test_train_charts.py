@@ -317,6 +317,8 @@ class TestCampbell:
         assert {line.get_color() for line in rays} == {index_colour(1)}
         modes_ = [line for line in ax.get_lines() if line.get_linestyle() == "-"][1:4]
         assert [line.get_color() for line in modes_] == [index_colour(k) for k in (0, 1, -2)]
+        labels = [text.get_text() for text in ax.figure.legends[0].get_texts()]
+        assert "without motion of the stage" in labels
 
     def test_meetings_stand_where_orders_cross_modes(self):
         ax = campbell_chart(with_meetings()).axes[0]

@@ -233,7 +233,11 @@ def _unrated(figures: Mapping[str, Any], lives: Mapping[str, float]) -> str:
 def _faults(findings: Findings) -> Iterator[Answer]:
     faults = findings.case.faults
     if faults:
-        listed = "; ".join(fault.words for fault in faults)
+        several = len(findings.case.stages) > 1
+        listed = "; ".join(
+            f"{fault.stage.replace('_', ' ')}: {fault.words}" if several else fault.words
+            for fault in faults
+        )
         sentence = f"{listed}. Not assessed: {NOT_ASSESSED}."
         count = "1 fault" if len(faults) == 1 else f"{len(faults)} faults"
         yield Answer("open", "", float(len(faults)), count, sentence)
