@@ -223,15 +223,17 @@ class Rolling(Section):
 
     dynamic_rating: C of one bearing, for the basic rating life; static_rating: C_0; rolling: kind
     of its elements, which decides the life exponent; fatigue_load_limit: C_u, for the modified
-    life. count: equal bearings side by side, which share the load evenly; the load of their rows
-    follows from elements. required_life: limit for the verdict on the rating life. elements: for
-    the load in rows. thrust: for the equivalent load without elements, which is the radial load
-    where thrust is left out.
+    life; mean_diameter: of bore and outer ring, for the modified life without elements. count:
+    equal bearings side by side, which share the load evenly; the load of their rows follows from
+    elements. required_life: limit for the verdict on the rating life. elements: for the load in
+    rows. thrust: for the equivalent load without elements, which is the radial load where thrust is
+    left out.
     """
 
     dynamic_rating: Force | None = Field(default=None, gt=0.0, le=1e9)
     static_rating: Force | None = Field(default=None, gt=0.0, le=1e9)
     fatigue_load_limit: Force | None = Field(default=None, gt=0.0, le=1e9)
+    mean_diameter: Length | None = Field(default=None, ge=1e-3, le=10.0)
     rolling: Literal["roller", "ball"] | None = None
     count: int = Field(default=1, ge=1, le=8)
     required_life: Life | None = Field(default=None, gt=0.0, le=1e10)
@@ -246,6 +248,12 @@ class Rolling(Section):
         if self.required_life is not None:
             remedy = "add dynamic_rating and rolling"
             self._require_set(["dynamic_rating"], "is missing beside required_life", remedy)
+        if self.mean_diameter is not None:
+            if self.elements is not None:
+                problem = "stands beside elements, which have a pitch_diameter"
+                raise Refusal("mean_diameter", problem, "keep one of the two")
+            needed = ("dynamic_rating", "fatigue_load_limit")
+            self._require_set(needed, "is missing beside mean_diameter", "add it, in kN")
         if self.thrust is not None:
             self._check_thrust(self.thrust)
 

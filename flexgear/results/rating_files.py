@@ -103,6 +103,7 @@ def _part_summary(part: RatedPart, bins: Sequence[str]) -> dict[str, Any]:
 SAFETIES = {"flank": "safety_factor_pitting", "root": "safety_factor_tooth_root"}
 LIVES = {  # attributes of bearings by their symbols in a sheet, lives in 10⁶ revolutions
     "L_10": "nominal_rating_life_rotations_iso_281_2007",
+    "L_nm": "modified_rating_life_rotations_iso_281_2007",
     "L_10r": "nominal_reference_rating_life_rotations_iso_16281_2008",
     "L_nmr": "modified_reference_rating_life_rotations_iso_16281_2008",
     "S_0": "static_safety_factor_iso_76_2006",

@@ -6,8 +6,8 @@ equal damage,
     P_m = (mean P^p)^{1/p}     (Palmgren 1924, Miner 1945)
 
 and thrust and moment by their means. A bearing with stated sizes of its rolling elements is rated
-by rows (ISO/TS 16281), with the modified life where the lubricant is known; any other bearing by
-its basic life from C (ISO 281).
+by rows (ISO/TS 16281), any other bearing by its basic life from C (ISO 281); with the modified life
+where the lubricant is known.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ import numpy as np
 from flexgear.arrays import Array
 from flexgear.gears.bearings.basic_life import EXPONENTS, rating_life, varying_load
 from flexgear.gears.bearings.bearing import (
+    THIN_FILM,
     BearingRating,
     RollingBearing,
     rate_load,
@@ -34,12 +35,14 @@ from flexgear.gears.bearings.equivalent_load import (
 )
 from flexgear.gears.bearings.nominal import bearing_speed
 from flexgear.gears.bearings.reference_life import (
+    LEAST_RATIO,
     LIFE_LAWS,
     Lubrication,
     Ring,
     Rolling,
     RowRating,
     contamination_factor,
+    life_modification,
     reference_viscosity,
     viscosity_at,
 )
@@ -233,7 +236,7 @@ def _in_bin(
     if isinstance(place.rows, RollingBearing):
         of_bin = _of_rows(case, place.rows, load, speed)
     else:
-        of_bin = _basic(place.section, load, place.exponent)
+        of_bin = _basic(case, place.section, load, place.exponent, speed)
     return of_bin._replace(factors={**factors, **of_bin.factors})
 
 
@@ -247,9 +250,12 @@ def _stated_load_factor(case: Case, place: _Place, loads: BinLoads) -> float:
     return max(stated) / max(shares) if max(stated) and shares else 1.0
 
 
-def _basic(section: Bearing, load: BearingLoad, exponent: float) -> _InBin:
-    """Basic life of one of several bearings side by side, which share the load evenly; an estimate,
-    without verdict, if it should include thrust and does not."""
+def _basic(
+    case: Case, section: Bearing, load: BearingLoad, exponent: float, speed: float
+) -> _InBin:
+    """Basic life of one of several bearings side by side, which share the load evenly, and modified
+    life a_ISO L_10 where its data are stated; an estimate, without verdict, if it should include
+    thrust and does not."""
     rating, static, estimates = section.dynamic_rating, section.static_rating, dict[str, str]()
     assert rating is not None
     of_position = equivalent_load(section, load.radial, load.axial)
@@ -267,6 +273,15 @@ def _basic(section: Bearing, load: BearingLoad, exponent: float) -> _InBin:
     else:
         factors |= sheet_of({"P": equivalent, "P_0": None if safety is None else largest})
     factors |= sheet_of({"L_10": life / 1e6}, basis)
+    diameter, limit = section.mean_diameter, section.fatigue_load_limit
+    film = None if diameter is None else _lubrication(case, diameter, speed)
+    if film is not None and limit is not None and equivalent:
+        ratio = film.contamination * limit * section.count / equivalent
+        factor = float(life_modification(section.rolling or "roller", film.viscosity_ratio, ratio))
+        life *= factor
+        estimates |= THIN_FILM if film.viscosity_ratio < LEAST_RATIO else {}
+        of_film = {"κ": film.viscosity_ratio, "e_C": film.contamination, "a_ISO": factor}
+        factors |= sheet_of({"C_u": limit, **of_film, "L_nm": life / 1e6})
     return _InBin(life, math.nan if safety is None else safety, factors, estimates)
 
 
@@ -281,7 +296,7 @@ def _of_rows(case: Case, bearing: RollingBearing, at: BearingLoad, speed: float)
         load[2] = 0.0
     if not load[:3].any():
         return _InBin(math.inf, math.inf, {}, {})
-    film = _lubrication(case, bearing, speed)
+    film = _lubrication(case, bearing.rows[0].pitch_diameter, speed)
     try:
         rated = rate_load(bearing, load, at.stationary, film)
     except FlexgearError as error:
@@ -329,12 +344,12 @@ def _row_life(factors: Sheet, row: int) -> float:
     return 1e6 * value_of(factors, f"L_nmr,{row}", basic)
 
 
-def _lubrication(case: Case, bearing: RollingBearing, speed: float) -> Lubrication | None:
-    """κ and e_C; None where lubricant, its temperature or its cleanliness are not stated."""
+def _lubrication(case: Case, diameter: float, speed: float) -> Lubrication | None:
+    """κ and e_C for the mean diameter of a bearing, m; None where lubricant, its temperature or its
+    cleanliness are not stated."""
     viscosity = None if case.lubricant is None else viscosity_at(case.lubricant)
     if case.lubricant is None or viscosity is None or speed == 0.0:
         return None
-    diameter = bearing.rows[0].pitch_diameter
     ratio = viscosity / reference_viscosity(diameter, speed)
     contamination = contamination_factor(case.lubricant, diameter, ratio)
     return None if contamination is None else Lubrication(ratio, contamination)

@@ -8,6 +8,7 @@ from trains import STAGE, STEEL, write
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.results.rating_files import rating_rows
+from flexgear.results.report.study_tables import rating_tables
 from flexgear.studies.rating import rate
 
 TORQUE, RPM = 800.0, 1500.0  # of the pinion, which drives
@@ -404,3 +405,27 @@ def test_hub_and_body_behind_a_shaft_have_lives(flexgear):
         hours = life(load / 2, speed, exponent, 5e3)
         assert load > 0.0
         assert found[f"stage.{name}"]["life_h"] == pytest.approx(hours, rel=1e-9)
+
+
+def test_modified_life_of_a_catalogue_bearing(tmp_path):
+    """a_ISO of ISO 281 for κ = ν/ν_1 between 0.4 and 1, with ν_1 = 4500/√(n D_pw) and e_C given."""
+    data = {**PLAIN, "fatigue_load_limit_kn": 18, "mean_diameter_mm": 90}
+    oil = "[lubricant]\nviscosity_40_mm2_per_s = 32\noperating_viscosity_mm2_per_s = 9\n"
+    rating, row = rated(tmp_path, PLAIN, free=data, more=f"{oil}contamination = 0.6\n")
+    near = by_hand()[0]["pinion"][0]
+    kappa = 9 * math.sqrt(RPM * 90) / 4500
+    assert 0.4 < kappa < 1
+    less = (1.5859 - 1.2348 / kappa**0.19087) * (0.6 * 18e3 / near) ** 0.4
+    factor = 0.1 * (1 - less) ** -9.185
+    assert row("pinion_support_1", "κ") == pytest.approx(kappa, rel=1e-6)
+    assert row("pinion_support_1", "a_ISO") == pytest.approx(factor, rel=1e-3)
+    modified = HOURS / (factor * life(near, RPM))
+    assert row("pinion_support_1", "damage") == pytest.approx(modified, rel=2e-3)
+    text_of_parts = {r.label: str(r.value) for r in rating_tables(rating)[0].rows}
+    assert "a_ISO" not in text_of_parts["stage 1 pinion support 1"]
+    assert "without the lubricant" in text_of_parts["stage 1 pinion support 2"]
+
+
+def test_mean_diameter_needs_a_fatigue_load_limit(tmp_path):
+    with pytest.raises(InputError, match=r"fatigue_load_limit_n.*missing -- add it"):
+        load_case(write(tmp_path, text(locating={**PLAIN, "mean_diameter_mm": 90})))

@@ -40,7 +40,7 @@ _WRITTEN = {
     "output", "loads", "load_cases", "spectrum",
 }  # fmt: skip
 _UNWRITTEN = sorted(FlankModifications.model_fields.keys() - table.KEYS)  # keys of modifications
-_UNWRITTEN_OF_SPRINGS = ("damping", "elements", "journal", "rollers", "thrust")
+_UNWRITTEN_OF_SPRINGS = ("damping", "elements", "journal", "mean_diameter", "rollers", "thrust")
 _WRITTEN_OF_PORTS = {
     "member", "speed", "torque", "power", "inertia", "mass", "tilt_inertia", "bearing",
 }  # fmt: skip

@@ -103,6 +103,8 @@ SYMBOLS = {  # unit, meaning, source
     "L_10": (REV, "basic life", BASIC),
     "κ": ("", "viscosity ratio", BASIC),
     "e_C": ("", "contamination factor", BASIC),
+    "a_ISO": ("", "life modification factor", BASIC),
+    "L_nm": (REV, "modified life", BASIC),
     "F": ("N", "radial load of all rows", ROWS),
     "ψ": ("mrad", "tilt of all rows", ROWS),
     "p": ("MPa", "largest pressure of all rows", ROWS),

@@ -141,7 +141,9 @@ def _sentence(rating: Rating, part: RatedPart) -> str:
     static = [s for s in part.safety.tolist() if math.isfinite(s)]
     if part.kind == "bearing" and static:
         texts.append(f"static safety {number(min(static), 3)}")
-    if part.kind == "bearing" and not any("L_nmr" in sheet for sheet in part.factors):
+    if part.kind == "bearing" and not any(
+        {"L_nmr", "L_nm"} & sheet.keys() for sheet in part.factors
+    ):
         by_radial = any("L_10" in x and "P" not in x for x in part.factors)
         alone = " of the radial load alone" if by_radial else ""
         texts.append(f"basic life{alone}, without the lubricant's factor a_ISO")
