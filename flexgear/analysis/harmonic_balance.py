@@ -19,6 +19,7 @@ After Cameron and Griffin 1989 (alternating frequency/time); condensed to the ch
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -212,12 +213,15 @@ def _coefficients(values: Array, highest: int) -> Complex:
 
 
 class Factors:
-    """LU of a matrix with rows and columns scaled by their largest entries."""
+    """LU of a matrix with rows and columns scaled by their largest entries. Solutions of a singular
+    one, as where all teeth are apart, are not finite."""
 
     def __init__(self, matrix: Array) -> None:
         self.columns, scaled = _scaled(matrix, 0)
         self.rows, scaled = _scaled(scaled, 1)
-        self._lu = linalg.lu_factor(scaled, overwrite_a=True, check_finite=False)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", linalg.LinAlgWarning)
+            self._lu = linalg.lu_factor(scaled, overwrite_a=True, check_finite=False)
 
     def solve(self, right: Array, scaled: bool = False) -> Array:
         """Solution x of matrix · x = right; scaled: x times ``columns``."""

@@ -71,8 +71,8 @@ def response_chart(data: xr.Dataset) -> Figure:
         ax.set_xlim(float(x.min()), float(x.max()))
     _jumps(force, data)
     _changes(force, data)
-    force.set_ylabel("gear-mesh force, largest and smallest (kN)")
-    error.set_ylabel("peak-to-peak transmission error (µm)")
+    force.set_ylabel("gear-mesh force (kN),\nlargest and smallest")
+    error.set_ylabel("transmission error (µm),\npeak to peak")
     axes[-1, 0].set_xlabel(f"{data.attrs['over']} over rated {data.attrs['over']} (–)")
     legend_below(figure, _legend(data, names), 3)
     return figure

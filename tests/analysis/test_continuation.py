@@ -11,7 +11,7 @@ from dead_zone import GEAR_MESH_HZ, MASS, STIFFNESS, DeadZone, case_text
 import flexgear
 from flexgear.analysis import continuation, harmonic_balance, stability
 from flexgear.analysis.continuation import Range, curves
-from flexgear.analysis.harmonic_balance import Balance, converge
+from flexgear.analysis.harmonic_balance import Balance, Factors, converge
 from flexgear.analysis.orbit import orbit_elements
 from flexgear.analysis.orbit_receptance import OperatingPoint, condensed_train
 from flexgear.analysis.stability import fewer_steps, monodromy, multipliers, vibration_matrices
@@ -233,3 +233,9 @@ def test_losses_over_a_period_stay_as_harmonics_double(modal):
         losses.append(np.sum((orbit.force - elastic) * rate) / len(rate))
     assert losses[0] > 0.0
     assert losses[1] == pytest.approx(losses[0], rel=1e-3)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_state_whose_teeth_are_all_apart_is_no_warning():
+    """Its matrix is singular; a shorter step is tried then."""
+    assert not np.isfinite(Factors(np.zeros((2, 2))).solve(np.ones(2))).all()

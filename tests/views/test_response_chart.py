@@ -91,3 +91,10 @@ def test_forces_of_backs_are_in_the_picture(curve):
     curve["response_gear_mesh_force"][{"point": [9], "measure": [0, 1]}] *= 1e3
     low, high = response_chart(curve).axes[0].get_ylim()
     assert -low == high == pytest.approx(20 * 5.5, rel=0.2)
+
+
+def test_labels_of_panels_do_not_overlap(curve):
+    figure = response_chart(curve)
+    figure.canvas.draw()
+    above, below = (ax.yaxis.label.get_window_extent() for ax in figure.axes)
+    assert below.y1 < above.y0
