@@ -254,14 +254,15 @@ def time_text(seconds: float) -> str:
 
 
 def present(title: str, sections: Mapping[str, Mapping[str, Any]], as_json: bool = False) -> None:
-    """Print sections of figures as tables, or all as JSON."""
+    """Print sections of figures as tables, without empty ones, or all as JSON."""
     if as_json:
         typer.echo(as_json_text(sections))
         return
     typer.echo(title)
     for name, rows in sections.items():
-        typer.echo("")
-        key_table(name, rows)
+        if rows:
+            typer.echo("")
+            key_table(name, rows)
 
 
 def by_figure(rows: Mapping[str, Any]) -> Mapping[str, Any]:
