@@ -29,6 +29,7 @@ frequencies only rise (Rayleigh). Gyroscopic terms are neglected in the estimate
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -48,7 +49,6 @@ from flexgear.model.errors import FlexgearError
 SAME_FREQUENCY = 1e-6  # relative difference of frequencies that count as equal
 POSITIONS = 4  # of the train; estimates at other positions differ by about one per cent
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
-CHUNK = 64  # numbers of kept modes estimated at a time
 UNSUPPORTED = (
     "the coupled system has an unsupported motion ({}): a body has no support; check bearing, bolt "
     "and spline stiffnesses"
@@ -56,19 +56,39 @@ UNSUPPORTED = (
 
 
 @dataclass(frozen=True)
+class ModeErrors:
+    """Relative error of the contact's flexibility with the first n of m elastic modes kept, as
+    ``errors[n]``, n = 0 … m: falling, infinite if a dropped mode is in the band.
+
+    in_band: number of modes in the band; motions: motion (r, m − in_band) of rows and ports in the
+    other modes at each position, in units in which C is the identity, times √e_j.
+    """
+
+    in_band: int
+    modes: int
+    motions: tuple[Array, ...]
+
+    def __len__(self) -> int:
+        return self.modes + 1
+
+    def __getitem__(self, n: int) -> float:
+        if not 0 <= n <= self.modes:
+            raise IndexError(n)
+        if n < self.in_band:
+            return np.inf
+        dropped = (motion[:, n - self.in_band :] for motion in self.motions)
+        return max((float(np.linalg.eigvalsh(p @ p.T)[-1]) for p in dropped), default=0.0)
+
+
+@dataclass(frozen=True)
 class ModeChoice:
-    """Number of kept elastic modes, and estimated errors. count: number; band_hz: largest
-    excitation frequency of ``estimates``; estimates: (m + 1,) relative error of the contact's
-    flexibility with 0 … m modes kept, falling, infinite if a dropped mode is in the band."""
+    """Number of kept elastic modes, and estimated error. count: number; band_hz: largest excitation
+    frequency of the estimate; estimate: relative error of the contact's flexibility with the kept
+    modes, infinite if a dropped mode is in the band."""
 
     count: int
     band_hz: float
-    estimates: Array
-
-    @property
-    def estimate(self) -> float:
-        """Relative error of the contact's flexibility with the kept modes."""
-        return float(self.estimates[self.count])
+    estimate: float
 
 
 def cuts(omega: Array) -> NDArray[np.int64]:
@@ -79,17 +99,17 @@ def cuts(omega: Array) -> NDArray[np.int64]:
 
 
 def choose_modes(
-    omega: Array, estimates: Array, band_hz: float, *,
+    omega: Array, estimates: ModeErrors, band_hz: float, *,
     accuracy: float | None = None, limit_hz: float | None = None,
 ) -> ModeChoice:  # fmt: skip
     """Fewest modes with an estimate of at most ``accuracy``, or all modes up to ``limit_hz``.
-    omega: (m,) rad/s, rising; estimates: (m + 1,). With both options ``limit_hz`` is an upper
-    bound; raises FlexgearError if the accuracy needs more modes."""
+    omega: (m,) rad/s, rising. With both options ``limit_hz`` is an upper bound; raises
+    FlexgearError if the accuracy needs more modes."""
     hz = omega / (2 * np.pi)
     number = len(omega) if limit_hz is None else int(np.sum(hz <= limit_hz))
     if accuracy is not None:
         allowed = cuts(omega)
-        needed = int(allowed[np.argmax(estimates[allowed] <= accuracy)])
+        needed = int(allowed[bisect_left(allowed, True, key=lambda n: estimates[n] <= accuracy)])
         if needed > number:
             raise FlexgearError(
                 f"an accuracy of {accuracy:g} up to {band_hz:g} Hz needs modes to "
@@ -97,36 +117,31 @@ def choose_modes(
                 f"{estimates[number]:.3g}): raise modes_to_hz or leave it out"
             )
         number = needed
-    return ModeChoice(number, band_hz, estimates)
+    return ModeChoice(number, band_hz, float(estimates[number]))
 
 
-def mode_estimates(system: System, omega: Array, phi: Array, band_hz: float) -> Array:
-    """Relative error (m + 1,) of the contact's flexibility with the first 0 … m modes kept.
+def mode_estimates(system: System, omega: Array, phi: Array, band_hz: float) -> ModeErrors:
+    """Relative errors of the contact's flexibility by the number of kept modes.
 
     omega: (m,) rad/s rising, phi: (d, m) all elastic modes of the constant part. The error is the
     largest over positions of the train and both flanks. Torques at ports count by the strain energy
     of the row forces that they cause if only inertia balances them.
     """
     w = 2 * np.pi * band_hz
-    m = len(omega)
-    out = np.zeros(m + 1)
     first = int(np.sum(omega <= w))
-    out[:first] = np.inf
-    if first == m:
-        return out
+    if first == len(omega):
+        return ModeErrors(first, first, ())
     dropped = omega[first:]
     damping = 1j * w * system.damping.rate(omega)[first:]
     errors = np.abs((w**2 - damping) / (dropped**2 * (dropped**2 - w**2 + damping)))  # e_j, s²
-    blocks = system.blocks @ np.hstack([system.rigid, phi])
+    blocks, motions = system.blocks @ np.hstack([system.rigid, phi]), []
     for rows, n in _positions(system):
         stiffness = rows.row["stiffness"][:n]
         stiff = np.flatnonzero(stiffness != 0.0)
         motion = row_motions(rows, n, blocks)[stiff] * np.sqrt(np.abs(stiffness[stiff]))[:, None]
         scaled = _scaled(system, omega, phi, motion, np.sign(stiffness[stiff]), w)
-        np.maximum(out[first:-1], _norms(scaled[:, first:], errors), out=out[first:-1])
-    # estimates fall with the number of modes, except for rounding
-    out[first:] = np.maximum.accumulate(out[first:][::-1])[::-1]
-    return out
+        motions.append(scaled[:, first:] * np.sqrt(errors))
+    return ModeErrors(first, len(omega), tuple(motions))
 
 
 def _positions(system: System) -> Iterator[tuple[Rows, int]]:
@@ -179,21 +194,6 @@ def _row_forces(
     right = np.vstack([(elastic / omega**2) @ ports.T, system.rigid.T @ load])
     # rolling compresses no row: the equations are singular and consistent
     return np.asarray(np.linalg.lstsq(left, right, rcond=1e-10)[0][:n])
-
-
-def _norms(scaled: Array, errors: Array) -> Array:
-    """Largest eigenvalues (m,) of Σ_{j ≥ n} e_j p_j p_jᵀ for n = 0 … m − 1; p: columns of
-    ``scaled`` (r, m); e: errors (m,)."""
-    r, m = scaled.shape
-    out = np.zeros(m)
-    total = np.zeros((r, r))
-    for stop in range(m, 0, -CHUNK):
-        chunk = slice(max(0, stop - CHUNK), stop)
-        part = (scaled[:, chunk] * np.sqrt(errors[chunk])).T
-        sums = total + np.cumsum((part[:, :, None] * part[:, None, :])[::-1], axis=0)
-        total = sums[-1]
-        out[chunk] = np.linalg.eigvalsh(sums)[::-1, -1]
-    return out
 
 
 @dataclass(frozen=True)
