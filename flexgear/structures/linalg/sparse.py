@@ -1,4 +1,4 @@
-"""Sparse symmetric matrices: factors by CHOLMOD, elimination of the first rows, flexibilities.
+"""Sparse symmetric matrices: factors by CHOLMOD, elimination of the first rows.
 
 Cholesky factorisation by CHOLMOD, used many times:
 
@@ -20,10 +20,6 @@ D large enough that it is definite; its factor consists of L, W^T of the outer r
 of S + D. CHOLMOD solves one column at a time; compiled loops over the factor's columns solve for
 all columns of a right-hand side together. Source of the order: Amestoy, Davis, Duff 1996, SIAM J.
 Matrix Anal. Appl. 17:886.
-
-Flexibility R^T K^{-1} R for many loads on few rows: loaded rows are eliminated last. With P K P^T =
-L L^T in that order W = L^{-1} P R has entries in loaded rows only, and R^T K^{-1} R = W^T W is
-symmetric and positive semidefinite by construction.
 """
 
 from __future__ import annotations
@@ -46,13 +42,8 @@ class Factor:
     """Cholesky factor L of a symmetric positive definite matrix (n, n), CSR.
     numpy.linalg.LinAlgError where the matrix is not positive definite."""
 
-    def __init__(self, matrix: sp.csr_matrix, order: Ints | None = None) -> None:
-        """order: rows (n,) of the matrix as they are eliminated; chosen by CHOLMOD if left out."""
-        lower = to_cvxopt(sp.tril(matrix))
-        if order is None:
-            self._factor = _factored(lower)
-        else:  # no other order is tried
-            self._factor = _factored(lower, order, nmethods=1)
+    def __init__(self, matrix: sp.csr_matrix) -> None:
+        self._factor = _factored(to_cvxopt(sp.tril(matrix)))
 
     def solve(self, right: Array) -> Array:
         """x (n, k) with A x = right (n, k)."""
@@ -107,8 +98,8 @@ _ANALYSIS = Lock()  # CHOLMOD's options are global, so only one thread may set t
 
 
 def _factored(lower: spmatrix, order: Ints | None = None, **options: Any) -> Any:
-    """CHOLMOD's factor of a symmetric matrix with the lower triangle ``lower``; order: as in
-    ``Factor``; options: of CHOLMOD's analysis."""
+    """CHOLMOD's factor of a symmetric matrix with the lower triangle ``lower``; order: rows (n,) as
+    they are eliminated, chosen by CHOLMOD if left out; options: of CHOLMOD's analysis."""
     ordered = {} if order is None else {"p": dense_of(np.asarray(order, dtype=np.int64))}
     with _ANALYSIS:
         before = dict(cholmod.options)
@@ -194,15 +185,3 @@ def backward(pointers: Ints, rows: Ints, data: Array, x: Array) -> None:  # prag
         inverse = 1 / data[pointers[j]]
         for c in range(k):
             x[j, c] *= inverse
-
-
-def flexibility(matrix: sp.csr_matrix, loads: sp.csc_matrix) -> Array:
-    """Flexibility R^T K^{-1} R (k, k) of loads R (n, k); matrix: K (n, n), symmetric.
-    numpy.linalg.LinAlgError where K is not positive definite."""
-    loaded = np.zeros(matrix.shape[0], dtype=bool)
-    loaded[loads.tocsc().indices] = True
-    rest = np.flatnonzero(~loaded)
-    first = rest[minimum_degree_order(matrix[rest][:, rest])] if len(rest) else rest
-    factor = Factor(matrix, np.concatenate([first, np.flatnonzero(loaded)]))
-    w = factor.forward_sparse(loads)
-    return (w.T @ w).toarray()
