@@ -132,7 +132,9 @@ class Rating(ForcedFactors):
     set. least_root_safety: S_Fmin in place of that of the set. least_dynamic_factor: lowest K_v in
     place of that of the set. least_face_load_factor: lowest K_Hβ in place of that of the set.
     flank_long_life_factor, root_long_life_factor: Z_NT and Y_NT at 1e10 cycles, 0.85, or up to 1
-    for the best material, manufacture and experience. profile_modification_factor: f_ZCa of the
+    for the best material, manufacture and experience. bounded_life_factors: whether these are the
+    least values, so that a stress below that of 1e10 cycles does no damage, in place of curves that
+    fall on. profile_modification_factor: f_ZCa of the
     edition of 2019, in Z_B and Z_D of helical gears: 1.2 without profile modification, 1.07 with a
     modification by experience, 1 with one that is verified by a computed load distribution, as
     manuals of gear programs describe it; 1 if left out. pitch_deviation_share: share of the base
@@ -165,6 +167,7 @@ class Rating(ForcedFactors):
     least_face_load_factor: float | None = Field(default=None, ge=1.0, le=5.0)
     flank_long_life_factor: float = Field(default=0.85, ge=0.85, le=1.0)
     root_long_life_factor: float = Field(default=0.85, ge=0.85, le=1.0)
+    bounded_life_factors: bool = False
     profile_modification_factor: float | None = Field(default=None, ge=1.0, le=1.2)
     pitch_deviation_share: float = Field(default=1.0, ge=0.5, le=1.0)
     limited_pitting: bool = False

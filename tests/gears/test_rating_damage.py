@@ -258,3 +258,22 @@ def test_an_extended_curve_goes_on_to_the_static_strength(tmp_path):
     spectrum = Spectrum.of([flank.curve] * 2, [between, 1e8], [lasts, 1e3])
     assert float(spectrum.damages()[0]) == pytest.approx(1.0)
     assert float(spectrum.safety) == pytest.approx(1.0, rel=1e-3)
+
+
+def test_bounded_life_factors_do_not_fall_beyond_their_last_value(tmp_path):
+    falling, bounded = (
+        rate(*pair_of(case_of(tmp_path, PLANETARY, **{"rating.bounded_life_factors": bound})), {})[
+            "sun", "flank"
+        ]
+        for bound in (False, True)
+    )
+    assert falling.curve is not None and bounded.curve is not None
+    least = 0.85 * bounded.reference
+    assert bounded.curve.stress_at(1e13) == pytest.approx(least, rel=1e-12)
+    assert falling.curve.stress_at(1e13) < 0.9 * least
+    assert bounded.curve.stress_at(1e8) == falling.curve.stress_at(1e8)
+    assert math.isinf(bounded.curve.cycles_at(0.999 * least))
+    assert float(bounded.curve.cycles_at(1.001 * least)) == pytest.approx(
+        float(falling.curve.cycles_at(1.001 * least))
+    )
+    assert bounded.safety(3e11) == pytest.approx(least / bounded.stress)

@@ -76,6 +76,7 @@ STRESS_CORRECTION = 2.0  # Y_ST of the test gears
 TEST_NOTCH = 1.2  # χ*_T of q_s = 2.5
 FINE_GRADE = 4  # coarsest accuracy grade with Y_DT below 1
 REVERSED_STRESS = 1.2  # −R of equal loads on both flanks
+ENDLESS = 1e30  # cycles up to which bounded life factors are constant
 OIL = "lubricant"  # missing section, beside keys of gears
 Limit = Literal["flank", "root"]
 RATING_KEYS = {  # key of a gear's rating by symbol
@@ -412,6 +413,8 @@ def _state(
     if missing:
         return LimitState(letter, {**lines, **sheet_of(required)}, missing=missing)
     reference = math.prod(strength.values())
+    if rules.bounded_life_factors:
+        knees = (*knees, (ENDLESS, knees[-1][1]))
     stresses = [1e6 * reference * life for _, life in knees]
     limit = max(1e6 * static * knees[0][1], stresses[1])
     if rules.static_factors == "interpolated":
