@@ -26,6 +26,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy import linalg
+from scipy.linalg import blas
 
 from flexgear.arrays import Array, Ints
 from flexgear.compiled import njit
@@ -84,36 +85,33 @@ def _eliminated(
         coupled = graph.indices[graph.indptr[begin] : graph.indptr[stop]]
         coupled = np.unique(np.concatenate([coupled, *(nodes for nodes, _ in remainders)]))
         nodes = coupled[coupled >= stop]
-        front = _front(matrix, first, (begin, stop), nodes, remainders, place)
-        p = first[stop] - first[begin]
+        own, beside, rest = _front(matrix, first, (begin, stop), nodes, remainders, place)
+        lower = linalg.cholesky(own, lower=True, check_finite=False)
         if len(nodes):
-            lower = linalg.cholesky(front[:p, :p], lower=True, check_finite=False)
-            beside = linalg.solve_triangular(lower, front[p:, :p].T, lower=True, check_finite=False)
-            remainder = front[p:, p:] - beside.T @ beside
+            w = linalg.solve_triangular(lower, beside.T, lower=True, check_finite=False)
+            rest = blas.dsyrk(-1.0, w, beta=1.0, c=rest, trans=1, lower=1, overwrite_c=1)
             over = parent[stop - 1]
-            waiting[group_of[over] if over < inner else -1].append((nodes, remainder))
-        else:
-            linalg.cholesky(front, lower=True, check_finite=False)
+            waiting[group_of[over] if over < inner else -1].append((nodes, rest))
     nodes = np.arange(inner, graph.shape[0])
-    rest = _front(matrix, first, (inner, graph.shape[0]), nodes[:0], waiting[-1], place)
-    return np.tril(rest) + np.tril(rest, -1).T
+    kept, _, _ = _front(matrix, first, (inner, graph.shape[0]), nodes[:0], waiting[-1], place)
+    return np.tril(kept) + np.tril(kept, -1).T
 
 
 def _front(
     matrix: sp.csr_matrix, first: Ints, span: tuple[int, int], nodes: Ints,
     remainders: list[tuple[Ints, Array]], place: Ints,
-) -> Array:  # fmt: skip
-    """Front of the nodes ``span`` and the further ``nodes`` they are coupled to; its lower triangle
-    is filled. place (n,): work space."""
+) -> tuple[Array, Array, Array]:  # fmt: skip
+    """Lower triangle F_pp (p, p), F_rp (r, p) and lower triangle F_rr (r, r) of the front of the
+    nodes ``span`` and the further ``nodes`` they are coupled to. place (n,): work space."""
     begin, stop = first[span[0]], first[span[1]]
     rows = _dofs(first, nodes)
-    p = stop - begin
-    place[begin:stop], place[rows] = np.arange(p), p + np.arange(len(rows))
-    front = np.zeros((p + len(rows),) * 2)
-    _add_rows(matrix.indptr, matrix.indices, matrix.data, begin, stop, place, front)
+    p, r = stop - begin, len(rows)
+    place[begin:stop], place[rows] = np.arange(p), p + np.arange(r)
+    front = np.zeros((p, p)), np.zeros((r, p)), np.zeros((r, r), order="F")
+    _add_rows(matrix.indptr, matrix.indices, matrix.data, begin, stop, place, *front[:2])
     while remainders:  # one at a time, so that its memory is free again
         at, remainder = remainders.pop()
-        _add_lower(remainder, place[_dofs(first, at)], front)
+        _add_lower(remainder, place[_dofs(first, at)], *front)
     return front
 
 
@@ -207,18 +205,34 @@ def _tree(pointers: Ints, columns: Ints, inner: int) -> tuple[Ints, Ints]:  # pr
 
 @njit(nogil=True)
 def _add_rows(
-    pointers: Ints, columns: Ints, data: Array, begin: int, stop: int, place: Ints, front: Array
-) -> None:  # pragma: no cover
+    pointers: Ints, columns: Ints, data: Array, begin: int, stop: int, place: Ints,
+    own: Array, beside: Array,
+) -> None:  # pragma: no cover  # fmt: skip
     """Add the entries of rows begin … stop − 1 to the lower triangle of a front."""
+    p = stop - begin
     for i in range(begin, stop):
         for e in range(pointers[i], pointers[i + 1]):
             if columns[e] >= i:
-                front[place[columns[e]], i - begin] += data[e]
+                row = place[columns[e]]
+                if row < p:
+                    own[row, i - begin] += data[e]
+                else:
+                    beside[row - p, i - begin] += data[e]
 
 
 @njit(nogil=True)
-def _add_lower(remainder: Array, place: Ints, front: Array) -> None:  # pragma: no cover
+def _add_lower(
+    remainder: Array, place: Ints, own: Array, beside: Array, rest: Array
+) -> None:  # pragma: no cover
     """Add the lower triangle of a remainder to rows ``place`` (r,), rising, of a front."""
-    for i in range(len(place)):
-        for j in range(i + 1):
-            front[place[i], place[j]] += remainder[i, j]
+    p = own.shape[0]
+    for j in range(len(place)):
+        column = place[j]
+        for i in range(j, len(place)):
+            row = place[i]
+            if column >= p:
+                rest[row - p, column - p] += remainder[i, j]
+            elif row >= p:
+                beside[row - p, column] += remainder[i, j]
+            else:
+                own[row, column] += remainder[i, j]
