@@ -1,4 +1,4 @@
-"""Sparse symmetric matrices: factors by CHOLMOD, elimination of the first rows.
+"""Sparse symmetric matrices: factors by CHOLMOD, elimination of the first rows, flexibilities.
 
 Cholesky factorisation by CHOLMOD, used many times:
 
@@ -20,6 +20,10 @@ D large enough that it is definite; its factor consists of L, W^T of the outer r
 of S + D. CHOLMOD solves one column at a time; compiled loops over the factor's columns solve for
 all columns of a right-hand side together. Source of the order: Amestoy, Davis, Duff 1996, SIAM J.
 Matrix Anal. Appl. 17:886.
+
+Flexibility R^T K^{-1} R for many loads on few rows: loaded rows are eliminated last. L^{-1} P R
+then has entries in these rows only, W = C^{-1} R with the block C of L on them, and R^T K^{-1} R =
+W^T W is symmetric and positive semidefinite by construction.
 """
 
 from __future__ import annotations
@@ -31,6 +35,7 @@ import numpy as np
 import scipy.sparse as sp
 from cvxopt import amd, cholmod, spmatrix
 from cvxopt import matrix as dense_of
+from scipy.linalg import solve_triangular
 
 from flexgear.arrays import Array, Ints
 from flexgear.compiled import njit
@@ -77,9 +82,25 @@ class Factor:
 def factor_in_order(matrix: sp.csr_matrix) -> sp.csc_matrix:
     """L (n, n) with matrix = L L^T, without reordering; row numbers rise in every column.
     numpy.linalg.LinAlgError where the matrix is not positive definite."""
-    order = np.arange(matrix.shape[0])
-    factor = _factored(to_cvxopt(sp.tril(matrix)), order, nmethods=1, postorder=False)
-    return _to_scipy(cholmod.getfactor(factor))
+    return _to_scipy(_factor_in(np.arange(matrix.shape[0]), matrix))
+
+
+def flexibility(matrix: sp.csr_matrix, loads: sp.csc_matrix) -> Array:
+    """Flexibility R^T K^{-1} R (k, k) of loads R (n, k) on few rows; matrix: K (n, n), symmetric.
+    numpy.linalg.LinAlgError where K is not positive definite."""
+    loaded = np.unique(loads.tocsc().indices)
+    rest = np.setdiff1d(np.arange(matrix.shape[0]), loaded)
+    first = rest[minimum_degree_order(matrix[rest][:, rest])] if len(rest) else rest
+    factor = _factor_in(np.concatenate([first, loaded]), matrix)
+    block = _to_scipy(factor[len(rest) :, len(rest) :]).toarray()
+    w = solve_triangular(block, loads.tocsr()[loaded].toarray(), lower=True)
+    return np.asarray(w.T @ w)
+
+
+def _factor_in(order: Ints, matrix: sp.csr_matrix) -> spmatrix:
+    """L of a symmetric matrix (n, n) whose rows are eliminated in ``order`` (n,)."""
+    lower = to_cvxopt(sp.tril(matrix))
+    return cholmod.getfactor(_factored(lower, order, nmethods=1, postorder=False))
 
 
 def to_cvxopt(matrix: sp.sparray) -> spmatrix:

@@ -69,7 +69,7 @@ from flexgear.structures.fem.assembly import (
 )
 from flexgear.structures.fem.ties import averaging_tie
 from flexgear.structures.linalg.dense import blocks
-from flexgear.structures.linalg.schur import flexibility
+from flexgear.structures.linalg.sparse import flexibility
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # of a slice's piece within a layer
 _TOGETHER = 200  # contact lines that are processed together

@@ -48,7 +48,7 @@ from flexgear.structures.fe_mesh.tooth_segment import SegmentParameters
 from flexgear.structures.fem.assembly import FeModel, Sample, facet_sample
 from flexgear.structures.fem.ties import averaging_tie
 from flexgear.structures.linalg.dense import scaled_inverse, single_threaded_blas
-from flexgear.structures.linalg.schur import flexibility
+from flexgear.structures.linalg.sparse import flexibility
 from flexgear.structures.reduced import (
     MOTIONS,
     NEXT_TEETH,

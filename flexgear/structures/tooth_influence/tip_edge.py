@@ -65,7 +65,7 @@ from flexgear.gears.slices import Slices
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.structures.cache import cached_arrays
 from flexgear.structures.fem.assembly import plane_strain
-from flexgear.structures.linalg.schur import flexibility
+from flexgear.structures.linalg.sparse import flexibility
 from flexgear.structures.tooth_influence.influence import ToothInfluence
 
 LESS = 1 / 8  # second load at which the contact is solved, over the mean line load
