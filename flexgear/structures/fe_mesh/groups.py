@@ -39,7 +39,7 @@ _MEANINGS = {
     "bore": "wall of the bore",
     "drive": "face that the drive is bolted to",
     "bearing_drive": "bearing seat on the drive's side",
-    "bearing_far": "bearing seat on the other side",
+    "bearing_far": "the other bearing seat, on either side",
     "pin": "seat of planet i on its pin",
 }
 
@@ -170,8 +170,10 @@ def _toothed(p: ToothedFeMeshParameters, tie: str, more: Sequence[Family]) -> Gr
 def carrier_groups(p: CarrierFeMeshParameters, angles: Array, pitch: float) -> Groups:
     """Groups of a carrier: drive flange, bearing seats and pins at angles (N,), rad; pitch: of the
     ring's teeth, m."""
-    drive, far = (1, -1) if p.drive_side == "+z" else (-1, 1)
-    ends = (("drive", drive), ("bearing_drive", drive), ("bearing_far", far))
+    drive: Side = 1 if p.drive_side == "+z" else -1
+    ends: tuple[tuple[str, Side], ...] = (
+        ("drive", drive), ("bearing_drive", drive), ("bearing_far", 0),  # both of an overhung one
+    )  # fmt: skip
     key = "stage.carrier.fe.drive_side"
     pins = _numbered("pin", p.planets, 1), _polar(p.center_distance, angles)
     families = [_at(stem, _ON_AXIS, key, side=side) for stem, side in ends]
