@@ -116,6 +116,7 @@ def model(case):
         (lambda case: fg.compare(a=case.assemble().modes(), b=case.assemble().modes()),
          "compare(): a: has no gear_mesh_force"),
         (lambda case: fg.Case(stages=[{"planets": "five"}]), "Case()"),
+        (lambda case: fg.Case(x=None), "Case(): x: is not a known key"),
     ],
 )  # fmt: skip
 def test_a_wrong_argument_is_one_line_that_names_it(case, call, line):

@@ -13,7 +13,7 @@ from flexgear.model import case, load
 from flexgear.model.arguments import checked
 from flexgear.model.content import resolve_files
 from flexgear.model.names import BodyName
-from flexgear.model.read import Written, lists_of, to_si
+from flexgear.model.read import Written, lists_of, match_key, to_si
 from flexgear.model.section import Section
 from flexgear.model.validation_errors import input_error
 from flexgear.results.report.wording import stage_line
@@ -36,6 +36,9 @@ class Case(case.Case):
 
     def __init__(self, **fields: object) -> None:
         where, written = "flexgear.Case()", Written()
+        for key in fields:
+            if key != "stage":
+                match_key(case.Case, key, where, key, bare_si=True)
         stated = {key: _plain(value) for key, value in fields.items() if value is not None}
         data = to_si(case.Case, load.with_list(stated, where), where, written, bare_si=True)
         resolve_files(data, Path())

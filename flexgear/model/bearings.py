@@ -318,13 +318,16 @@ class Bearing(Springs, Rolling):
 
 
 def _check_elements(bearing: Bearing) -> None:
-    """Raise Refusal if ``elements`` lack a dimension, or contradict ``rollers``."""
+    """Raise Refusal if ``elements`` lack a dimension, or contradict ``rolling`` or ``rollers``."""
     elements, rollers = bearing.elements, bearing.rollers
     if elements is None:
         return
     if bearing.rolling == "ball":
         distance = (elements.inner_groove + elements.outer_groove - 1) * elements.diameter
         limit = distance * math.cos(elements.contact_angle)
+        if elements.length is not None:
+            problem, remedy = "is that of rollers, but these are balls", "delete it"
+            raise Refusal("elements.length", problem, remedy)
         if (elements.clearance or 0.0) >= limit:
             problem = f"is too large for groove centres that are {1e3 * distance:.4g} mm apart"
             raise Refusal("elements.clearance", problem, f"keep it below {1e3 * limit:.4g} mm")

@@ -7,10 +7,14 @@ start has one, which decays:
 
 The run is divided into equal windows. It has settled at the first window from which D exceeds its
 largest value in the second half of the run by at most SHARE of the peak-to-peak of x there. It has
-not settled if D increases from quarter to quarter by more than that share, or still decreases by
-twice as much from the third to the last quarter. Runout and weight change x once per revolution,
-which is a small change over one gear-mesh period. Memory is independent of the duration: D,
-smallest and largest x of every window, and the samples of one period are stored.
+not settled if D increases from quarter to quarter by more than that share, to above the second
+quarter in every window of the last, or still decreases by twice as much from the third to the last
+quarter. For this D is the distance of x(t) from the range of NEIGHBOURS samples about t − P: where
+tooth pairs take up load at once, the difference from interpolated samples depends on their place
+about the jump, which varies from period to period and may drift over the run. Runout and weight
+change x once per revolution, which is a small change over one gear-mesh period. Memory is
+independent of the duration: D, smallest and largest x of every window, and the samples of one
+period are stored.
 """
 
 from __future__ import annotations
@@ -27,6 +31,7 @@ from flexgear.results.sinks import SENSOR_TIME, TIME, DatasetSink, Ranges, RunSi
 
 SHARE = 0.05  # of the peak-to-peak, allowed difference from settled motion
 WINDOWS = 32  # of a run
+NEIGHBOURS = (-2, -1, 0, 1)  # samples about a time between samples −1 and 0
 MIN_PERIODS = 8  # of the gear mesh, for a decision
 MIN_RANGE = 0.1  # lower limit of a peak-to-peak over the largest one of its kind
 MIN_RELATIVE = 1e-3  # lower limit of a peak-to-peak over the largest value of its kind
@@ -117,8 +122,8 @@ class Settling(DatasetSink):
         self._period, self._span, self._begin = period, span, begin
         self._time, self._x = np.zeros(0), np.zeros((0, 0))  # samples of the last period
         self._sizes: list[int] = []
-        # largest D, x and −x of each window
-        self._largest = np.full((WINDOWS, 3, 0), -np.inf)
+        # largest D, distance from neighbours, x and −x of each window
+        self._largest = np.full((WINDOWS, 4, 0), -np.inf)
 
     def append(self, data: xr.Dataset) -> None:
         """Add the next samples."""
@@ -132,8 +137,10 @@ class Settling(DatasetSink):
         self._time, self._x = time[kept_from:], x[kept_from:]
         first = max(count, int(np.searchsorted(time, time[0] + self._period)))
         if first < len(time):
-            earlier = _interpolated(time[first:] - self._period, time, x)
-            self._count(time[first:], x[first:], np.abs(x[first:] - earlier))
+            earlier, low, high = _earlier(time[first:] - self._period, time, x)
+            now = x[first:]
+            distance = np.maximum(np.maximum(now - high, low - now), 0.0)
+            self._count(time[first:], now, np.abs(now - earlier), distance)
 
     def window(self) -> Window:
         """The window to be evaluated, the whole run if it has not settled."""
@@ -144,15 +151,17 @@ class Settling(DatasetSink):
             count = f"{periods:.3g} periods of the slowest gear mesh"
             return replace(whole, sentence=f"{count} are too few to tell whether it has settled")
         limit = SHARE * self._peak_to_peak(slice(WINDOWS // 2, None))
-        quarters = difference.reshape(4, WINDOWS // 4, difference.shape[1]).max(axis=1)
+        distance = self._largest[:, 1].reshape(4, WINDOWS // 4, difference.shape[1])
+        quarters = distance.max(axis=1)
         rise = np.diff(quarters[1:], axis=0)
         grows = (rise > 0).all(axis=0) & (rise.sum(axis=0) > limit)
+        grows &= distance[3].min(axis=0) > quarters[1]
         decays = (rise < 0).all(axis=0) & (rise[1] < -2.0 * limit)
         if (grows | decays).any():
             how = "grows until" if grows.any() else "from the start still decays at"
             sentence = f"vibration {how} the end of the run"
             return replace(whole, settled=False, sentence=sentence)
-        above = (difference > quarters[2:].max(axis=0) + limit).any(axis=1)
+        above = (difference > difference[WINDOWS // 2 :].max(axis=0) + limit).any(axis=1)
         first = int(np.flatnonzero(above)[-1]) + 1 if above.any() else 0
         return Window(
             float(window_edges(self._span, begin=self._begin)[first]),
@@ -169,19 +178,19 @@ class Settling(DatasetSink):
         self._sizes = [kind.shape[1] for kind in kinds]
         return np.concatenate(kinds, axis=1)
 
-    def _count(self, time: Array, x: Array, difference: Array) -> None:
+    def _count(self, time: Array, x: Array, difference: Array, distance: Array) -> None:
         if not self._largest.shape[2]:
-            self._largest = np.full((WINDOWS, 3, x.shape[1]), -np.inf)
+            self._largest = np.full((WINDOWS, 4, x.shape[1]), -np.inf)
         since = time - self._begin
         number = np.minimum((since * (WINDOWS / self._span)).astype(int), WINDOWS - 1)
         at, starts = np.unique(number, return_index=True)
-        values = np.stack([difference, x, -x], axis=1)
+        values = np.stack([difference, distance, x, -x], axis=1)
         most = np.maximum.reduceat(values, starts, axis=0)
         self._largest[at] = np.maximum(self._largest[at], most)
 
     def _peak_to_peak(self, windows: slice) -> Array:
         """Peak-to-peak value of each x, with lower limits relative to the values of its kind."""
-        high, low = self._largest[windows, 1].max(axis=0), -self._largest[windows, 2].max(axis=0)
+        high, low = self._largest[windows, 2].max(axis=0), -self._largest[windows, 3].max(axis=0)
         range_ = high - low
         for end, size in zip(np.cumsum(self._sizes), self._sizes, strict=True):
             kind = slice(end - size, end)
@@ -192,11 +201,14 @@ class Settling(DatasetSink):
         return range_
 
 
-def _interpolated(at: Array, time: Array, x: Array) -> Array:
-    """Values x (t, n) linearly interpolated at other times."""
+def _earlier(at: Array, time: Array, x: Array) -> tuple[Array, Array, Array]:
+    """Values x (t, n) linearly interpolated at other times, and the smallest and largest of the
+    samples NEIGHBOURS about these."""
     after = np.clip(np.searchsorted(time, at), 1, len(time) - 1)
     weight = ((at - time[after - 1]) / (time[after] - time[after - 1]))[:, None]
-    return np.asarray((1.0 - weight) * x[after - 1] + weight * x[after])
+    about = [x[np.clip(after + k, 0, len(time) - 1)] for k in NEIGHBOURS]
+    low, high = np.minimum.reduce(about), np.maximum.reduce(about)
+    return (1.0 - weight) * x[after - 1] + weight * x[after], low, high
 
 
 class SensorRanges(DatasetSink):

@@ -18,7 +18,7 @@ from flexgear.model.read import nearest
 from flexgear.results.labelled_dataset import variable
 from flexgear.results.quantities import AXES
 from flexgear.solve.dataset import result_attrs
-from flexgear.solve.model import Model, rated_rotations
+from flexgear.solve.model import Model, first_torque, rated_rotations
 from flexgear.structures.reduced import ReducedBody, elastic_modes
 from flexgear.structures.strain import COMPONENTS, stress_of_strain, von_mises
 
@@ -77,12 +77,12 @@ def deformed(
         coordinates, attrs = _at(run, body, time)
     else:
         system = model.system
-        torques = system.rated_torque if torque is None else torque
+        torques = first_torque(system, torque)
         equilibrium = revolution(
             model.modal, rated_rotations(system, np.array([carrier_angle])), torques
         )
         coordinates = Recovery(equilibrium).coordinates(body)[0]
-        attrs = {"carrier_angle": carrier_angle, "input_torque": float(torques)}
+        attrs = {"carrier_angle": carrier_angle, "input_torque": torques}
     return _field(model, body, coordinates, attrs)
 
 

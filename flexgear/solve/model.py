@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -277,6 +278,15 @@ def rated_rotations(system: System, lead: Array) -> Array:
     first = next((abs(w) for w in speeds if w != 0), 0.0)
     rates = speeds / first if first else np.eye(1, len(speeds))[0]
     return np.multiply.outer(np.asarray(lead, dtype=float), rates)
+
+
+def first_torque(system: System, torque: float | None) -> float:
+    """Torque on the first port, N·m, the rated one if left out; InputError if it is not finite."""
+    if torque is None:
+        return float(system.rated_torque)
+    if not math.isfinite(torque):
+        raise InputError("--torque-nm", f"{torque:g}", "is no torque", "give a number, e.g. 1e3")
+    return float(torque)
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.arrays import Array
 from flexgear.gears.bearings.basic_life import bearing_life_hours
 from flexgear.gears.bearings.nominal import bearing_speed
-from flexgear.model.errors import FlexgearError, InputError
+from flexgear.model.errors import FlexgearError
 from flexgear.results.face_load import face_figures, positions_for, with_orders
 from flexgear.results.labelled_dataset import coordinate, groups_in, labelled_dataset
 from flexgear.results.load_sharing import (
@@ -41,7 +41,7 @@ from flexgear.solve.angles import (
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import equilibrium_data, result_attrs, result_labels
 from flexgear.solve.linear import LinearTrain, linear_train, why_not_linear
-from flexgear.solve.model import Model, rated_rotations
+from flexgear.solve.model import Model, first_torque, rated_rotations
 
 UNLOADED = 1e-9  # force over the largest gear-mesh force below which it is rounding
 
@@ -60,14 +60,11 @@ def static(
     coordinate ``lead_angle`` of the dataset. ``solve.angles.lead_angles`` gives them from angles of
     a stage. torque: on the first input, N·m, the others in rated proportion; rated if left out.
     attrs: further attributes. InputError for a torque that is not finite."""
-    if torque is not None and not math.isfinite(torque):
-        raise InputError("--torque-nm", f"{torque:g}", "is no torque", "give a number, e.g. 1e3")
     system, lead = model.system, np.atleast_1d(np.asarray(carrier_angle, dtype=float))
-    torques = system.rated_torque if torque is None else torque
     equilibrium = revolution(
         model.modal,
         rated_rotations(system, lead),
-        torques,
+        first_torque(system, torque),
         lambda share: progress("equilibria", share),
     )
     data = equilibrium_data(

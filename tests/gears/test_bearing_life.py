@@ -437,6 +437,7 @@ def test_faced_rows_of_tapered_rollers():
         ({"rolling": None}, r"rolling.*missing"),
         ({"elements.diameter_mm": "70"}, r"diameter.*only 65"),
         ({"elements.profile": "table"}, r"drops.*needs profile"),
+        ({"rolling": "ball"}, r"elements.length.*that of rollers.*delete it"),
         (
             {"rolling": "ball", "elements.length_mm": None, "elements.clearance_um": "3500"},
             r"clearance.*that are 3 mm apart.*below 3 mm",
@@ -450,5 +451,5 @@ def test_bad_elements_are_one_line(changes, line):
 
 def test_what_is_missing_is_named():
     assert "elements" in rolling_bearing(load_case("wind-5mw").stages[0].planet_bearing)
-    drop = {"rolling": "ball", "dynamic_rating_kn": None}
+    drop = {"rolling": "ball", "elements.length_mm": None, "dynamic_rating_kn": None}
     assert "dynamic_rating" in rolling_bearing(planet_bearing(**drop)).estimates

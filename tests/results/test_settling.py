@@ -65,6 +65,24 @@ def test_a_run_that_does_not_settle_says_so(free, said):
     assert said in found.sentence
 
 
+@pytest.mark.parametrize("samples", [4001, 6960, 8000])
+def test_load_that_jumps_between_samples_is_no_growth(samples):
+    """A square wave, as of spur gears: |x(t) − x(t − P)| of samples is any part of its jump. With
+    6960 samples, 86.99 in a period, it rises through the run."""
+    time = np.linspace(0.0, SPAN, samples)
+    force = 100 + 10.0 * (np.mod(time / PERIOD + 0.37, 1.0) < 0.4)
+    motion = np.zeros((len(time), 1, 2))
+    found = Settling(PERIOD, SPAN)
+    found.append(
+        xr.Dataset(
+            {"gear_mesh_force": (("time", "gear_mesh"), force[:, None]),
+             "body_displacement": (("time", "body", "dof"), motion)},
+            {"time": time, "body": ["stage.sun"], "dof": ["ux", "uy"]},
+        )
+    )  # fmt: skip
+    assert found.window().settled
+
+
 def test_a_few_periods_cannot_tell():
     found = window(np.exp(-TIME), period=0.6)
     assert (found.start, found.settled) == (0.0, None)

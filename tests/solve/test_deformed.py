@@ -1,5 +1,7 @@
 """Displacement fields of FE bodies at samples of a transient."""
 
+import math
+
 import numpy as np
 import pytest
 from stage_samples import stage_with_vertices
@@ -60,6 +62,8 @@ def test_what_was_not_kept_is_said(model, run):
         deformed(model, "stage.ring", run=short)
     with pytest.raises(InputError, match=r"'stage\.rings': is not a flexible FE body"):
         simulate(model, duration=0.002, fields=["stage.rings"])
+    with pytest.raises(InputError, match="inf: is no torque -- give a number"):
+        deformed(model, "stage.ring", torque=math.inf)
     with pytest.raises(InputError, match="1: is not within the run -- take one from"):
         deformed(model, "stage.ring", run=run, time=1.0)
 
