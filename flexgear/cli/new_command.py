@@ -74,13 +74,15 @@ class NewStages:
         modules = None if self.module is None else _list("--module-mm", self.module)
         columns: dict[str, list[Any]] = {
             "--arrangement": [_kind(word) for word in self.arrangement.split(",")],
-            "--planets": _asked_list("--planets", "number of planets", self.planets, "4"),
+            "--planets": [
+                *map(_whole, _asked_list("--planets", "number of planets", self.planets, "4"))
+            ],
             "--module-mm": [None] if modules is None else [1e-3 * m for m in modules],
             "--helix-deg": [*map(math.radians, _list("--helix-deg", helix, least=0.0))],
         }
         by_stage = (_each(key, column, len(ratios)) for key, column in columns.items())
         return [
-            StageRequest(ratio, round(n), math.nan, math.nan, angle, module, self.double, kind)
+            StageRequest(ratio, n, math.nan, math.nan, angle, module, self.double, kind)
             for ratio, kind, n, module, angle in zip(ratios, *by_stage, strict=True)
         ]
 
@@ -188,5 +190,11 @@ def _on_terminal(option: str, about: str) -> bool:
 
 def _positive(option: str, value: float) -> float:
     if not (math.isfinite(value) and value > 0):
-        raise InputError("new", option, f"{value:g} is not above 0", "correct it")
+        raise InputError("new", option, f"{value:g} is no number above 0", "correct it")
     return value
+
+
+def _whole(planets: float) -> int:
+    if planets % 1:
+        raise InputError("new", "--planets", f"{planets:g} is no whole number", "e.g. 4")
+    return int(planets)

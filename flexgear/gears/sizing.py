@@ -353,6 +353,10 @@ def _require_possible(request: StageRequest) -> None:
         "--speed-rpm": (
             request.speed * 30 / math.pi, 0.1, 2e4, f"give that of the {request.kind.slow}",
         ),
+        "--module-mm": (
+            1.0 if request.module is None else 1e3 * request.module, 0.2, 100.0,
+            "leave it out, and it follows from torque and ratio",
+        ),
         "--helix-deg": (
             math.degrees(request.helix), 5.0 if request.double_helical else 0.0, largest_helix,
             f"0 for spur gears, up to {LARGEST_HELIX[False]:g} for helical, 5 to "
@@ -361,7 +365,7 @@ def _require_possible(request: StageRequest) -> None:
     }  # fmt: skip
     for key, (value, low, high, remedy) in limits.items():
         if not low <= value <= high:
-            raise InputError("new", key, f"{value:g} is not from {low:.4g} to {high:.4g}", remedy)
+            raise InputError("new", key, f"{value:.4g} is not from {low:.4g} to {high:.4g}", remedy)
 
 
 def _size(request: StageRequest, gear_set: GearSet) -> tuple[float, float]:
