@@ -8,13 +8,13 @@ start has one, which decays:
 The run is divided into equal windows. It has settled at the first window from which D exceeds its
 largest value in the second half of the run by at most SHARE of the peak-to-peak of x there. It has
 not settled if D increases from quarter to quarter by more than that share, to above the second
-quarter in every window of the last, or still decreases by twice as much from the third to the last
-quarter. For this D is the distance of x(t) from the range of NEIGHBOURS samples about t − P: where
-tooth pairs take up load at once, the difference from interpolated samples depends on their place
-about the jump, which varies from period to period and may drift over the run. Runout and weight
-change x once per revolution, which is a small change over one gear-mesh period. Memory is
-independent of the duration: D, smallest and largest x of every window, and the samples of one
-period are stored.
+quarter in every window of the last, or still decreases by twice as much, from above the last
+quarter in every window of the third. For this D is the distance of x(t) from the range of
+NEIGHBOURS samples about t − P: where tooth pairs take up load at once, the difference from
+interpolated samples depends on their place about the jump, which varies from period to period and
+may drift over the run; other gear meshes of a train have other periods. Runout and weight change x
+once per revolution, which is a small change over one gear-mesh period. Memory is independent of the
+duration: D, smallest and largest x of every window, and the samples of one period are stored.
 """
 
 from __future__ import annotations
@@ -154,9 +154,9 @@ class Settling(DatasetSink):
         distance = self._largest[:, 1].reshape(4, WINDOWS // 4, difference.shape[1])
         quarters = distance.max(axis=1)
         rise = np.diff(quarters[1:], axis=0)
-        grows = (rise > 0).all(axis=0) & (rise.sum(axis=0) > limit)
-        grows &= distance[3].min(axis=0) > quarters[1]
-        decays = (rise < 0).all(axis=0) & (rise[1] < -2.0 * limit)
+        least = distance.min(axis=1)
+        grows = (rise > 0).all(axis=0) & (rise.sum(axis=0) > limit) & (least[3] > quarters[1])
+        decays = (rise < 0).all(axis=0) & (rise[1] < -2.0 * limit) & (least[2] > quarters[3])
         if (grows | decays).any():
             how = "grows until" if grows.any() else "from the start still decays at"
             sentence = f"vibration {how} the end of the run"

@@ -83,6 +83,24 @@ def test_load_that_jumps_between_samples_is_no_growth(samples):
     assert found.window().settled
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_impacts_of_another_gear_mesh_are_no_start_up(seed):
+    """Short impacts at any time of the period, as of a stage with another gear-mesh frequency: the
+    largest difference of a quarter falls by chance."""
+    rng = np.random.default_rng(seed)
+    free = np.zeros_like(TIME)
+    for quarter, largest in zip(
+        np.split(np.arange(1, len(TIME)), 4), (9.0, 9.0, 8.5, 4.0), strict=True
+    ):
+        at = rng.choice(quarter, 12, replace=False)
+        free[at] = largest * np.concatenate([[1.0], rng.uniform(0.1, 0.4, 11)])
+    data = run(0.0 * TIME)
+    data["gear_mesh_force"] = data["gear_mesh_force"] + free[:, None]
+    found = Settling(PERIOD, SPAN)
+    found.append(data)
+    assert found.window().settled
+
+
 def test_a_few_periods_cannot_tell():
     found = window(np.exp(-TIME), period=0.6)
     assert (found.start, found.settled) == (0.0, None)
