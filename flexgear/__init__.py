@@ -88,7 +88,10 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'flexgear' has no attribute {name!r}{hint}")
     from importlib import import_module
 
-    attribute = getattr(import_module(_MODULES[name]), name)
+    module = import_module(_MODULES[name])
+    if _MODULES[name].startswith("flexgear.studies."):
+        import_module("flexgear.face.accessor")  # datasets have ``.fg`` from here on
+    attribute = getattr(module, name)
     if not isinstance(attribute, type):
         from flexgear.model.arguments import checked
 
