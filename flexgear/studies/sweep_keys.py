@@ -167,7 +167,7 @@ def _range(key: str, text: str) -> Values:
             raise InputError(WHERE, key, f"{echo(part)} in {echo(text)} is not a number", FORMS)
     start, stop = (float(e) for e in ends if e is not None)
     if not is_index(parts[2]) or not 2 <= int(parts[2]) <= MAX_VALUES:
-        problem = f"{echo(text)} is an empty range: its count is {parts[2] or 'missing'}"
+        problem = f"the count of {echo(text)} is {parts[2] or 'missing'}"
         raise InputError(WHERE, key, problem, f"give a whole number from 2 to {MAX_VALUES}")
     if start == stop:
         raise InputError(WHERE, key, f"{echo(text)} starts where it stops", "give one value alone")
