@@ -95,5 +95,5 @@ def test_flexibility_and_frequencies_converge():
     lower = [np.abs(f / last - 1).max() for _, f in found[:-1]]
     assert apart[1] < 0.5 * apart[0]
     assert apart[1] < 0.02
-    assert lower[1] < 0.5 * lower[0]
+    assert lower[1] < lower[0] < 0.015  # one column across a tooth is 4 % too high
     assert lower[1] < 0.01

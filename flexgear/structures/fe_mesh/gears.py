@@ -59,6 +59,7 @@ DIVISIONS: dict[str, tuple[SectionDivisions, int]] = {  # section, least number 
     "standard": (SectionDivisions(tooth=2, flank=2, fillet=2, rim=4), 4),
     "fine": (SectionDivisions(tooth=3, flank=3, fillet=2, rim=5), 6),
 }
+THIN_RIM = 3.0  # modules; thinner rims of rings bend between the teeth: two columns across a tooth
 _PITCH_LAYERS = {"quick": 3, "standard": 4, "fine": 4}  # n in which the helix turns by a pitch:
 # fewer make coarse rims within a tooth too soft (their chords leave it by r (2π/z)²/(8 n²))
 GROWTH = {"quick": 1.4, "standard": 1.3, "fine": 1.15}
@@ -255,6 +256,15 @@ class RingFeMeshParameters(ToothedFeMeshParameters):
         return self.bolt_circle_diameter / 2.0 - BLOCK * self.bolt_diameter / 2.0
 
     @property
+    def divisions(self) -> SectionDivisions:
+        """Numbers of elements of the section. With one column across a tooth a rim of one module is
+        8 % too high in frequency, of two 4 %; two columns are within 1.5 % of "standard"."""
+        usual = DIVISIONS[self.fidelity][0]
+        if self.rim_thickness >= THIN_RIM * self.normal_module:
+            return usual
+        return replace(usual, tooth=max(usual.tooth, 2), fillet=max(usual.fillet, 2))
+
+    @property
     def has_holes(self) -> bool:
         """Whether there are bolts whose holes are meshed."""
         return self.bolt_holes and self.bolts > 0
@@ -328,7 +338,7 @@ def ring_fe_mesh(p: RingFeMeshParameters) -> FeMesh:
 
 def _section(p: RingFeMeshParameters) -> ToothedSection:
     """Section of the ring, with its bolt holes."""
-    divisions, growth = DIVISIONS[p.fidelity][0], GROWTH[p.fidelity]
+    divisions, growth = p.divisions, GROWTH[p.fidelity]
     if not p.has_holes:
         return toothed_section(p.tooth, p.outer_radius, divisions, growth)
     below = replace(divisions, rim=max(divisions.rim // 2, 1))

@@ -18,7 +18,12 @@ from flexgear.model.ring import End, Ring, RingSupport, ring_supports
 from flexgear.model.stage_view import StageView
 from flexgear.structures.bodies import Spring
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
-from flexgear.structures.fe_mesh.gears import BLOCK, RingFeMeshParameters, ring_fe_mesh
+from flexgear.structures.fe_mesh.gears import (
+    BLOCK,
+    DIVISIONS,
+    RingFeMeshParameters,
+    ring_fe_mesh,
+)
 from flexgear.structures.fe_mesh.groups import Groups, ring_groups
 from flexgear.structures.fe_mesh.solids import Solid, ring_solid
 from flexgear.structures.reduced import PLACE, ReducedBody, both_halves, mirrored
@@ -89,7 +94,10 @@ class RingSource(ToothedSource):
 
     def _content(self) -> Mapping[str, Any]:
         supports = [[s.node, s.group, s.place, s.end, s.diameter] for s in self.held_by]
-        return {"supports": supports, **super()._content()}
+        content = {"supports": supports, **super()._content()}
+        if self.parameters.divisions != DIVISIONS[self.parameters.fidelity][0]:
+            content["divisions"] = self.parameters.divisions
+        return content
 
 
 def _bolted_face(fe_mesh: FeMesh, end: End) -> float:
