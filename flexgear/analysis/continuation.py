@@ -44,6 +44,7 @@ MAX_RISE = 10.0  # of forces over the largest at the first state, added to the f
 DIFFERENCE = 1e-7  # of λ, for ∂/∂λ
 SAME = 0.02  # relative error in forces with which neighbouring states interpolate their curve
 SEEDS = (0.0, 1.0, 0.5, 0.25, 0.75)  # places in the range at which states are sought
+BESIDE = (0.9, 1.1, 0.8, 1.25, 0.65, 1.5)  # speeds over those of the range, where it has no state
 # gear-mesh frequencies, over the natural frequency, between which order 1 or 2 parts teeth
 RESONANT = ((0.4, 1.4), (0.2, 0.7))
 REJOINED = 1e-3  # product of the odd harmonics of two states over their square: below, they vanish
@@ -108,7 +109,9 @@ def curves(
     for start in _starts(train, span, wide, resonance):
         if start is None or any(_on_curve(states, wide, start) for states in followed):
             continue
-        states, cuts = _follow(train, span, wide, start, keep)
+        value = span.value(start.point)
+        reach = replace(wide, low=min(wide.low, value), high=max(wide.high, value))
+        states, cuts = _follow(train, span, reach, start, keep)
         followed.append(states)
         for within, piece in groupby(states, lambda state: span.holds(state.point)):
             if within:
@@ -169,13 +172,20 @@ def _widened(span: Range, resonance: float) -> Range:
 def _starts(
     train: CondensedTrain, span: Range, wide: Range, resonance: float
 ) -> Iterator[Orbit | None]:
-    """First states of curves: at ``SEEDS`` and at the ends of the widened range; for a range of
-    torques also those at the lowest torque on curves over speed."""
-    for share in SEEDS if span.low < span.high else SEEDS[:1]:
-        yield _state(train, span.point(span.low + share * (span.high - span.low)))
-    for value in (wide.low, wide.high):
-        if not span.low <= value <= span.high:
-            yield _state(train, wide.point(value))
+    """First states of curves: at ``SEEDS`` and at the ends of the widened range; without any of
+    them the first one at a speed ``BESIDE`` the range; for a range of torques also those at the
+    lowest torque on curves over speed."""
+    shares = SEEDS if span.low < span.high else SEEDS[:1]
+    values = [span.low + share * (span.high - span.low) for share in shares]
+    values += [v for v in (wide.low, wide.high) if not span.low <= v <= span.high]
+    found = False
+    for value in values:
+        yield (state := _state(train, span.point(value)))
+        found = found or state is not None
+    if span.over == "speed" and not found:
+        others = (span.low * factor if factor < 1.0 else span.high * factor for factor in BESIDE)
+        states = (_state(train, span.point(value)) for value in others)
+        yield next(filter(None, states), None)
     if span.over == "load":
         lowest = Range("speed", span.fixed, span.fixed, span.low)
         for curve in curves(train, lowest, resonance=resonance):

@@ -239,3 +239,22 @@ def test_losses_over_a_period_stay_as_harmonics_double(modal):
 def test_a_state_whose_teeth_are_all_apart_is_no_warning():
     """Its matrix is singular; a shorter step is tried then."""
     assert not np.isfinite(Factors(np.zeros((2, 2))).solve(np.ones(2))).all()
+
+
+@pytest.mark.parametrize("beside", [0.9, 1.1])
+def test_a_range_without_a_first_state_is_entered_from_beside(train, curve, monkeypatch, beside):
+    """Newton's method fails within it, and at the first speed on one of its sides."""
+    low, high, plain = 1.15, 1.18, continuation._state
+    edge = (low if beside < 1.0 else high) * beside
+
+    def state(train, point):
+        return plain(train, point) if point.speed == pytest.approx(edge) else None
+
+    monkeypatch.setattr(continuation, "_state", state)
+    (only,) = curves(train, Range("speed", low, high))
+    speeds = [orbit.point.speed for orbit in only.states]
+    assert min(speeds) == pytest.approx(low) and max(speeds) == pytest.approx(high)
+    force = [np.abs(orbit.unknown).max() for orbit in only.states]
+    whole = sorted((orbit.point.speed, np.abs(orbit.unknown).max()) for orbit in curve)
+    expected = np.interp(speeds, *np.transpose(whole))
+    np.testing.assert_allclose(force, expected, rtol=5e-3)
