@@ -178,11 +178,11 @@ def _starts(
     shares = SEEDS if span.low < span.high else SEEDS[:1]
     values = [span.low + share * (span.high - span.low) for share in shares]
     values += [v for v in (wide.low, wide.high) if not span.low <= v <= span.high]
-    found = False
+    converged = False
     for value in values:
         yield (state := _state(train, span.point(value)))
-        found = found or state is not None
-    if span.over == "speed" and not found:
+        converged = converged or state is not None
+    if span.over == "speed" and not converged:
         others = (span.low * factor if factor < 1.0 else span.high * factor for factor in BESIDE)
         states = (_state(train, span.point(value)) for value in others)
         yield next(filter(None, states), None)

@@ -279,9 +279,9 @@ def _also_missing(case: Case, pair: GearPair) -> str:
     view, keys = case.view(pair.stage.name), list[str]()
     for gear in pair.gears.values():
         places: tuple[Limit, Limit] = ("flank", "root")
-        own = [key for place in places for key in missing_keys(pair, gear, place)]
-        own += ["accuracy_grade"] if tolerance(pair, gear, "pitch") is None else []
-        keys += [key if "." in key or key == OIL else f"{gear.part}.{key}" for key in own]
+        of_gear = [key for place in places for key in missing_keys(pair, gear, place)]
+        of_gear += ["accuracy_grade"] if tolerance(pair, gear, "pitch") is None else []
+        keys += [key if "." in key or key == OIL else f"{gear.part}.{key}" for key in of_gear]
     text = _missing(view, "", keys)
     return f"; {text}" if text else ""
 
