@@ -63,7 +63,7 @@ FLANK_LAYER = 0.2  # modules, depth of the subtracted layer; half of it needs el
 DEEPEST = 4.0  # modules below the root circle: greatest depth where a body is held
 MARGIN = 1.5  # pitches of rim beside three teeth; more changes plane deflection by 1 %
 LAYER = 1.6  # modules, length of a layer along the face
-LEAST_LAYERS, MOST_LAYERS = 8, 20  # memory: 15 take 2 GB, 30 take 5
+LEAST_LAYERS, MOST_LAYERS = 8, 20  # memory: 15 take 4 GB
 DIVISIONS = SegmentDivisions(
     flank=10, fillet=5, tooth=4
 )  # plane deflection within 1 % of its limit
@@ -71,7 +71,7 @@ DIVISIONS = SegmentDivisions(
 
 def tooth_influence(view: StageView, role: str) -> ToothInfluence | None:
     """Influence of a tooth of "sun", "planet" or "ring" (in a parallel stage "sun" is the pinion,
-    "planet" the gear), from the cache or computed (half a minute).
+    "planet" the gear), from the cache or computed (a quarter of a minute).
 
     None where an FE body is tied at its flanks: it includes the tooth except line contact.
     """
