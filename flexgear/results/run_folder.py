@@ -96,8 +96,8 @@ def read_folder(folder: Path) -> Folder:
     summary, case = _json(folder, "summary.json"), _json(folder, "case.json")
     version = summary.get("version")
     if version is not None and summary.get("schema_version") != VERSION:
-        problem = f"holds a run of flexgear {version}, which this version cannot read"
-        raise InputError("render", str(folder), problem, "run its case again")
+        problem = f"are of flexgear {version}, which this version cannot read"
+        raise InputError(str(folder), "results", problem, "run its case again")
     if keys := missing_keys(summary):
         raise _damaged(folder, "summary.json", f"{keys[0]} is missing")
     try:
@@ -134,8 +134,8 @@ def tuples_of(value: Any) -> Any:
 
 def _json(folder: Path, name: str) -> dict[str, Any]:
     if not (folder / name).exists():
-        problem = f"holds no finished run: {name} is missing"
-        raise InputError("render", str(folder), problem, "name the folder of a run")
+        problem = f"are not those of a finished run: {name} is missing"
+        raise InputError(str(folder), "results", problem, "name the folder of a run")
     try:
         content = json.loads(read_text(folder / name, "results of a run", _MAX_BYTES))
     except (ValueError, RecursionError) as error:

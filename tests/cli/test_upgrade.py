@@ -224,4 +224,4 @@ def test_results_of_earlier_versions_are_one_line(flexgear, tmp_path, more):
     (tmp_path / "summary.json").write_text(json.dumps(summary))
     (tmp_path / "case.json").write_text('{"kind": "stage"}')
     err = flexgear.refused("render", tmp_path)
-    assert "holds a run of flexgear 0.2.0, which this version cannot read" in err
+    assert "are of flexgear 0.2.0, which this version cannot read" in err
