@@ -133,8 +133,9 @@ def branch(
     without ``start``.
 
     It ends at the range, or where it meets the other curve again: ``left``, states of the same
-    period, if there are any, else those of half the period. keep: as for ``curves``.
-    KeyboardInterrupt ends the curve, unless it has no states yet."""
+    period, if there are any, else those of half the period. Without states if all of them are on
+    ``left``: with few harmonics a multiplier may pass 1 where no curve leaves. keep: as for
+    ``curves``. KeyboardInterrupt ends the curve, unless it has no states yet."""
     follower = _CurveFollower(train, span, span, start, keep, left)
     states = list[Orbit]()
     try:
@@ -143,6 +144,8 @@ def branch(
         if not states:
             raise
         cut = Cut(span.value(states[-1].point), "stopped")
+    if left and all(_on_curve(left, span, state) for state in states):
+        return Curve([], ())
     return Curve(states, (cut,) if cut else ())
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flexgear.gears.bearings.basic_life import planet_bearing_life_ratios
+from flexgear.gears.bearings.basic_life import ROLLER, rating_life_hours
 from yang2019 import printed_rules as printed
 from yang2019.trains import (
     CARRIER,
@@ -21,7 +21,11 @@ KILO = 1e3
 
 def consistent_life(text: str, stage: int) -> float:
     """ISO 281, planet against carrier, force from equilibrium, for double and single rotor."""
-    return planet_bearing_life_ratios(consistent(text), single_rotor())[f"stage_{stage}"]
+    double, single = (
+        rating_life_hours(1.0, flow.planet_bearing_force, flow.planet_relative_speed, ROLLER)
+        for flow in (train.stage(f"stage_{stage}") for train in (consistent(text), single_rotor()))
+    )
+    return double / single
 
 
 def printed_life(text: str, stage: int) -> float:
