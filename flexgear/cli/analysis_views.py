@@ -12,6 +12,7 @@ import xarray as xr
 
 from flexgear.cli.display import columns, key_table, show_table, table
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT, BodyName
+from flexgear.model.ring import Ring
 from flexgear.model.units import RPM
 from flexgear.results.quantities import number
 from flexgear.results.report.sharing import DEFINITION
@@ -122,6 +123,12 @@ def neglected_lines(model: Model, lengths: Iterator[Length], torque_share: float
     return [str(effect["sentence"]) for effect in effects]
 
 
+QUICK_RINGS = (
+    "bending frequencies of rings are up to 4 % high on FE meshes of fidelity quick; with "
+    "--set solver.fidelity=standard up to 3 % with rims below three modules, else 1 %"
+)
+
+
 def show_modes(model: Model, rows: list[dict[str, Any]], limit_hz: float | None) -> None:
     """Print a line for each frequency and type."""
     limit = "" if limit_hz is None else f" up to {limit_hz:g} Hz"
@@ -142,6 +149,10 @@ def show_modes(model: Model, rows: list[dict[str, Any]], limit_hz: float | None)
         ))  # fmt: skip
         at += len(same)
     columns(lines, ">><<")
+    bodies = model.case.flexible_bodies.items()
+    rings = {b for b, x in bodies if isinstance(x, Ring) and x.fe_mesh == "generate"}
+    if rings - model.system.rigid_bodies and model.case.solver.fidelity == "quick":
+        typer.echo(QUICK_RINGS)
     if ratios := model.damping_ratios:
         typer.echo("\ndamping.ratios, of modes of the train without gear meshes")
         values = zip(ratios["frequency_hz"], ratios["ratio"], strict=True)
