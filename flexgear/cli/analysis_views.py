@@ -124,8 +124,8 @@ def neglected_lines(model: Model, lengths: Iterator[Length], torque_share: float
 
 
 QUICK_RINGS = (
-    "bending frequencies of rings are up to 4 % high on FE meshes of fidelity quick; with "
-    "--set solver.fidelity=standard up to 3 % with rims below three modules, else 1 %"
+    "bending frequencies of rings on FE meshes of fidelity quick were up to 4 % high in trials "
+    "(docs/theory.md, section 7); --set solver.fidelity=standard: 1 %, thin rims 3 %"
 )
 
 

@@ -362,7 +362,9 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
             motion = "that lacks a symmetry of the train"
         curve = row["leaving_curve"]
         followed = f": curve {curve}" if curve else "; not followed"
-        if row["kind"] != KINDS[TURNING]:
+        if row["kind"] == KINDS[BRANCH] and not curve:
+            yield f"  stability changes at {row[share]:.4g}, where no other curve was found"
+        elif row["kind"] != KINDS[TURNING]:
             yield f"  motion {motion} branches off at {row[share]:.4g}{followed}"
     if figures["doubled_at_ends"]:
         ends = " and ".join(f"{x:.4g}" for x in figures["doubled_at_ends"])

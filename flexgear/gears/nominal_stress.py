@@ -105,8 +105,8 @@ def as_cut(gear: GearMember, rack: Rack) -> GearMember:
     A_sn: ``rating.thickness_deviation``."""
     shift = gear.rating.thickness_deviation
     shift /= 2 * rack.normal_module * math.tan(rack.pressure_angle)
-    moved = {"profile_shift": gear.profile_shift + shift, "addendum": gear.addendum - shift}
-    return gear.model_copy(update=moved)
+    changes = {"profile_shift": gear.profile_shift + shift, "addendum": gear.addendum - shift}
+    return gear.model_copy(update=changes)
 
 
 def virtual_teeth(teeth: int, rack: Rack) -> float:

@@ -228,7 +228,7 @@ def test_rollers_of_a_turning_shaft_are_let_down_in_space(tmp_path, member, kind
     support = next(b for b in system.bearings if b.turned >= 0)
     assert support.name == f"{case.stages[0].name}.{member}_support"
     x, y = recovery.motion(support.rows)[:, :2].T
-    moved = (x + 1j * y) * np.exp(1j * turning * angles)  # in space
+    in_space = (x + 1j * y) * np.exp(1j * turning * angles)
     loads = recovery.bearing_loads(support.name)[:, 0]
     contacts = np.array([[PITCH, ROLLER], [PITCH, -ROLLER]])
     cage, spin = np.linalg.solve(contacts, [0.0, INNER * ratio])
@@ -237,7 +237,7 @@ def test_rollers_of_a_turning_shaft_are_let_down_in_space(tmp_path, member, kind
     for k, angle in enumerate(angles):
         for i in range(COUNT):
             at = 2 * np.pi * i / COUNT + cage * angle
-            closed = (moved[k] * np.exp(-1j * at)).real - GAP
+            closed = (in_space[k] * np.exp(-1j * at)).real - GAP
             own_turn = (spin - cage) * angle + LOADED
             down = {
                 "outer_race": drop(at - LOADED, OUTER, ROLLER),
