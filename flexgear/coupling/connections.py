@@ -191,10 +191,8 @@ def _bearing(
 ) -> Connection:  # fmt: skip
     """Bearing on the housing in a rotating frame, with its springs, its law and its defects; key:
     below the stage."""
-    matrix, defects = (
-        linear_part(bearing, bearing.matrix),
-        bearing_defects(view.case, view.name, key),
-    )
+    matrix = linear_part(bearing, bearing.matrix)
+    defects = bearing_defects(view.case, view.name, key)
     return Connection(
         name, end, None, matrix, frame=frame, bearing=bearing, key=view.key(key), defects=defects
     )
