@@ -46,7 +46,8 @@ class GearMeshRating:
 
     factors: empty without load. planet: number of their planet, 0 without load. largest_k_gamma:
     largest K_γ of any planet at any time, NaN without load. safety: (B,) of flank and root of
-    "planet" and "sun" or "ring" in each single bin, NaN if not assessed.
+    "planet" and "sun" or "ring" in each single bin, NaN if not assessed. missing: reasons why it is
+    not assessed.
     """
 
     name: GroupName
@@ -54,6 +55,7 @@ class GearMeshRating:
     planet: tuple[int, ...]
     largest_k_gamma: tuple[float, ...]
     safety: Mapping[tuple[str, Kind], Array]
+    missing: tuple[str, ...]
 
 
 @dataclass(frozen=True)

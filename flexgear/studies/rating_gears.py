@@ -114,13 +114,14 @@ def rate_gears(
             computed = [load.groups.get(group) for load in loads]
             sheets: list[Sheet] = [{} for _ in bins]
             safety: dict[tuple[str, Kind], Array] = {}
+            reasons: tuple[str, ...] = ()
             for b, (flow, of_bin) in enumerate(zip(flows, computed, strict=True)):
                 if of_bin is None:
                     continue
                 load = pair_load(pair, flow.stage(stage))
                 factors = load_factors(case, pair, load, group, of_bin)
-                if isinstance(factors, str):
-                    missing.setdefault(str(group), f"{factors}{_also_missing(case, pair)}")
+                if isinstance(factors, tuple):
+                    reasons = reasons or (*factors, *_also_missing(case, pair))
                 else:
                     sheets[b] = dated(factors, case.rating.edition)
                     states = _states(case, pair, load, group, bins[b], flow, factors, of_bin)
@@ -132,7 +133,8 @@ def rate_gears(
                         of_part[b] = state.state.safety(state.at)
             planets = tuple(0 if x is None else x.planet for x in computed)
             largest = tuple(math.nan if x is None else x.largest_share for x in computed)
-            groups.append(GearMeshRating(group, tuple(sheets), planets, largest, safety))
+            groups.append(GearMeshRating(group, tuple(sheets), planets, largest, safety, reasons))
+            missing |= {str(group): "; ".join(reasons)} if reasons else {}
             missing |= _uneven(group, bins, flows, loads)
     parts = []
     for place, history in histories.items():
@@ -186,9 +188,8 @@ def _uneven(
 
 def load_factors(
     case: Case, pair: GearPair, load: PairLoad, group: GroupName, computed: GroupLoads
-) -> dict[str, Factor] | str:
-    """K_A … K_Fα of a gear mesh, each with its source; a text with the reasons if some are
-    unknown."""
+) -> dict[str, Factor] | tuple[str, ...]:
+    """K_A … K_Fα of a gear mesh, each with its source; the reasons if some are unknown."""
     rules, lines = case.rating, dict[str, Factor]()
     forced = rules.forced(group.stage, group.kind)
     of_planet = f"computed, planet {computed.planet}" if pair.stage.planets > 1 else "computed"
@@ -224,9 +225,9 @@ def load_factors(
     norm = transverse_factors(pair, load, product("K_A", "K_γ"), product("K_v", "K_Hβ"))
     for symbol, by_norm in zip(("K_Hα", "K_Fα"), norm, strict=True):
         take(symbol, (of_planet, computed.k_h_alpha), (METHOD_B, by_norm), least=1.0)
-    unknown = [reason for symbol, reason in REMEDIES.items() if symbol not in lines]
+    unknown = tuple(reason for symbol, reason in REMEDIES.items() if symbol not in lines)
     if unknown:
-        return "; ".join(unknown)
+        return unknown
     if any(METHOD_B in line.source for line in lines.values()):
         lines |= sheet_of(method_b_inputs(pair, load, product("K_A", "K_γ")))
     return lines
@@ -274,16 +275,16 @@ def _largest_factor(loaded: LoadedState, kind: Limit) -> str:
     return f"{symbol} {largest:.3g}" if largest > 1.0 + EQUAL_LOAD else ""
 
 
-def _also_missing(case: Case, pair: GearPair) -> str:
-    """Keys that are missing beside load factors: strengths, surfaces and accuracy of both gears."""
+def _also_missing(case: Case, pair: GearPair) -> list[str]:
+    """Text on keys that are missing beside load factors: strengths, surfaces and accuracy of both
+    gears; empty without any."""
     view, keys = case.view(pair.stage.name), list[str]()
     for gear in pair.gears.values():
         places: tuple[Limit, Limit] = ("flank", "root")
         of_gear = [key for place in places for key in missing_keys(pair, gear, place)]
         of_gear += ["accuracy_grade"] if tolerance(pair, gear, "pitch") is None else []
         keys += [key if "." in key or key == OIL else f"{gear.part}.{key}" for key in of_gear]
-    text = _missing(view, "", keys)
-    return f"; {text}" if text else ""
+    return list(filter(None, [_missing(view, "", keys)]))
 
 
 def _missing(view: StageView, gear: str, keys: Iterable[str]) -> str:

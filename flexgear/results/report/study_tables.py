@@ -47,10 +47,10 @@ def rating_verdicts(rating: Rating) -> list[Verdict]:
         verdicts.append(Verdict("note", "Reliability", figure, text, RATING))
     verdicts += _extreme(rating)
     names = ", ".join(_words(rating, name) for name in rating.not_assessed)
-    reasons = [rating.not_assessed.get(g.name, "") for g in rating.gear_meshes]
+    reasons = [gear_mesh.missing for gear_mesh in rating.gear_meshes]
     if reasons and all(reasons):
-        first = ", ".join(dict.fromkeys(reason.partition("; ")[0] for reason in reasons))
-        more = "; what else is missing stands below" if "; " in "".join(reasons) else ""
+        first = ", ".join(dict.fromkeys(of_gear_mesh[0] for of_gear_mesh in reasons))
+        more = "; what else is missing stands below" if max(map(len, reasons)) > 1 else ""
         verdicts.insert(0, Verdict("open", "Gears", "not assessed", f"{first}{more}.", RATING))
     verdicts.append(Verdict("open", "Not assessed", "", f"{names}: see below.", RATING))
     return verdicts
