@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import flexgear
-from flexgear.cli.vibration_commands import response_figures
+from flexgear.solve.response_figures import response_figures
 
 MASS, ROTARY, BEARING, GEAR_MESH, ANGLE = 0.66, 0.61, 1e8, 5e8, math.radians(24.6)
 SHARE, RPM, RING = 0.1, 5000.0, 96
