@@ -26,7 +26,7 @@ from flexgear.results.result_quantities import RESULT_QUANTITIES
 from flexgear.results.run_folder import transient_file
 from flexgear.results.settling import SensorRanges, WindowedRanges, window_edges, window_of
 from flexgear.results.sinks import DatasetSink, Ranges, RunSize, SinkGroup
-from flexgear.results.summary import finite, sharing_summary_of
+from flexgear.results.summary import sharing_summary_of
 from flexgear.results.time_figures import (
     distance_summary,
     energy_balance,
@@ -205,7 +205,7 @@ def _figures(model: Model, run: TimedRun, settled: Ranges) -> dict[str, Any]:
         "wall_time_s": run.wall,
         "realtime_factor": run.realtime_factor,
         "steps": int(run.data.attrs["steps"]),
-        "second_reduction": finite(model.modal.figures),
+        "second_reduction": model.modal.figures,
         "speed_rpm": _ends(settled, "input_speed", RPM),
         "port_torque_nm": {
             str(p): float(mean["port_torque"].sel(port=p)) for p in mean["port"].to_numpy()

@@ -201,11 +201,6 @@ def build_summary(**pieces: Any) -> dict[str, Any]:
     return summary
 
 
-def finite(figures: Mapping[str, float]) -> dict[str, float | None]:
-    """Figures with None for values that are not finite, which JSON cannot hold."""
-    return {name: value if math.isfinite(value) else None for name, value in figures.items()}
-
-
 def not_finite(value: Any, at: str = "") -> Iterator[str]:
     """Dotted names of numbers that are not finite."""
     if isinstance(value, Mapping):

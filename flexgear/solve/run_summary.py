@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -20,7 +21,7 @@ from flexgear.results.report.wording import words
 from flexgear.results.settling import settled, window_of
 from flexgear.results.sinks import between, ranges_of
 from flexgear.results.stage_figures import STAGE_FIGURES, StageRun, flow_summary
-from flexgear.results.summary import build_summary, finite, modes_summary, sharing_summary_of
+from flexgear.results.summary import build_summary, modes_summary, sharing_summary_of
 from flexgear.results.time_figures import (
     RIM,
     STEADY,
@@ -85,7 +86,7 @@ def run_summary(analyses: Analyses) -> dict[str, Any]:
         system={
             "bodies": len(model.system.bodies),
             "coordinates": model.system.size,
-            **finite(model.modal.figures),
+            **{n: x if math.isfinite(x) else None for n, x in model.modal.figures.items()},
         },
         power_flow=flow_summary(model.flow),
         stages=stages_summary(model, equilibria),
