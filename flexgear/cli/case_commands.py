@@ -141,7 +141,12 @@ def schema(
     An editor that knows taplo (Even Better TOML in VS Code) completes, explains and checks the keys
     of a case that begins with the line "#:schema ./flexgear.schema.json".
     """
-    content = _summary_schema() if summary else json_schema()
+    content = json_schema()
+    if summary:
+        from flexgear.results.summary import json_schema as summary_schema
+        from flexgear.solve.headlines import rows_schema
+
+        content = summary_schema({"headlines": rows_schema()})
     text = json.dumps(content, indent=1, ensure_ascii=False) + "\n"
     if out is None:
         typer.echo(text, nl=False)
@@ -157,13 +162,6 @@ def schema(
         typer.echo(f"wrote {out}")
         return
     typer.echo(f"wrote {out}; begin cases beside it with the line: #:schema ./{out.name}")
-
-
-def _summary_schema() -> dict[str, Any]:
-    from flexgear.results import summary
-    from flexgear.solve.headlines import rows_schema
-
-    return summary.json_schema({"headlines": rows_schema()})
 
 
 ROUNDING = 1e-9

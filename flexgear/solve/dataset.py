@@ -33,8 +33,7 @@ from flexgear.results.sinks import SENSOR_TIME
 from flexgear.solve.angles import given_speeds
 from flexgear.solve.face_load import face_arrays, face_labels
 from flexgear.solve.model import Model, flank_name
-
-NODES = {"shaft": "sun"}  # node that represents a flexible body; "drive" for other parts
+from flexgear.solve.sensors import NODES
 
 
 def transient_data(model: Model, result: Transient, **attrs: Any) -> xr.Dataset:

@@ -41,7 +41,7 @@ from flexgear.structures.surface_strain import Ray, Surface
 
 MAX_DISTANCE = 0.25  # of a position from the surface, over the longest edge of the nearest triangle
 AROUND = 180  # points of a body that turns past a sensor
-NODES = {"shaft": "sun"}  # node that represents a body; for others "drive", or the first node
+NODES = {"shaft": "sun"}  # node that represents a flexible body; "drive" of other parts
 
 
 def torque_names(system: System) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -254,14 +255,11 @@ def sensor_signals(point: Point) -> MeasuredValues:
 @measure("speeds of members and planets, gear-mesh frequencies")
 def speeds(point: Point) -> MeasuredValues:
     """Speeds of the power flow."""
+    of, about = partial(_of_stages, point), "speed of planets to their carrier"
     return {
         "speed": _members(point.flow.speed, "rad/s", "speed of the member"),
-        "planet_relative_speed": _of_stages(
-            point, "planet_relative_speed", "rad/s", "speed of planets to their carrier"
-        ),
-        "gear_mesh_frequency": _of_stages(
-            point, "gear_mesh_frequency", "Hz", "gear-mesh frequency"
-        ),
+        "planet_relative_speed": of("planet_relative_speed", "rad/s", about),
+        "gear_mesh_frequency": of("gear_mesh_frequency", "Hz", "gear-mesh frequency"),
     }
 
 
@@ -276,11 +274,10 @@ def torques(point: Point) -> MeasuredValues:
 def powers(point: Point) -> MeasuredValues:
     """Powers of the power flow."""
     flow, about = point.flow, "power that enters the stage at the member"
+    rolling = "rolling power of the stage, sun to ring"
     return {
         "power": _members(flow.branch_power, "W", about),
-        "rolling_power": _of_stages(
-            point, "stage_power", "W", "rolling power of the stage, sun to ring"
-        ),
+        "rolling_power": _of_stages(point, "stage_power", "W", rolling),
         "circulating_power": array(flow.circulating_power, "W", "power round closed loops"),
     }
 
@@ -301,10 +298,9 @@ def _of_stages(point: Point, name: str, units: str, about: str) -> xr.DataArray:
 def mean_forces(point: Point) -> MeasuredValues:
     """Mean forces of the power flow."""
     names = ("sun_gear_mesh_force", "ring_gear_mesh_force", "planet_bearing_force")
+    of = partial(_of_stages, point)
     return {
-        f"mean_{name}": abs(
-            _of_stages(point, name, "N", f"mean {name.replace('_', ' ')} of a planet")
-        )
+        f"mean_{name}": abs(of(name, "N", f"mean {name.replace('_', ' ')} of a planet"))
         for name in names
     }
 

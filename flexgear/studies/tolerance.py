@@ -154,10 +154,7 @@ def as_stated(setup: ToleranceSetup) -> Batch:
 
 def sets_of(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]]) -> ErrorSets:
     """Errors and flank gaps of samples; seeds: of the pitch deviations, by sample and stage."""
-    cases = [
-        with_sample(setup.case, values, j, seeds_of_sample)
-        for j, seeds_of_sample in enumerate(seeds)
-    ]
+    cases = [with_sample(setup.case, values, j, of_sample) for j, of_sample in enumerate(seeds)]
     sets = error_sets(cases, setup.paths, setup.labels, setup.pairs)
     if not setup.gap_factors.size:
         return sets
@@ -270,12 +267,8 @@ def _turns(case: Case) -> dict[str, Array]:
         if s.planets > 1 and m.theta != 0
     }
     if not turns:
-        raise InputError(
-            case.source,
-            "planets",
-            "there is no stage whose planets share a load",
-            "take a case with two planets or more",
-        )
+        problem = "there is no stage whose planets share a load"
+        raise InputError(case.source, "planets", problem, "take a case with two planets or more")
     return turns
 
 

@@ -207,7 +207,7 @@ def campbell_chart(data: xr.Dataset) -> Figure:
     """Campbell diagram with a panel for each stage: natural frequencies and orders of excitation
     over speed; dots where an order is within the margin of a mode at an operating speed, filled if
     it excites the mode even in a stage with equal planets."""
-    stages = _excited_stages(data)
+    stages = list(dict.fromkeys(map(str, data["excitation_stage"].to_numpy()))) or [""]
     figure, axes = panels(len(stages), 1, height_mm=30 + 95 * len(stages))
     whirls = bool(np.any(np.abs(np.nan_to_num(data["whirl"].to_numpy())) >= CIRCULAR))
     kinds: set[int] = set()
@@ -218,11 +218,6 @@ def campbell_chart(data: xr.Dataset) -> Figure:
     axes[-1, 0].set_xlabel("speed over rated speed (–)")
     legend_below(figure, _legend(data, sorted(kinds), whirls), 3)
     return figure
-
-
-def _excited_stages(data: xr.Dataset) -> list[str]:
-    """Names of excited stages; "" alone without any excitation."""
-    return list(dict.fromkeys(map(str, data["excitation_stage"].to_numpy()))) or [""]
 
 
 def _panel(ax: Axes, data: xr.Dataset, stage: str, whirls: bool) -> set[int]:

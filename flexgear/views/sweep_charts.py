@@ -110,10 +110,14 @@ def _lines(data: xr.Dataset, field: xr.DataArray, keys: list[str], label: str) -
     handles: dict[str, Line2D] = {}
     for ax, (title, part) in zip(axes[:, 0], parts, strict=True):
         curves = _curves(part, *keys)
-        _draw(ax, part[keys[0]], curves, _spreads(field))
+        _draw(ax, part[keys[0]], curves, field)
         ax.set_title(title)
         ax.set_ylabel(label)
-        handles |= {c.label: _handle(c) for c in curves if c.label}
+        handles |= {
+            c.label: Line2D([], [], color=c.colour, ls=c.style, lw=1.5, label=c.label)
+            for c in curves
+            if c.label
+        }
     if not by_key and "mode" in field.dims and "mode_type" in data:
         handles = _marked_types(axes[-1, 0], data, field, keys[0])
     axes[-1, 0].set_xlabel(_key_label(field[keys[0]]))
@@ -201,9 +205,9 @@ def _curves(part: xr.DataArray, key: str, other: str = "") -> list[Curve]:
     return out
 
 
-def _draw(ax: Axes, ticks: xr.DataArray, curves: list[Curve], spread: bool) -> None:
-    """Draw lines, equal lines with alternating dashes; spread: whether a logarithmic scale is
-    suitable."""
+def _draw(ax: Axes, ticks: xr.DataArray, curves: list[Curve], field: xr.DataArray) -> None:
+    """Draw lines of a variable, equal lines with alternating dashes; frequencies and lives, whose
+    ratios are more important than differences, on a logarithmic scale where they spread widely."""
     x = _positions(ticks)
     marker = "o" if len(x) <= MAX_MARKERS else ""
     for k, curve in enumerate(curves):
@@ -218,6 +222,7 @@ def _draw(ax: Axes, ticks: xr.DataArray, curves: list[Curve], spread: bool) -> N
         )  # fmt: skip
     _axis(ax, ticks, "x")
     values = np.concatenate([c.values[np.isfinite(c.values)] for c in curves] or [np.ones(1)])
+    spread = field.attrs.get("units") == "Hz" or "life" in str(field.name)
     if spread and values.size and values.min() > 0 and values.max() > SPREAD * values.min():
         ax.set_yscale("log")
         ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
@@ -268,11 +273,6 @@ def _logarithmic(ticks: xr.DataArray) -> bool:
     return bool(ticks.attrs.get("logarithmic")) or float(ticks.max() / ticks.min()) > 2 * WIDE
 
 
-def _spreads(field: xr.DataArray) -> bool:
-    """Whether ratios of values are more important than differences: frequencies, lives."""
-    return field.attrs.get("units") == "Hz" or "life" in str(field.name)
-
-
 def _positions(ticks: xr.DataArray) -> Array:
     if ticks.dtype.kind in "if":
         return np.asarray(ticks, dtype=float)
@@ -294,10 +294,6 @@ def scale_of(field: xr.DataArray) -> tuple[float, str]:
         return SCALES[unit]
     printed, factor = scale(field.to_numpy().ravel(), unit)
     return factor, printed
-
-
-def _handle(curve: Curve) -> Line2D:
-    return Line2D([], [], color=curve.colour, ls=curve.style, lw=1.5, label=curve.label)
 
 
 def _key_label(ticks: xr.DataArray, room: int = WIDE_LABEL) -> str:

@@ -61,7 +61,9 @@ def _of_line(line: Line2D, limit: int) -> dict[str, Any]:
     if marked:
         face = line.get_markerfacecolor()
         trace["marker"] = {
-            "color": colour_of(face) if _is_colour(face) else colour,
+            "color": colour
+            if isinstance(face, str) and face in ("none", "auto")
+            else colour_of(face),
             "symbol": MARKERS[marker],
             "size": float(line.get_markersize()) * 1.2,
         }
@@ -206,10 +208,6 @@ def listed(values: Array) -> list[float | None]:
     if not finite.all():
         rounded = [x if is_finite else None for x, is_finite in zip(rounded, finite, strict=True)]
     return rounded
-
-
-def _is_colour(value: Any) -> bool:
-    return not (isinstance(value, str) and value in ("none", "auto"))
 
 
 def colour_of(value: Any) -> str:

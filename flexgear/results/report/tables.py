@@ -338,19 +338,15 @@ def case_tables(case: Case) -> list[Table]:
         value = getattr(case, name)
         if isinstance(value, BaseModel):
             tables.append(Table("case", words(name), list(_rows(value))))
-        elif (
-            name not in ("stages", "load_cases")
-            and isinstance(value, tuple)
-            and value
-            and _is_model(value[0])
-        ):
+        elif name not in ("stages", "load_cases") and _has_models(value):
             rows = [row for k, item in enumerate(value) for row in _rows(item, f"{k + 1} · ")]
             tables.append(Table("case", words(name), rows))
     return [table for table in tables if table.rows]
 
 
-def _is_model(value: Any) -> bool:
-    return isinstance(value, BaseModel)
+def _has_models(value: Any) -> bool:
+    """Whether a value is a list of sections."""
+    return isinstance(value, tuple) and bool(value) and isinstance(value[0], BaseModel)
 
 
 def _rows(section: BaseModel, before: str = "") -> Iterator[Row]:
@@ -360,7 +356,7 @@ def _rows(section: BaseModel, before: str = "") -> Iterator[Row]:
         label = before + words(name)
         if isinstance(value, BaseModel):
             yield from _rows(value, f"{label} · ")
-        elif isinstance(value, tuple) and value and _is_model(value[0]):
+        elif _has_models(value):
             for k, item in enumerate(value):
                 yield from _rows(item, f"{label} {k + 1} · ")
         elif value is not None and value != ():

@@ -102,7 +102,8 @@ def _largest(
     loaded = {g: (size, limit) for g, (size, limit) in stresses.items() if size > 0.0}
     if not loaded:
         return
-    texts = {g: _stress_text(size, limit) for g, (size, limit) in loaded.items()}
+    limits = {g: f" of {number(limit / 1e6)}" if limit else "" for g, (_, limit) in loaded.items()}
+    texts = {g: f"{number(size / 1e6)}{limits[g]} MPa" for g, (size, _) in loaded.items()}
     use = {g: (-size / (limit or math.inf), -size) for g, (size, limit) in loaded.items()}
     gear, *others = sorted(loaded, key=lambda g: use[g])
     basis = kind.computed if computed else kind.nominal
@@ -142,12 +143,6 @@ def _assessed(
     if computed:
         return "good", reason
     return "note", f"{reason} No verdict: the load along the face is not computed."
-
-
-def _stress_text(stress: float, limit: float | None) -> str:
-    """A stress and its limit, Pa, in words: "246.6 of 400 MPa"."""
-    limit_text = "" if limit is None else f" of {number(limit / 1e6)}"
-    return f"{number(stress / 1e6)}{limit_text} MPa"
 
 
 def _percent(share: float) -> str:
