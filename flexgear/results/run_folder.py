@@ -13,7 +13,7 @@ from typing import Any
 import xarray as xr
 from pydantic import ValidationError
 
-from flexgear.gears.power_flow import PowerFlow, power_flow
+from flexgear.gears.power_flow import PowerFlow, StageFlow, power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.input_file import MEGABYTE, read_text
@@ -21,6 +21,7 @@ from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
 from flexgear.results.dataset_file import reopened
 from flexgear.results.settling import settled
+from flexgear.results.stage_figures import root_extremes
 from flexgear.results.stage_part import stage_part
 from flexgear.results.summary import VERSION, missing_keys
 
@@ -44,27 +45,38 @@ class Folder:
     summary: Mapping[str, Any]
 
     @property
-    def rings(self) -> list[RingFolder]:
-        """Results of the stages with an FE ring."""
-        return [RingFolder(self, stage) for stage in self.case.fe_ring_stages]
+    def rings(self) -> list[StageOfRun]:
+        """The stages with an FE ring."""
+        return [StageOfRun(self, stage) for stage in self.case.fe_ring_stages]
 
 
 @dataclass(frozen=True)
-class RingFolder:
-    """Results of one stage with an FE ring."""
+class StageOfRun:
+    """A stage of a run; steady, equilibria: results of a stage with an FE ring."""
 
     run: Folder
     name: str
 
     @property
-    def stage(self) -> StageView:
-        """The stage with the keys of its case."""
-        return self.run.case.flexible_stages[self.name]
+    def view(self) -> StageView:
+        """The stage of the case."""
+        return self.run.case.view(self.name)
 
     @property
-    def prefix(self) -> str:
-        """Prefix of the names of the stage's pictures."""
-        return prefix_of(self.name)
+    def flow(self) -> StageFlow:
+        """Speeds, torques and forces of the stage."""
+        return self.run.flow.stage(self.name)
+
+    @property
+    def is_shared(self) -> bool:
+        """Whether the planets share a load."""
+        shared = self.run.datasets["transient"]["group_stage"].to_numpy()
+        return self.flow.kind == "planetary" and self.name in shared
+
+    @property
+    def has_roots(self) -> bool:
+        """Whether root stresses of its teeth were computed."""
+        return bool(root_extremes(self.run.datasets["equilibrium"], self.name))
 
     def runs(self, start: str) -> dict[str, xr.Dataset]:
         """Datasets whose names begin with ``start``, by variant, first that of the case."""

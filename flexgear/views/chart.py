@@ -9,14 +9,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from flexgear.gears.paths import modified_flanks, stage_paths
-from flexgear.gears.power_flow import StageFlow
 from flexgear.model.errors import FlexgearError
-from flexgear.model.stage_view import StageView
 from flexgear.results.quantities import Figure
 from flexgear.results.report.wording import of_stage, window_words, with_unit
-from flexgear.results.run_folder import Folder, prefix_of
+from flexgear.results.run_folder import Folder, StageOfRun, prefix_of
 from flexgear.results.settling import window_of
-from flexgear.results.stage_figures import root_extremes
 from flexgear.results.tooth_pattern import carrying_sets
 
 
@@ -120,35 +117,6 @@ def figures(figure: Figure, run: Folder) -> Iterator[Subject]:
         yield Subject({}, (by_stage,))
 
 
-@dataclass(frozen=True)
-class StageOfRun:
-    """A stage of a run, as argument of charts."""
-
-    run: Folder
-    name: str
-
-    @property
-    def view(self) -> StageView:
-        """The stage of the case."""
-        return self.run.case.view(self.name)
-
-    @property
-    def flow(self) -> StageFlow:
-        """Speeds, torques and forces of the stage."""
-        return self.run.flow.stage(self.name)
-
-    @property
-    def is_shared(self) -> bool:
-        """Whether the planets share a load."""
-        shared = self.run.datasets["transient"]["group_stage"].to_numpy()
-        return self.flow.kind == "planetary" and self.name in shared
-
-    @property
-    def has_roots(self) -> bool:
-        """Whether root stresses of its teeth were computed."""
-        return bool(root_extremes(self.run.datasets["equilibrium"], self.name))
-
-
 def stages(run: Folder) -> Iterator[Subject]:
     """Every stage; word hz: gear-mesh frequency."""
     for stage in run.flow.stages:
@@ -181,10 +149,10 @@ def tooth_sets(run: Folder) -> Iterator[Subject]:
 def rings(run: Folder) -> Iterator[Subject]:
     """FE rings; words prefix: of file names, ring: of captions."""
     for ring in run.rings:
-        words, half = _words(run, ring.name), ring.stage.stage.double_helical
-        title = f"{words['Stage']}: " if ring.prefix else ""
-        title += "left half: " if half else ""
-        yield Subject(words | {"prefix": ring.prefix, "ring": title}, (ring,))
+        words, prefix = _words(run, ring.name), prefix_of(ring.name)
+        title = f"{words['Stage']}: " if prefix else ""
+        title += "left half: " if ring.view.stage.double_helical else ""
+        yield Subject(words | {"prefix": prefix, "ring": title}, (ring,))
 
 
 def torque_drops(run: Folder) -> Iterator[Subject]:

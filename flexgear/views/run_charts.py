@@ -17,7 +17,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.names import GEAR_MESH, SHAFT
 from flexgear.results.report.wording import with_unit
-from flexgear.results.run_folder import RingFolder
+from flexgear.results.run_folder import StageOfRun
 from flexgear.results.run_orders import HIGHEST_ORDER, case_of, gear_mesh_orders
 from flexgear.results.settling import settled
 from flexgear.results.sinks import between
@@ -26,7 +26,7 @@ from flexgear.results.time_figures import ORDERS, radial_harmonics
 from flexgear.results.tooth_pattern import ToothPattern, gear_pattern, planet_pattern
 from flexgear.views import chart as each
 from flexgear.views import charts, face_load_charts, histories, sharing_charts, star, style
-from flexgear.views.chart import Chart, Drawing, NotDrawn, StageOfRun, Subjects, having
+from flexgear.views.chart import Chart, Drawing, NotDrawn, Subjects, having
 from flexgear.views.charts import figure_bars
 from flexgear.views.face_load_charts import root_stress_chart, tooth_rows_chart
 from flexgear.views.mode_charts import campbell_chart, modes_chart
@@ -99,49 +99,49 @@ def _sensors(data: xr.Dataset) -> Any:
     return sensors_chart(settled(data))
 
 
-def _outline(ring: RingFolder) -> star.StageOutline:
+def _outline(ring: StageOfRun) -> star.StageOutline:
     """Circles of the gears of a stage with an FE ring."""
-    g = stage_geometry(ring.run.case.view(ring.name))
+    g = stage_geometry(ring.view)
     return star.StageOutline(
         ring_radius=g.ring.reference_radius,
         sun_radius=g.sun.reference_radius,
         planet_radius=g.planet.reference_radius,
         center_distance=g.center_distance,
-        planet_angles=tuple(ring.stage.stage.planet_angles),
+        planet_angles=tuple(ring.view.stage.planet_angles),
     )
 
 
-def _two_positions(ring: RingFolder) -> tuple[xr.DataArray, Any, star.StageOutline]:
+def _two_positions(ring: StageOfRun) -> tuple[xr.DataArray, Any, star.StageOutline]:
     """Displacement of ring teeth and carrier angles in two equilibria, with the first tooth at a
     planet and between two planets, and the outline of the stage; one equilibrium if it is the
     nearest to both."""
-    turned = ring.equilibria["stage_angle"].to_numpy() * ring.stage.stage.planets / (2.0 * np.pi)
+    turned = ring.equilibria["stage_angle"].to_numpy() * ring.view.stage.planets / (2.0 * np.pi)
     distances = [np.abs((turned - target + 0.5) % 1.0 - 0.5).round(6) for target in (0.0, 0.5)]
     positions = ring.equilibria.isel(position=list(dict.fromkeys(map(np.argmin, distances))))
     return positions["tooth_displacement"], positions["stage_angle"].to_numpy(), _outline(ring)
 
 
-def _harmonics(ring: RingFolder) -> Any:
+def _harmonics(ring: StageOfRun) -> Any:
     """Radial harmonics of the ring in the first position."""
     orders = np.abs(radial_harmonics(ring.equilibria["tooth_displacement"].to_numpy()[0]))
-    return charts.radial_harmonics(orders[:ORDERS], ring.stage.stage.planets)
+    return charts.radial_harmonics(orders[:ORDERS], ring.view.stage.planets)
 
 
-def _first(ring: RingFolder) -> xr.Dataset:
+def _first(ring: StageOfRun) -> xr.Dataset:
     """The settled part of the transient of the first variant, which is the case itself."""
     return next(iter(ring.steady.values()))
 
 
-def _pair_loads(ring: RingFolder, gear: str) -> Any:
+def _pair_loads(ring: StageOfRun, gear: str) -> Any:
     """Loads of the tooth pairs of planet 1 over a few pitches, in the middle of the run."""
     name, first = next(iter(ring.steady.items()))
     angle = float(first["stage_angle"][first.sizes["time"] // 2])
-    close = (angle, angle + TEETH_SHOWN * 2 * np.pi / ring.stage.ring_gear.teeth)
+    close = (angle, angle + TEETH_SHOWN * 2 * np.pi / ring.view.ring_gear.teeth)
     close_runs = within_window(ring.steady, "stage_angle", close)
     return histories.pair_loads(close_runs, gear, split=name)
 
 
-def _drop(ring: RingFolder, depth: str) -> dict[str, xr.Dataset]:
+def _drop(ring: StageOfRun, depth: str) -> dict[str, xr.Dataset]:
     """Transients of a torque drop by variant, thinned for a picture."""
     parts = ring.runs(f"torque_step_{depth}")
     return {n: thinned(part, MAX_OF_DROP) for n, part in parts.items()}
@@ -151,12 +151,12 @@ def _energy(data: xr.Dataset, *_: Any) -> Any:
     return charts.energy_balance(thinned(data, MAX_OF_DROP))
 
 
-def _animation(ring: RingFolder) -> Drawing:
+def _animation(ring: StageOfRun) -> Drawing:
     """Animation of the deformed ring over one planet spacing of the carrier."""
     from flexgear.views.scenes import star_scene
 
     angles = ring.equilibria["stage_angle"].to_numpy()
-    loop = np.flatnonzero(angles < ring.stage.stage.planet_period - 1e-9)
+    loop = np.flatnonzero(angles < ring.view.stage.planet_period - 1e-9)
     shape, outline = ring.equilibria["tooth_displacement"][loop], _outline(ring)
 
     write = partial(star.animate_star, shape, angles[loop], outline, dpi=90, frames_per_second=12)
