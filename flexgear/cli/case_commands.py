@@ -67,12 +67,12 @@ def check(
 
 def _write(folder: Path, case: Case, figures: Sections, doubts: Sequence[str]) -> None:
     """Write figures, and pictures of modified flanks, in place of earlier ones."""
-    from flexgear.results.run_folder import Folder
+    from flexgear.results.run_folder import Run
     from flexgear.views.chart import flanks, planned
     from flexgear.views.run_charts import FLANK
     from flexgear.views.style import save_figure
 
-    plan = planned(Folder(case, power_flow(case), {}, {}, {}), [(flanks, [FLANK])])
+    plan = planned(Run(case, power_flow(case), {}, {}, {}), [(flanks, [FLANK])])
     head = {"result": "check", "case": case.name, "content_hash": case.content_hash()}
     with staged_folder(folder, options.earlier(options.CHECK)) as stage:
         content = {**head, "figures": figures, "warnings": list(doubts)}

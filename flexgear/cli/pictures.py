@@ -14,7 +14,7 @@ from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.results.report.tables import case_tables, tables
 from flexgear.results.report.wording import stage_line, with_unit, words
-from flexgear.results.run_folder import Folder, read_folder
+from flexgear.results.run_folder import Run, read_folder
 from flexgear.solve.headlines import verdicts
 from flexgear.studies.early_workers import EarlyWorkers
 from flexgear.views import style
@@ -27,7 +27,7 @@ TITLE_WIDTH = 85  # characters of a line
 
 
 def draw(
-    content: Folder,
+    content: Run,
     source: Path,
     target: Path,
     report: Report,
@@ -44,7 +44,7 @@ def draw(
 
 
 def drawn_side(
-    content: Folder, source: Path, target: Path, report: Report, workers: EarlyWorkers
+    content: Run, source: Path, target: Path, report: Report, workers: EarlyWorkers
 ) -> tuple[Side, list[str]]:
     """Draw the pictures; returns their side of the report and notes on omitted pictures."""
     report("pictures", 0.0)
@@ -99,7 +99,7 @@ def _lead(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> str:
 class Pictures:
     """Draws pictures of the run ``content``, by name, into the folder "pictures" of ``target``."""
 
-    content: Folder
+    content: Run
     target: Path
 
     @cached_property

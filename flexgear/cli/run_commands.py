@@ -17,10 +17,10 @@ from flexgear.results.dataset_file import save
 from flexgear.results.origin import origin_of_case
 from flexgear.results.report.parts import Verdict
 from flexgear.results.report.wording import with_unit
-from flexgear.results.run_folder import FIELDS, Folder, complete, read_folder
+from flexgear.results.run_folder import FIELDS, Run, complete, read_folder
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.headlines import WARNING, verdicts
-from flexgear.solve.run import Run, Stopwatch
+from flexgear.solve.run import Stopwatch
 from flexgear.solve.run import run as run_all
 from flexgear.studies.early_workers import EarlyWorkers
 
@@ -44,7 +44,6 @@ def run(
         with watch.stage("bodies"):
             bodies = reduced_bodies(source, report)
         result = run_all(source, report, watch, bodies=bodies, folder=stage)
-        content = Folder(source, result.flow, result.datasets, result.fields, result.summary)
         notes: list[str] = []
         lost: list[str] = []
         with watch.stage("saving"):
@@ -53,7 +52,7 @@ def run(
             with watch.stage("pictures"), options.without_pictures(lost):
                 from flexgear.cli.pictures import draw
 
-                notes = draw(content, stage, stage, report, workers, interactive)
+                notes = draw(result, stage, stage, report, workers, interactive)
         summary = result.with_timing(**watch.seconds).summary
         write_json(stage / "summary.json", summary)
     warn([*summary["warnings"], *notes])
@@ -116,7 +115,7 @@ def render(
 
 
 def draw_again(
-    content: Folder, folder: Path, target: Path, interactive: bool, report: Report
+    content: Run, folder: Path, target: Path, interactive: bool, report: Report
 ) -> list[str]:
     """Draw pictures and report of the run in ``folder`` into ``target``; returns notes on omitted
     pictures."""

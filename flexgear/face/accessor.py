@@ -17,7 +17,7 @@ from flexgear.model.arguments import Positive, checked
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.results.dataset_file import reopened
-from flexgear.results.run_folder import Folder, tuples_of
+from flexgear.results.run_folder import Run, tuples_of
 from flexgear.results.sinks import TIME, ranges_of
 
 if TYPE_CHECKING:
@@ -150,7 +150,7 @@ class Plots:
             return {name: partial(tolerance_chart, self._data, name) for name in drawn}
         case = Case.model_validate(tuples_of(json.loads(self._data.attrs["parameters"])))
         summary = {"variant": self._data.attrs["variant"]}
-        run = Folder(case, power_flow(case), _by_file(self._data), {}, summary)
+        run = Run(case, power_flow(case), _by_file(self._data), {}, summary)
         plan: dict[str, Planned] = {}
         for subjects, charts in RUN_CHARTS:
             for chart in charts:

@@ -21,7 +21,7 @@ from flexgear.results.report.wording import stage_line
 if TYPE_CHECKING:
     from flexgear.face.model import Model
     from flexgear.face.runs import Rating
-    from flexgear.solve.run import Run
+    from flexgear.results.run_folder import Run
     from flexgear.structures.reduced import ReducedBody
 
 

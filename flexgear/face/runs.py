@@ -12,17 +12,16 @@ from flexgear.face import accessor as accessor  # datasets have ``.fg`` from her
 from flexgear.face.notebook import Progress, html_table, progress_or_bars
 from flexgear.files.atomic import staged_folder
 from flexgear.model.case import Case
-from flexgear.results import rating
+from flexgear.results import rating, run_folder
 from flexgear.results.origin import origin_of_case
 from flexgear.results.report.study_tables import rating_verdicts
-from flexgear.results.run_folder import read_folder
 from flexgear.solve import run
 from flexgear.solve.headlines import verdicts
 from flexgear.studies.rating import rate
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Run(run.Run):
+class Run(run_folder.Run):
     """Results of a run: case, power flow, datasets by file name, fields of bodies, summary."""
 
     def __repr__(self) -> str:
@@ -71,8 +70,7 @@ def rate_case(
 
 def read_run(folder: str | Path) -> Run:
     """The run that ``Case.run`` or ``flexgear run`` saved in a folder; InputError without one."""
-    content = read_folder(Path(folder))
-    return Run(content.case, content.flow, content.datasets, content.fields, dict(content.summary))
+    return Run(**vars(run_folder.read_folder(Path(folder))))
 
 
 def report(
@@ -84,5 +82,5 @@ def report(
     without a finished run.
     """
     at = Path(folder)
-    draw_again(read_folder(at), at, at, interactive, progress_or_bars(progress))
+    draw_again(run_folder.read_folder(at), at, at, interactive, progress_or_bars(progress))
     return at / "report.html"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -35,26 +35,32 @@ def transient_file(path: Path) -> Path:
 
 
 @dataclass(frozen=True)
-class Folder:
-    """Results of a run: datasets by name, displacement fields by body, summary, power flow."""
+class Run:
+    """Results of a run: case, power flow, datasets by file name (without suffix), displacement
+    fields by body, summary."""
 
     case: Case
     flow: PowerFlow
     datasets: Mapping[str, xr.Dataset]
     fields: Mapping[BodyName, xr.Dataset]
-    summary: Mapping[str, Any]
+    summary: dict[str, Any]
 
     @property
     def rings(self) -> list[StageOfRun]:
         """The stages with an FE ring."""
         return [StageOfRun(self, stage) for stage in self.case.fe_ring_stages]
 
+    def with_timing(self, **seconds: float) -> Run:
+        """A copy with further wall times in the summary, s."""
+        summary = {**self.summary, "timing_s": {**self.summary["timing_s"], **seconds}}
+        return replace(self, summary=summary)
+
 
 @dataclass(frozen=True)
 class StageOfRun:
     """A stage of a run; steady, equilibria: results of a stage with an FE ring."""
 
-    run: Folder
+    run: Run
     name: str
 
     @property
@@ -103,7 +109,7 @@ def prefix_of(stage: str) -> str:
     return "" if stage == "stage" else f"{stage}_"
 
 
-def read_folder(folder: Path) -> Folder:
+def read_folder(folder: Path) -> Run:
     """Read case, datasets and summary of a run; InputError if they are missing or damaged."""
     summary, case = _json(folder, "summary.json"), _json(folder, "case.json")
     version = summary.get("version")
@@ -122,7 +128,7 @@ def read_folder(folder: Path) -> Folder:
         raise _damaged(folder, "its files", str(error)) from None
     of_fields = [name for name in data if name.startswith(FIELDS)]
     fields = {BodyName.parse(name.removeprefix(FIELDS)): data.pop(name) for name in of_fields}
-    return Folder(validated, flow, data, fields, summary)
+    return Run(validated, flow, data, fields, summary)
 
 
 @contextmanager

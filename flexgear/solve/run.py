@@ -9,7 +9,6 @@ import time
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
@@ -18,10 +17,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.model.names import BodyName
 from flexgear.results.face_load import cycle_figures, face_figures
+from flexgear.results.run_folder import Run
 from flexgear.solve.angles import lead_speed, one_turn, stage_motions
 from flexgear.solve.bodies import Bodies, Progress, silent
 from flexgear.solve.campbell import campbell
@@ -43,23 +42,6 @@ from flexgear.structures.linalg.dense import single_threaded_blas
 WORKERS = 2
 POSITIONS = 24  # equilibria over one gear-mesh cycle of the slowest stage
 TURN = 120  # equilibria over one turn of carrier against ring, with flexible rings
-
-
-@dataclass(frozen=True)
-class Run:
-    """Results of a run: case, power flow, datasets by file name (without suffix), displacement
-    fields by body, summary."""
-
-    case: Case
-    flow: PowerFlow
-    datasets: Mapping[str, xr.Dataset]
-    fields: Mapping[BodyName, xr.Dataset]
-    summary: dict[str, Any]
-
-    def with_timing(self, **seconds: float) -> Run:
-        """A copy with further wall times in the summary, s."""
-        summary = {**self.summary, "timing_s": {**self.summary["timing_s"], **seconds}}
-        return replace(self, summary=summary)
 
 
 class Stopwatch:

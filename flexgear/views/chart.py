@@ -12,7 +12,7 @@ from flexgear.gears.paths import modified_flanks, stage_paths
 from flexgear.model.errors import FlexgearError
 from flexgear.results.quantities import Figure
 from flexgear.results.report.wording import of_stage, window_words, with_unit
-from flexgear.results.run_folder import Folder, StageOfRun, prefix_of
+from flexgear.results.run_folder import Run, StageOfRun, prefix_of
 from flexgear.results.settling import window_of
 from flexgear.results.tooth_pattern import carrying_sets
 
@@ -37,7 +37,7 @@ class Subject(NamedTuple):
     of: tuple[Any, ...] = ()
 
 
-Subjects = Callable[[Folder], Iterable[Subject]]
+Subjects = Callable[[Run], Iterable[Subject]]
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Chart:
     slow: bool = False
     suffix: str = ".png"
 
-    def sources(self, run: Folder, words: Mapping[str, str]) -> tuple[Any, ...] | None:
+    def sources(self, run: Run, words: Mapping[str, str]) -> tuple[Any, ...] | None:
         """The dataset to draw, () if none is named; None if the run has no such picture."""
         if not self.data:
             return ()
@@ -81,7 +81,7 @@ class Planned(NamedTuple):
         return self.chart.draw(*self.arguments)
 
 
-def planned(run: Folder, charts: Iterable[tuple[Subjects, Sequence[Chart]]]) -> dict[str, Planned]:
+def planned(run: Run, charts: Iterable[tuple[Subjects, Sequence[Chart]]]) -> dict[str, Planned]:
     """Pictures of a run by file name: those of every subject and chart, slow ones last."""
     plan: dict[str, Planned] = {}
     for subjects, subject_charts in charts:
@@ -98,17 +98,17 @@ def having(subjects: Subjects, condition: Callable[..., object]) -> Subjects:
     return lambda run: (subject for subject in subjects(run) if condition(*subject.of))
 
 
-def runs(run: Folder) -> Iterator[Subject]:
+def runs(run: Run) -> Iterator[Subject]:
     """The run itself, for charts that draw only a dataset."""
     yield Subject({"window": _window(run)})
 
 
-def trains(run: Folder) -> Iterator[Subject]:
+def trains(run: Run) -> Iterator[Subject]:
     """The train, with its power flow."""
     yield Subject({}, (run.flow,))
 
 
-def figures(figure: Figure, run: Folder) -> Iterator[Subject]:
+def figures(figure: Figure, run: Run) -> Iterator[Subject]:
     """Values of a figure of the summary by stage, if any stage has it."""
     stages = run.summary["stages"].items()
     key = figure.names[0]
@@ -117,14 +117,14 @@ def figures(figure: Figure, run: Folder) -> Iterator[Subject]:
         yield Subject({}, (by_stage,))
 
 
-def stages(run: Folder) -> Iterator[Subject]:
+def stages(run: Run) -> Iterator[Subject]:
     """Every stage; word hz: gear-mesh frequency."""
     for stage in run.flow.stages:
         hz = f"{stage.gear_mesh_frequency:.5g}"
         yield Subject({**_words(run, stage.name), "hz": hz}, (StageOfRun(run, stage.name),))
 
 
-def flanks(run: Folder) -> Iterator[Subject]:
+def flanks(run: Run) -> Iterator[Subject]:
     """Modified flanks, each with the title of its stage."""
     for stage in run.case.stages:
         view, words = run.case.view(stage.name), _words(run, stage.name)
@@ -134,7 +134,7 @@ def flanks(run: Folder) -> Iterator[Subject]:
             yield Subject(words | more, (flank, words["Stage"]))
 
 
-def tooth_sets(run: Folder) -> Iterator[Subject]:
+def tooth_sets(run: Run) -> Iterator[Subject]:
     """Groups of loaded gear meshes whose pairs have slices: stage, kind and side."""
     equilibria = run.datasets["equilibrium"]
     if "gear_mesh_misalignment_by_cause" not in equilibria:
@@ -146,7 +146,7 @@ def tooth_sets(run: Folder) -> Iterator[Subject]:
             yield Subject(_words(run, stage.name) | more, (stage.name, kind, side))
 
 
-def rings(run: Folder) -> Iterator[Subject]:
+def rings(run: Run) -> Iterator[Subject]:
     """FE rings; words prefix: of file names, ring: of captions."""
     for ring in run.rings:
         words, prefix = _words(run, ring.name), prefix_of(ring.name)
@@ -155,7 +155,7 @@ def rings(run: Folder) -> Iterator[Subject]:
         yield Subject(words | {"prefix": prefix, "ring": title}, (ring,))
 
 
-def torque_drops(run: Folder) -> Iterator[Subject]:
+def torque_drops(run: Run) -> Iterator[Subject]:
     """FE rings in every torque drop: ring and torque after the drop."""
     for subject in rings(run):
         for depth in run.summary["torque_steps"]:
@@ -163,7 +163,7 @@ def torque_drops(run: Folder) -> Iterator[Subject]:
             yield Subject({**subject.words, **more}, (*subject.of, depth))
 
 
-def fields(run: Folder) -> Iterator[Subject]:
+def fields(run: Run) -> Iterator[Subject]:
     """Displacement fields of FE bodies: title of the body, field, number of fields of the run."""
     for body, field in run.fields.items():
         title = body.part.capitalize() + of_stage(body.stage)
@@ -172,7 +172,7 @@ def fields(run: Folder) -> Iterator[Subject]:
         yield Subject(words, (title, field, len(run.fields)))
 
 
-def _words(run: Folder, stage: str) -> dict[str, str]:
+def _words(run: Run, stage: str) -> dict[str, str]:
     """Words for the placeholders of charts of a stage."""
     plain = stage.replace("_", " ")
     return {
@@ -184,7 +184,7 @@ def _words(run: Folder, stage: str) -> dict[str, str]:
     }
 
 
-def _window(run: Folder) -> str:
+def _window(run: Run) -> str:
     """Window of the transient in words; empty without a transient."""
     transient = run.datasets.get("transient")
     return "" if transient is None else window_words(window_of(transient).figures)

@@ -1,7 +1,6 @@
 """Every command on bundled cases: it works, or says in one line why it makes no sense."""
 
 import json
-from dataclasses import fields
 
 import jsonschema
 import pytest
@@ -15,7 +14,6 @@ from flexgear.cli.entry import app, run
 from flexgear.face.runs import read_run
 from flexgear.model.load import bundled_cases, load_case
 from flexgear.results import dataset_file
-from flexgear.results.run_folder import Folder
 from flexgear.results.summary import json_schema
 from flexgear.solve.headlines import rows_schema
 from flexgear.views.chart import planned
@@ -219,8 +217,7 @@ def test_pictures_of_large_files_show_the_same(run_of_case, monkeypatch):
         left = read_run(run_of_case[1])
         plots = left.datasets["transient"].fg.plot
         charts = {name: panels_of(getattr(plots, name)()) for name in dir(plots)}
-        plan = planned(Folder(*(getattr(left, f.name) for f in fields(Folder))), RUN_CHARTS)
-        for name, picture in plan.items():
+        for name, picture in planned(left, RUN_CHARTS).items():
             if not picture.chart.slow and name not in charts:
                 charts[name] = panels_of(picture.draw())
         shown.append(charts)

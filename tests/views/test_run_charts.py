@@ -6,7 +6,7 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.results.quantities import Bars, Figure
 from flexgear.results.report.parts import SECTIONS
-from flexgear.results.run_folder import Folder
+from flexgear.results.run_folder import Run
 from flexgear.results.stage_figures import LIVES
 from flexgear.views.chart import planned
 from flexgear.views.charts import figure_bars
@@ -22,7 +22,7 @@ def test_every_picture_has_a_name_of_its_own_and_a_section():
 
 def test_a_case_that_is_not_solved_has_pictures_of_its_gears():
     case = load_case("grc-750kw")
-    run = Folder(case, power_flow(case), {}, {}, {})
+    run = Run(case, power_flow(case), {}, {}, {})
     of_gears = [pair for pair in RUN_CHARTS if {c.section for c in pair[1]} == {"geometry"}]
     plan = planned(run, of_gears)
     drawings = {f"drawing_{what}_{s.name}" for s in case.stages for what in ("front", "section")}
