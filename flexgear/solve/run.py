@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.model.case import Case
 from flexgear.model.names import BodyName
 from flexgear.results.face_load import cycle_figures, face_figures
@@ -108,6 +108,7 @@ def run(
         models = models_of(case, progress, bodies)
     first = next(iter(models.values()))
     ideal = first.without_errors() if case.flexible_stages else first
+    window, angles = _positions(first)
     datasets: dict[str, xr.Dataset] = {}
     with single_threaded_blas(), transients(models, progress, workers, folder) as finished:
         with watch.stage("modes"):
@@ -118,7 +119,7 @@ def run(
             datasets["campbell"] = campbell(first, limit_hz=limit)
             progress("modes", 1.0)
         with watch.stage("equilibria"):
-            results, fields = _equilibria(models, ideal, progress)
+            results, fields = _equilibria(models, ideal, angles, progress)
             datasets |= results
             cycles, face_load = _face_load(models, datasets, progress)
             datasets |= cycles
@@ -134,23 +135,22 @@ def run(
             transient = runs[first.variant].data
             datasets["harmonic"] = harmonic_data(first, train_harmonic(first), transient)
     watch.seconds |= {f"transient_{label}": timed.wall for label, timed in runs.items()}
-    summary = run_summary(Analyses(models, datasets, done, face_load, watch.seconds))
+    summary = run_summary(Analyses(models, window, datasets, done, face_load, watch.seconds))
     return Run(case, first.flow, datasets, fields, summary)
 
 
 def _equilibria(
-    models: Mapping[str, Model], ideal: Model, progress: Progress
+    models: Mapping[str, Model], ideal: Model, angles: Array, progress: Progress
 ) -> tuple[dict[str, xr.Dataset], dict[BodyName, xr.Dataset]]:
-    """Equilibria of the case over the positions of ``_positions``. With flexible stages also those
-    without errors, with fields of bodies, and with rigid bodies if pairs have slices."""
+    """Equilibria of the case at angles (p,) of the reference member, rad. With flexible stages also
+    those without errors, with fields of bodies, and with rigid bodies if pairs have slices."""
     first, fields = next(iter(models.values())), dict[BodyName, xr.Dataset]()
-    datasets = {"equilibrium": static(first, _positions(first), progress=progress)}
+    datasets = {"equilibrium": static(first, angles, progress=progress)}
     if first.case.flexible_stages:
-        datasets["equilibrium_without_errors"] = static(ideal, _positions(first), progress=progress)
+        datasets["equilibrium_without_errors"] = static(ideal, angles, progress=progress)
         fields = _fields(first, ideal)
     if "rigid" in models and sliced_stages(first):
-        rigid = models["rigid"]
-        datasets["equilibrium_rigid"] = static(rigid, _positions(rigid), progress=progress)
+        datasets["equilibrium_rigid"] = static(models["rigid"], angles, progress=progress)
     return datasets, fields
 
 
@@ -173,19 +173,22 @@ def _face_load(
     return cycles, figures
 
 
-def _positions(model: Model) -> NDArray[np.float64]:
-    """Angles of the reference member, rad: over a turn of carrier against ring with flexible rings,
-    else over one gear-mesh cycle of the slowest stage; zero for a train that does not turn."""
+def _positions(model: Model) -> tuple[str, Array]:
+    """Positions of the equilibria in words, and as angles of the reference member, rad: over a turn
+    of carrier against ring with flexible rings, else over one gear-mesh cycle of the slowest stage;
+    zero for a train that does not turn."""
     motions = stage_motions(model.case, model.flow)
     turning = [m for m in motions if m.theta]
     rings = [m for m in turning if m.name in model.case.fe_ring_stages]
     if rings:
         turn = max(m.turn_period for m in rings) * abs(lead_speed(model.case, model.flow))
-        return np.linspace(0, turn, TURN, endpoint=False)
+        angles = np.linspace(0, turn, TURN, endpoint=False)
+        return "one turn of the carrier against the ring", angles
     if not turning:
-        return np.zeros(1)
+        return "one position", np.zeros(1)
     slowest = max(turning, key=lambda m: m.turn_period / m.cycle.per_turn)
-    return one_turn(slowest, lead_speed(model.case, model.flow), POSITIONS, 1)
+    angles = one_turn(slowest, lead_speed(model.case, model.flow), POSITIONS, 1)
+    return "one gear-mesh cycle of the slowest stage", angles
 
 
 def _sharing(variants: Mapping[str, Model], progress: Progress) -> dict[str, xr.Dataset]:

@@ -52,11 +52,12 @@ from flexgear.solve.transient import cut_short, train_histories
 
 @dataclass(frozen=True)
 class Analyses:
-    """Results of all analyses of a run. models: by variant, that of the case first; datasets: by
-    file name; transients: all transients; face_load: figures of flanks by variant; seconds: wall
-    times by stage of the work."""
+    """Results of all analyses of a run. models: by variant, that of the case first; window:
+    positions of the equilibria in words; datasets: by file name; transients: all transients;
+    face_load: figures of flanks by variant; seconds: wall times by stage of the work."""
 
     models: Mapping[str, Model]
+    window: str
     datasets: Mapping[str, xr.Dataset]
     transients: Transients
     face_load: Mapping[str, Any]
@@ -82,7 +83,7 @@ def run_summary(analyses: Analyses) -> dict[str, Any]:
         content_hash=case.content_hash(),
         variant=model.variant,
         errors_given=model.has_errors,
-        equilibrium_window=_positions_words(model),
+        equilibrium_window=analyses.window,
         system={
             "bodies": len(model.system.bodies),
             "coordinates": model.system.size,
@@ -109,14 +110,6 @@ def run_summary(analyses: Analyses) -> dict[str, Any]:
     summary["neglected"] = neglected(case, model.flow, summary)
     summary["headlines"] = plain(headlines(case, model.flow, summary))
     return summary
-
-
-def _positions_words(model: Model) -> str:
-    """The positions of the equilibria of a run in words."""
-    turning = [m for m in stage_motions(model.case, model.flow) if m.theta]
-    if any(m.name in model.case.fe_ring_stages for m in turning):
-        return "one turn of the carrier against the ring"
-    return "one gear-mesh cycle of the slowest stage" if turning else "one position"
 
 
 def stages_summary(model: Model, equilibria: xr.Dataset) -> dict[str, dict[str, Any]]:
