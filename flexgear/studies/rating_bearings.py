@@ -46,7 +46,7 @@ from flexgear.gears.bearings.reference_life import (
     reference_viscosity,
     viscosity_at,
 )
-from flexgear.gears.load_bins import LoadBin
+from flexgear.gears.load_bins import HOUR, LoadBin
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.gears.rating.sheet import BASIC, COMPUTED, ROWS, Factor, Sheet, sheet_of, value_of
 from flexgear.model.bearings import Bearing
@@ -56,7 +56,6 @@ from flexgear.model.stage_view import BearingPlace
 from flexgear.results.rating import RatedPart
 from flexgear.solve.bin_loads import BinLoads
 
-HOUR = 3600.0  # s
 LEAST_LOAD_SHARE = 1e-6  # of the largest load of the case; a smaller load is rounding
 LEAST_THRUST_SHARE = 1e-9  # of the radial load; a smaller thrust is rounding
 

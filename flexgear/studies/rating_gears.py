@@ -18,7 +18,7 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.load_bins import LoadBin
+from flexgear.gears.load_bins import HOUR, LoadBin
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.rating.capacity import LOAD_FACTORS, OIL, Limit, missing_keys, rate
 from flexgear.gears.rating.damage import Spectrum
@@ -159,7 +159,7 @@ def _states(
     for (part, kind), state in rated.items():
         between = part == "planet" and view.stage.kind == "planetary"
         face = group.kind if between else "drive"
-        cycles = 3600.0 * load_bin.hours * rates[group.kind, part]
+        cycles = HOUR * load_bin.hours * rates[group.kind, part]
         stands = load_bin.hours > 0.0 and cycles == 0.0
         at = STATIC_CYCLES if load_bin.extreme or stands else cycles or ENDURANCE_CYCLES
         face = face if computed.drive else OTHER[face]

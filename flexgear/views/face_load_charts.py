@@ -26,6 +26,7 @@ from flexgear.results.tooth_pattern import ToothPattern
 from flexgear.views.style import (
     MEGA,
     MICRO,
+    MILLI,
     N_PER_M_TO_N_PER_UM,
     NEUTRAL,
     ORIGINAL_COLOUR,
@@ -39,7 +40,6 @@ from flexgear.views.style import (
 )
 
 N_PER_MM = 1e-3  # N/m -> N/mm
-MILLI = 1e3  # m -> mm
 ALONG_FACE = "along the face over its width, −z to +z (–)"
 CELLS = 60  # of a contact pattern along the path; half as many along the face
 

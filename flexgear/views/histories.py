@@ -20,6 +20,7 @@ from matplotlib.ticker import MaxNLocator
 
 from flexgear.arrays import Array, Ints
 from flexgear.model.units import RPM
+from flexgear.results.quantities import AXES
 from flexgear.results.report.wording import scale
 from flexgear.results.stage_part import (
     carrying_flank,
@@ -224,7 +225,6 @@ def tooth_map(axes: Axes, at: Array, image: Array, **look: Any) -> QuadMesh:
     return axes.pcolormesh(at, numbers, image, shading="nearest", rasterized=True, **look)
 
 
-AXES = ("x", "y", "z")
 MAP_SAMPLES = 1500  # of a map over the carrier angle
 ROUNDING = 1e-6  # of the largest displacement: a direction with less does not move
 Pick = Callable[[xr.Dataset], xr.DataArray]

@@ -25,6 +25,7 @@ from flexgear.model.bodies import Carrier, Shaft
 from flexgear.model.stage_view import StageView
 from flexgear.views.style import (
     MICRO,
+    MILLI,
     NEUTRAL,
     SEQUENTIAL_MAP,
     VARIANT_COLOURS,
@@ -34,7 +35,6 @@ from flexgear.views.style import (
     styled,
 )
 
-MILLI = 1e3
 POINTS = 10  # of a flank, and of a root
 STEEL, CARRIER, SHAFT = "#D5DAE1", "#BFE3D0", "#F3D9B8"
 BOLT, HIDDEN, BEARING = "#BB5566", "#009E73", "#0072B2"

@@ -51,6 +51,7 @@ SEQUENTIAL_MAP = "viridis"
 DIVERGING_MAP = "RdBu_r"
 
 MICRO = 1e6  # m -> µm, rad -> µrad
+MILLI = 1e3  # m -> mm
 KILO = 1e-3  # N -> kN
 MEGA = 1e-6  # Pa -> MPa
 N_PER_M_TO_N_PER_UM = 1e-6  # N/m -> N/µm
