@@ -32,7 +32,7 @@ from scipy import sparse
 from flexgear.analysis.equilibrium import Equilibrium, revolution
 from flexgear.analysis.flank_ends import FlankEnds
 from flexgear.analysis.line_loads import line_loads
-from flexgear.analysis.modes import ContactSprings, FlankCycle, Springs, other_springs
+from flexgear.analysis.modes import ContactSprings, FlankCycle, RowSprings, other_springs
 from flexgear.arrays import Array, Ints
 from flexgear.coupling.kernels.elements import Rows, between_rows, packed, pair_rows
 from flexgear.coupling.kernels.pairs import build_rows, fill_rows
@@ -320,10 +320,10 @@ def _springs(
     springs, by_position = {}, {}
     for m, flank in flanks.items():
         blocks = system.blocks[flank.columns]
-        springs[m] = Springs(flank.rows @ blocks, np.eye(len(flank.rows)) / flank.count)
+        springs[m] = RowSprings(flank.rows @ blocks, np.eye(len(flank.rows)) / flank.count)
         if cycles:
             by_position[m] = flank.cycle(blocks)
-    no_spring = Springs(np.zeros((0, system.size)), np.zeros((0, 0)))
+    no_spring = RowSprings(np.zeros((0, system.size)), np.zeros((0, 0)))
     rows = pair_rows(system.pairs)
     n, _ = build_rows(system.pairs, rows, theta, carrying_flanks(system.pairs))
     gear_meshes = tuple(springs.get(m, no_spring) for m in range(len(system.pairs.s0)))

@@ -44,7 +44,7 @@ from flexgear.structures.bodies import Body
 
 
 @dataclass(frozen=True)
-class Springs:
+class RowSprings:
     """Springs with the energy ½ qᵀ Rᵀ K R q: rows R (n, d), matrix K (n, n) N/m."""
 
     rows: Array
@@ -92,8 +92,8 @@ class ContactSprings:
     and bearings, by the kind of their rows; cycles: stiffness over the cycle by flank, where the
     springs are means over gear-mesh cycles."""
 
-    gear_meshes: tuple[Springs, ...]
-    others: Mapping[int, Springs]
+    gear_meshes: tuple[RowSprings, ...]
+    others: Mapping[int, RowSprings]
     cycles: Mapping[int, FlankCycle] = field(default_factory=dict)
 
     @cached_property
@@ -110,16 +110,16 @@ def springs_at(system: System, input_angles: Array | float = 0.0) -> ContactSpri
     owner = np.where(rows.row["kind"][:n] >= 0, rows.row["owner"][:n], -1)
     rows_of_gear_mesh = [np.flatnonzero(owner == m) for m in range(len(system.pairs.s0))]
     return ContactSprings(
-        tuple(Springs(vectors[at], stiffness[np.ix_(at, at)]) for at in rows_of_gear_mesh),
+        tuple(RowSprings(vectors[at], stiffness[np.ix_(at, at)]) for at in rows_of_gear_mesh),
         other_springs(system, rows, n),
     )
 
 
-def other_springs(system: System, rows: Rows, n: int) -> dict[int, Springs]:
+def other_springs(system: System, rows: Rows, n: int) -> dict[int, RowSprings]:
     """Springs of the supports and bearings among the first n rows, with nominal stiffness."""
     kinds, vectors = rows.row["kind"][:n], row_vectors(system, rows, n)
     return {
-        kind: Springs(vectors[at], np.diag(rows.row["stiffness"][at]))
+        kind: RowSprings(vectors[at], np.diag(rows.row["stiffness"][at]))
         for kind in (SUPPORT, BEARING)
         if len(at := np.flatnonzero(kinds == kind))
     }

@@ -45,7 +45,7 @@ MAX_ITERATIONS = 40  # for the forces of rows of one sample that are coupled by 
 
 
 @dataclass(frozen=True)
-class Springs:
+class ChannelSprings:
     """Linear springs: rows (s, n_c) on the channels, stiffness (s,) N/m and damping (s,) N s/m."""
 
     rows: Array
@@ -79,7 +79,7 @@ class OrbitElements:
     elements: Ints
     parameters: Array
     between: Array
-    springs: Springs
+    springs: ChannelSprings
     load: Array
     frequency: float
     flanks: Ints
@@ -389,7 +389,7 @@ class _RowCollector:
         return np.vstack(channels), rows, np.where(owners < -2, -1, owners), numbers
 
 
-def _springs(modal: ModalSystem, collected: _RowCollector, stage: int) -> Springs:
+def _springs(modal: ModalSystem, collected: _RowCollector, stage: int) -> ChannelSprings:
     """Supports in turning frames at angle zero, and mean springs of other stages' gear meshes."""
     springs = [(row, k, 0.0) for row, k in collected.support_rows]
     for columns, flank_rows, damping in mean_channel_springs(modal, stage):
@@ -397,7 +397,7 @@ def _springs(modal: ModalSystem, collected: _RowCollector, stage: int) -> Spring
         full[:, columns] = flank_rows
         springs += [(row, 1.0, damping) for row in full]
     rows = np.reshape([row for row, _, _ in springs], (-1, len(modal.channels)))
-    return Springs(rows, *np.reshape([numbers for _, *numbers in springs], (-1, 2)).T)
+    return ChannelSprings(rows, *np.reshape([numbers for _, *numbers in springs], (-1, 2)).T)
 
 
 def _loads(modal: ModalSystem, pairs: PairData) -> Array:
