@@ -2,9 +2,9 @@
 
 Only torques and loads on members differ between bins: bodies, coupling and modes are those of the
 case. Every gear mesh is solved over whole gear-mesh cycles, spread over the period after which
-planets, errors and fixed directions in space repeat. The factors of a group of N gear meshes that
-share a load follow from the mean force F̄_ic and the mean line load W̄_ic(z) of planet i over
-gear-mesh cycle c:
+planets, errors and fixed directions in space repeat. The factors of N gear meshes that share a
+load, in a double-helical stage those of both halves, follow from the mean force F̄_ic and the mean
+line load W̄_ic(z) of gear mesh i over gear-mesh cycle c:
 
     K_γ = N F̄_ic/Σ_j F̄_jc,   K_Hβ = max_z W̄_ic(z) / mean_z W̄_ic(z).
 
@@ -256,12 +256,16 @@ def _groups(
     names, loads, view = model.gear_meshes.names, {}, model.case.view(stage)
     force = without_rounding(data["gear_mesh_force"].to_numpy(), rated)
     gear_mesh = model.case.stage(stage).gear_mesh
-    for group, at in groups_of(names, 1).items():
+    by_group = groups_of(names, 1)
+    for group, at in by_group.items():
+        key = (group.stage, group.kind)
         means = force[:, at].reshape(-1, per_cycle, len(at)).mean(axis=1)
         if group.stage != stage or not carry_together(means).all():
             continue
         drive = bool(means.sum() > 0)
-        shares = len(at) * means / means.sum(axis=1, keepdims=True)
+        together = [k for g, ks in by_group.items() if (g.stage, g.kind) == key for k in ks]
+        of_all = force[:, together].reshape(-1, per_cycle, len(together)).mean(axis=(1, 2))
+        shares = means / of_all[:, None]
         flanks, along, stresses = None, np.ones_like(shares), None
         if gear_mesh.model in ("per_pair", "face_load"):
             # with linear contact the drive flanks also carry reversed loads

@@ -144,7 +144,29 @@ def test_both_halves_of_a_double_helical_stage_are_looked_at():
     }
     said = found(load_sharing=both)["Load sharing"]
     assert said.level == "bad" and said.figure.startswith("K = 1.310")
-    assert "Left half 1.020, right half 1.310." in said.sentence
+    assert "K within each half: left half 1.020, right half 1.310." in said.sentence
+
+
+def test_the_power_flow_gives_the_sum_of_both_halves_not_their_shares():
+    """Halves that carry 62 % and 38 % of the rated force are a fact of load sharing, no fault of
+    the solution; a sum that differs from the power flow is one."""
+    force = {
+        f"stage {kind} {side}": {"min_n": x * 788e3, "mean_n": x * 788e3, "max_n": x * 788e3}
+        for kind in ("sun", "ring")
+        for side, x in (("left", 1.24), ("right", 0.76))
+    }
+    running = {**SUMMARY["transient"], "gear_mesh_force": force}
+    assert "Mean gear-mesh force" not in solution(transient=running)
+    halves = {"stage ring left": shared(1.0), "stage ring right": shared(1.0)}
+    both = {
+        "quasi_static": {"lumped": {"stage": halves}},
+        "transient": {"lumped": {**halves, **WINDOW}},
+    }
+    sentence = found(load_sharing=both, transient=running)["Load sharing"].sentence
+    assert "The left half carries 62 % of the load at the" in sentence
+    force["stage sun left"] = {"min_n": 9e5, "mean_n": 1.4 * 788e3, "max_n": 1e6}
+    wrong = {**SUMMARY["transient"], "gear_mesh_force": force}
+    assert solution(transient=wrong)["Mean gear-mesh force"] == "bad"
 
 
 DROP = {

@@ -395,3 +395,26 @@ def test_extreme_loads_damage_nothing_and_count_for_safety():
         assert part.missing == other.missing
         assert part.missing or part.least_safety <= other.least_safety
         assert part.governing_bin in (None, 1)
+
+
+def test_halves_that_share_the_load_unevenly_have_it_in_their_factor():
+    """An axial force on a sun that floats axially is the difference of both halves' axial forces,
+    T tan β/r each at equal shares."""
+    keys = {
+        "stage.errors": {}, "stage.sun.support": {"radial_n_per_m": 1e9},
+        "rating.gear_mesh_cycles": 1, "rating.positions_per_gear_mesh": 2,
+    }  # fmt: skip
+    train = load_case("herringbone", keys)
+    radius = 0.5 * 23 * 0.022 / math.cos(math.radians(25))
+    force, torque = 20e3, 1e5
+    share = force * radius / (torque * math.tan(math.radians(25)))
+    states = [
+        LoadCase(name="even", hours=10.0, torque=torque),
+        LoadCase(name="thrust", hours=10.0, torque=torque, force=(0.0, 0.0, force)),
+    ]
+    known = {"rating.k_h_beta": 1.2, "rating.k_v": 1.0, "rating.k_h_alpha": 1.0}
+    rating = rate(train.with_(load_cases=tuple(states), **known), workers=1)
+    sun = [g.largest_k_gamma for g in rating.gear_meshes if g.name.kind == "sun"]
+    even, thrust = np.sort(sun, axis=0).T
+    assert even == pytest.approx([1.0, 1.0], abs=1e-6)
+    assert thrust == pytest.approx([1.0 - share, 1.0 + share], rel=1e-4)

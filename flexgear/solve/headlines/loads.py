@@ -27,6 +27,7 @@ PULLED = (
     'teeth pull, as contact is linear; contact_law = "one-sided" of gear_mesh lets flanks part.'
 )
 ALIKE = 5e-5  # K − 1 below which planets carry equal loads: K is printed as 1.0000
+UNEVEN = 5e-3  # share of a half over one half, above which it is printed
 ROUNDING = 1e-6  # displacement over the limit for small ones, below which it is zero
 
 
@@ -162,7 +163,7 @@ def _stage_sharing(findings: Findings, sharing: Sharing) -> Answer:
             if alike
             else "No errors given: planets share unevenly by deflections alone."
         )
-    sentences += [sharing.reason, _halves(sharing)]
+    sentences += [sharing.reason, _halves(sharing, findings.summary["transient"])]
     drops = [
         (k, window)
         for window, part in _torque_drops(findings)
@@ -180,11 +181,27 @@ def _stage_sharing(findings: Findings, sharing: Sharing) -> Answer:
     return Answer(level, sharing.stage, max(factors), figure, text, sharing.assumed, sharing.window)
 
 
-def _halves(sharing: Sharing) -> str:
-    """Sentence with K of both halves of a double-helical stage; "" for other stages."""
+def _halves(sharing: Sharing, transient: Mapping[str, Any]) -> str:
+    """Sentence with K in each half of a double-helical stage, and with the half that carries more
+    than the other where that is visible; "" for other stages."""
     if not sharing.halves:
         return ""
-    return f"{', '.join(f'{side} half {factor(k)}' for side, k in sharing.halves)}.".capitalize()
+    text = ", ".join(f"{side} half {factor(k)}" for side, k in sharing.halves)
+    means: dict[str, dict[str, float]] = {}
+    for label, force in transient.get("gear_mesh_force", {}).items():
+        group = GroupName.parse(label)
+        if group.stage == sharing.stage:
+            means.setdefault(group.kind, {})[group.side] = abs(force["mean_n"])
+    shares = [
+        (of_sides[side] / total, side, kind)
+        for kind, of_sides in means.items()
+        if (total := sum(of_sides.values()))
+        for side in of_sides
+    ]
+    share, side, kind = max(shares, default=(0.5, "", ""))
+    if share - 0.5 > UNEVEN:
+        text += f". The {side} half carries {number(100 * share, 3)} % of the load at the {kind}"
+    return f"K within each half: {text}."
 
 
 def _rigid(findings: Findings, stage: str) -> str:
