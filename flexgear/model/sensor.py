@@ -71,6 +71,10 @@ class Sensor(Section):
             raise Refusal(places[1], f"is given beside {places[0]}", "keep one of both")
         if self.tooth is None:
             self._refuse_set(["side"], "needs a tooth", "take it out, or give tooth")
+        if self.tooth is None and self.angle is None:
+            self._refuse_set(["z"], "needs an angle", "give angle_deg, or all of place_mm")
+        if self.measures != "strain":
+            self._refuse_set(["grid_angle"], "is for strain gauges")
         if self.measures == "strain" and self.angle is None and self.tooth is None:
             raise Missing("angle", "is missing, and so is tooth", "give the position of the gauge")
         if self.measures in ("speed", "torque") and places:
@@ -134,6 +138,8 @@ def check_sensors(case: Case) -> None:
             raise Refusal(f"{key}.on", f"{echo(sensor.on)} is no body", nearest(sensor.on, bodies))
         if sensor.measures == "strain":
             _check_gauge(case, sensor, key)
+        elif sensor.measures in MOTIONS:
+            _check_point(case, sensor, key)
 
 
 def _bodies(case: Case) -> list[str]:
@@ -142,6 +148,27 @@ def _bodies(case: Case) -> list[str]:
     planets = [f"{s.name}.planet_{k}" for s in planetary for k in range(1, s.planets + 1)]
     housing = ["housing"] if case.housing.kind != "rigid" else []
     return [*map(str, case.member_names()), *planets, *housing]
+
+
+def _check_point(case: Case, sensor: Sensor, key: str) -> None:
+    """Raise Refusal for a place on a lumped body other than ``place``, for motion of a point of an
+    FE planet, and for a sensor fixed in space at a planet."""
+    at = MemberName.parse(sensor.on)
+    planet = at.part.startswith("planet_")
+    if sensor.on == "housing":
+        lumped = case.housing.kind == "lumped"
+    else:
+        lumped = case.stage(at.stage).form("planet" if planet else at.part) == "lumped"
+    for name in ("angle", "node"):
+        if lumped and getattr(sensor, name) is not None:
+            problem = f"has no meaning on {sensor.on}, a lumped body"
+            raise Refusal(f"{key}.{name}", problem, "give place_mm, or nothing for its centre")
+    if planet and not lumped:
+        problem = f"{sensor.on} is an FE planet, on which no motion is recovered"
+        raise Refusal(f"{key}.on", problem, "name its carrier, or a lumped planet")
+    if planet and sensor.frame == "fixed":
+        problem, remedy = f"is fixed, and {sensor.on} passes once a turn", 'take frame = "body"'
+        raise Refusal(f"{key}.frame", problem, f"{remedy}, or name the carrier or the ring")
 
 
 def _check_gauge(case: Case, sensor: Sensor, key: str) -> None:

@@ -56,7 +56,10 @@ def input_error(
         parts = _below(loc, cause.key)
         path = ".".join(str(p) for p in parts)
         where, key, _, _ = written.get(path, (where, _spelled(root, parts)[0], "", None))
-        return InputError(where, key, cause.problem, cause.remedy)
+        remedy = cause.remedy
+        if remedy == f"add {cause.key}":  # the default of a missing key
+            remedy = f"add {_addition(root, key)}"
+        return InputError(where, key, cause.problem, remedy)
     if too_few:
         indices = [line["loc"][-1] for line in fault.errors() if line["type"] == "missing"]
         count = 1 + max(map(int, indices))

@@ -115,13 +115,6 @@ class SensorPlace:
     def _require_place(self) -> None:
         """Raise InputError for a sensor that is not possible on its body."""
         sensor, body = self.sensor, self.body
-        planet, single = body.name.part == "planet", len(body.node_names) == 1
-        if planet and not single:
-            problem = f"{sensor.on} is an FE planet, on which no motion is recovered"
-            raise self._refuse("on", problem, "name its carrier, or a lumped planet")
-        if planet and sensor.frame == "fixed":
-            remedy = 'take frame = "body", or name the carrier or the ring'
-            raise self._refuse("frame", f"is fixed, and {sensor.on} passes once a turn", remedy)
         if sensor.node is not None and sensor.node not in body.node_names:
             remedy = nearest(sensor.node, list(body.node_names))
             raise self._refuse("node", f"{sensor.node} is no node of {sensor.on}", remedy)
@@ -129,9 +122,6 @@ class SensorPlace:
         if no_surface and sensor.node is None:
             problem = f"is needed, as {sensor.on} has no FE mesh"
             raise self._refuse("node", problem, f"name one of {', '.join(body.node_names[:6])} …")
-        if single and sensor.angle is not None:
-            problem = f"has no sense on {sensor.on}, which is a point with inertia"
-            raise self._refuse("angle_deg", problem, "give place_mm, or nothing for its centre")
 
     @cached_property
     def _axes(self) -> Axes:
