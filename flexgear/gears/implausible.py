@@ -37,7 +37,7 @@ from flexgear.gears.geometry import (
 from flexgear.gears.nominal_stress import largest_root_stress, pitch_point_pressure
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import PowerFlow, StageFlow
-from flexgear.gears.radii import base_arm
+from flexgear.gears.radii import base_arm, gears_by_role
 from flexgear.gears.tool import CutterTool
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.case import Case
@@ -55,7 +55,7 @@ def tooth_warnings(view: StageView) -> list[str]:
     g = stage_geometry(view)
     if g.overridden:
         return [*_base_circles(view, g)]
-    return [*_undercut(view, g), *_tips(view, g), *_cutters(view, g)]
+    return [*_fillets(view, g), *_undercut(view, g), *_tips(view, g), *_cutters(view, g)]
 
 
 def _base_circles(view: StageView, g: StageGeometry) -> Iterator[str]:
@@ -67,6 +67,18 @@ def _base_circles(view: StageView, g: StageGeometry) -> Iterator[str]:
                 f"circles and working angle of {view.part(role)} and planet do not fit, which need "
                 f"{_mm(distance)} mm: speed ratios then differ from those of the tooth numbers. "
                 "Modes do not depend on that, but transients and equilibria need radii that fit"
+            )
+
+
+def _fillets(view: StageView, g: StageGeometry) -> Iterator[str]:
+    """Stated tip radii of tools that are too narrow for them; a default is only an upper bound."""
+    for role, gear in gears_by_role(view.stage).items():
+        radius = g.gears[role].tool.tip_radius / view.stage.normal_module
+        if "root_fillet" in gear.model_fields_set and radius < gear.root_fillet - NEGLIGIBLE:
+            yield (
+                f"{view.part(role)}.root_fillet: the tip of its tool is too narrow for "
+                f"{gear.root_fillet:g} modules; its root is cut with a full round tip of "
+                f"{radius:.3g} modules instead; give at most that, or less dedendum"
             )
 
 

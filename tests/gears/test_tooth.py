@@ -330,6 +330,19 @@ def test_a_rings_tip_on_the_root_of_a_planet():
     assert not tooth_warnings(load_case("wind-5mw", SPUR).view())
 
 
+def test_a_tip_radius_that_does_not_fit_the_tool_is_warned_of():
+    """A rack of depth h_f leaves its tip (π/4 − h_f tan α) cos α/(1 − sin α) modules of radius."""
+    keys = {"stage.sun.root_fillet": "0.5", "stage.sun.dedendum": "1.25", **SPUR}
+    case = load_case("wind-5mw", keys)
+    alpha = case.view().stage.pressure_angle
+    full = (math.pi / 4 - 1.25 * math.tan(alpha)) * math.cos(alpha) / (1 - math.sin(alpha))
+    (text,) = (t for t in tooth_warnings(case.view()) if "root_fillet" in t)
+    assert text.startswith("sun.root_fillet: ") and f"full round tip of {full:.3g} modules" in text
+    keys["stage.sun.root_fillet"] = f"{full - 1e-4:.6f}"
+    fits = load_case("wind-5mw", keys).view()
+    assert not any("root_fillet" in t for t in tooth_warnings(fits))
+
+
 def test_undercut_shortens_the_path_of_contact():
     keys = {
         "stage.sun.teeth": "12", "stage.planet.teeth": "48", "stage.ring.teeth": "108",
