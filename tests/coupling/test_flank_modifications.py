@@ -90,7 +90,7 @@ SLOPES = {
 
 
 @pytest.mark.parametrize(
-    ("torque", "keys"), zip(("3000", "3000", "-3000", "-3000"), SLOPES.items(), strict=True)
+    ("torque", "keys"), [*zip(("3000", "3000", "-3000", "-3000"), SLOPES.items(), strict=True)]
 )
 def test_a_helix_slope_error_is_the_modification_of_that_flank(tmp_path, keys, torque):
     """Line loads of slices and the bodies' own approach and tilt, for the drive flanks and, under
