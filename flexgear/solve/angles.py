@@ -45,9 +45,12 @@ REVERSED = (
 
 def share_range(over: str, ends: Sequence[float]) -> tuple[float, float]:
     """Lower and upper end of a range of speeds or torques over rated ones. over: "speed" or
-    "torque", for messages. InputError unless the ends are positive, different and plausible."""
+    "torque", for messages. InputError unless the ends are positive, rising and plausible."""
     low, high = sorted(map(float, ends))
     least, most = RATED_SHARES
+    if ends[0] > ends[1] and low > 0.0:
+        remedy = f"write {range_words((low, high))}; curves are followed in both directions"
+        raise InputError(f"--{over}-range", range_words(ends), f"falls in {over}", remedy)
     if most < high or 0.0 < low < least:
         problem = f"is not within {least:g} and {most:g} times the rated {over}"
     elif not (math.isfinite(low) and math.isfinite(high)) or low <= 0.0 <= high:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -20,7 +21,7 @@ from flexgear.coupling.system import System
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.radii import stage_radii
 from flexgear.model.case import Case
-from flexgear.model.errors import InputError
+from flexgear.model.errors import FlexgearWarning, InputError
 from flexgear.model.names import BodyName, MemberName
 from flexgear.model.read import nearest
 from flexgear.model.section import Refusal
@@ -249,6 +250,13 @@ class SensorPlace:
         rows = np.zeros((1, self.system.size))
         if body.rigid:
             return rows
+        if sensor.tooth is not None and self.case.solver.fidelity == "quick":
+            warnings.warn(
+                f"sensor {sensor.name}: the strain in a tooth root may be several times too small "
+                'on the coarse elements of solver.fidelity = "quick"; take "standard" or "fine"',
+                FlexgearWarning,
+                stacklevel=2,
+            )
         fe_mesh = self._fe_mesh
         if fe_mesh is None:
             raise self._refuse("on", f"{sensor.on} has no FE mesh", "name a body that has one")

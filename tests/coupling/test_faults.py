@@ -233,6 +233,7 @@ WEAR = 'kind = "wear"\ngear = "ring"\nflank = "drive"\ndepth_um = 20'
     [
         (CRACK.replace("tooth = 16", "tooth = 27"), "faults[0].tooth", "beyond the 26 teeth"),
         (CRACK.replace("tooth = 16", ""), "faults[0].tooth", "is missing"),
+        (CRACK.replace("depth_mm = 2", ""), "faults[0].depth_mm", "is missing -- add depth_mm ="),
         (CRACK.replace("drive", "ring"), "faults[0].flank", "no flank 'ring'"),
         (CRACK.replace("sun", "pinion"), "faults[0].gear", "no pinion"),
         (CRACK.replace("sun", "planet").replace("drive", "sun"), "faults[0].planet", "is missing"),

@@ -7,6 +7,7 @@ import pytest
 from small_train import SMALL_STAGE
 
 from flexgear import InputError, load_case
+from flexgear.model.errors import FlexgearWarning
 from flexgear.results.time_figures import rim_stress
 from flexgear.structures.surface_strain import Ray, Surface
 
@@ -121,3 +122,10 @@ def test_gauges_of_earlier_files_are_told_what_they_are_now(tmp_path):
     with pytest.raises(InputError, match=re.escape("[[sensors]]")) as fault:
         case_of(tmp_path, gauges)
     assert "\n" not in str(fault.value)
+
+
+def test_a_root_gauge_on_coarse_elements_warns(tmp_path):
+    """Three times less than on finer ones in a thin rim; gauges outside change by some per cent."""
+    with pytest.warns(FlexgearWarning, match="sensor root: .* too small") as caught:
+        assert case_of(tmp_path).assemble().sensors
+    assert len(caught) == 1

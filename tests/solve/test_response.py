@@ -129,6 +129,8 @@ def test_sensors_measure_the_motion_of_steady_states(tmp_path):
         ({"speeds": (-0.5, 1.0)}, "goes through zero speed"),
         ({"torques": (0.0, 1.0)}, "goes through zero torque"),
         ({"speeds": (1.0, 1.0)}, "is no range"),
+        ({"speeds": (1.5, 0.5)}, "falls in speed -- write 0.5 to 1.5"),
+        ({"torques": (1.5, 0.5)}, "falls in torque -- write 0.5 to 1.5"),
         ({"speeds": (0.5, 1.0), "torques": (0.5, 1.0)}, "beside a range of speeds"),
         ({"torques": (0.5, 1.0), "speed": 0.0}, "is not positive"),
         ({"torques": (-1.0, -0.5)}, "is below zero -- .*: turn round torques"),

@@ -292,6 +292,29 @@ def test_what_cannot_be_measured_is_one_clear_line(stage, text, words):
     assert " -- " in line
 
 
+@pytest.mark.parametrize("part", ["sun", "carrier", "planet_2"])
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ("angle_deg = 20", "angle_deg: has no meaning on stage.{}, a lumped body -- give place_mm"),
+        ('node = "drive"', "node: has no meaning on stage.{}, a lumped body -- give place_mm"),
+        ("z_mm = 5", "z_mm: needs an angle -- "),
+        ("place_mm = [30, 0, 0]\nz_mm = 5", "z_mm: needs an angle -- "),
+        ("grid_angle_deg = 45", "grid_angle_deg: is for strain gauges"),
+    ],
+)
+def test_a_place_that_means_nothing_is_refused_as_the_case_is_read(tmp_path, part, keys, words):
+    text = sensor("a", f"stage.{part}", "acceleration", keys, 'direction = "x"')
+    with pytest.raises(InputError, match=re.escape(words.format(part))):
+        case_of(tmp_path, LUMPED + text)
+
+
+def test_a_planet_passes_a_sensor_in_space_only_once_a_turn(tmp_path):
+    text = sensor("a", "stage.planet_1", "velocity", 'direction = "x"', 'frame = "fixed"')
+    with pytest.raises(InputError, match=r"frame: is fixed, and stage\.planet_1 passes once"):
+        case_of(tmp_path, LUMPED + text)
+
+
 def test_a_sweep_keeps_signals_and_their_levels(tmp_path):
     """The mean of r Ω² goes with the square of the speed."""
     keys = "place_mm = [30, 0, 0]", 'direction = "x"'

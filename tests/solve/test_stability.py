@@ -124,6 +124,7 @@ def test_two_modes_that_meet_an_order_together_grow(tmp_path):
     [
         ({"speeds": (-0.5, 1.5)}, "goes through zero speed"),
         ({"speeds": (1.0, 1.0)}, "is no range"),
+        ({"speeds": (1.5, 0.5)}, "falls in speed -- write 0.5 to 1.5"),
         ({"limit_hz": -3.0}, "is not positive"),
     ],
 )
