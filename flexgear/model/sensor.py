@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 from pydantic import Field
 
 from flexgear.model.errors import echo
-from flexgear.model.names import MemberName
+from flexgear.model.names import BodyName, MemberName
 from flexgear.model.read import nearest
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.units import Angle, Frequency, Length
@@ -153,12 +153,12 @@ def _bodies(case: Case) -> list[str]:
 def _check_point(case: Case, sensor: Sensor, key: str) -> None:
     """Raise Refusal for a place on a lumped body other than ``place``, for motion of a point of an
     FE planet, and for a sensor fixed in space at a planet."""
-    at = MemberName.parse(sensor.on)
-    planet = at.part.startswith("planet_")
+    at = BodyName.parse(sensor.on)
+    planet = at.planet >= 0
     if sensor.on == "housing":
         lumped = case.housing.kind == "lumped"
     else:
-        lumped = case.stage(at.stage).form("planet" if planet else at.part) == "lumped"
+        lumped = case.stage(at.stage).form(at.part) == "lumped"
     for name in ("angle", "node"):
         if lumped and getattr(sensor, name) is not None:
             problem = f"has no meaning on {sensor.on}, a lumped body"
