@@ -114,10 +114,11 @@ def below(key: str) -> Iterator[None]:
 
 
 class Missing(Refusal):
-    """A missing key that another key requires; one message names all missing keys."""
+    """A missing key that another key requires; one message names all missing keys. Without a
+    remedy the message says how to add the key, with its unit."""
 
     def __init__(self, key: str, problem: str = "is missing", remedy: str = "") -> None:
-        super().__init__(key, problem, remedy or f"add {key}")
+        super().__init__(key, problem, remedy)
 
 
 _ONE, _MANY = "<one>", "<many>"

@@ -56,9 +56,7 @@ def input_error(
         parts = _below(loc, cause.key)
         path = ".".join(str(p) for p in parts)
         where, key, _, _ = written.get(path, (where, _spelled(root, parts)[0], "", None))
-        remedy = cause.remedy
-        if remedy == f"add {cause.key}":  # the default of a missing key
-            remedy = f"add {_addition(root, key)}"
+        remedy = cause.remedy or f"add {_addition(root, key)}"
         return InputError(where, key, cause.problem, remedy)
     if too_few:
         indices = [line["loc"][-1] for line in fault.errors() if line["type"] == "missing"]
@@ -105,7 +103,7 @@ def _all_missing(root: type[Section], lines: list[Any], where: str) -> InputErro
         loc: list[Any] = list(location(line))
         cause = line.get("ctx", {}).get("error")
         keys[_spelled(root, _below(loc, cause.key) if cause else loc)[0]] = None
-        remedies[cause.remedy if cause else "add them"] = None
+        remedies[(cause and cause.remedy) or "add them"] = None
     if len(keys) == 1:
         key = next(iter(keys))
         return InputError(where, key, "is missing", f"add {_addition(root, key)}")
