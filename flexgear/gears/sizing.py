@@ -120,11 +120,16 @@ def _gear_set(sun: int, planet: int, ring: int, helix: float) -> GearSet | None:
         return None
     inner, body = teeth["sun"], teeth["planet"]
     for dedendum, fillet in ROOTS:
-        gears["ring"] = Gear(
+        gear = Gear(
             teeth=ring, profile_shift=round(-x_planet, 4) + 0.0, addendum=addendum,
             dedendum=dedendum, root_fillet=fillet,
         )  # fmt: skip
-        hollow = teeth["ring"] = tooth_geometry(gears["ring"], rack, internal=True)
+        hollow = teeth["ring"] = tooth_geometry(gear, rack, internal=True)
+        if hollow.tool.tip_radius < fillet:  # the cutter's tip is a full round
+            fillet = math.floor(1000 * hollow.tool.tip_radius) / 1000
+            gear = gear.model_copy(update={"root_fillet": fillet})
+            hollow = teeth["ring"] = tooth_geometry(gear, rack, internal=True)
+        gears["ring"] = gear
         if _is_clear(hollow, body, alpha):
             break
     ratios = [_contact_ratio(body, inner, working), _contact_ratio(body, hollow, alpha)]

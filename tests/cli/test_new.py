@@ -107,6 +107,13 @@ def test_any_stage_is_computed(wanted, rated):
     check_proposal([wanted], rated)
 
 
+def test_a_cutter_with_a_full_round_tip_has_the_radius_that_the_case_states():
+    """``check`` warns of a stated radius that the cutter of this ring has no room for."""
+    wanted = [StageRequest(1.15081294524137, 2, math.nan, math.nan, arrangement="solar")]
+    rated = Rated(141.95, 3.25)
+    computed(wanted, rated, *proposed_case(wanted, rated))
+
+
 @pytest.mark.parametrize(
     ("wanted", "rated"),
     [
