@@ -100,6 +100,12 @@ def code_folder() -> Path | None:
     return folder
 
 
+def awaits_compilation(function: Any) -> bool:
+    """Whether a compiled function has not been compiled yet, and its code can be cached."""
+    folder = None if UNCOMPILED else function.stats.cache_path
+    return folder is not None and not any(Path(folder).glob(f"*.{function.__name__}-*.nbi"))
+
+
 def fingerprint() -> str:
     """SHA-256 of all ``SOURCES`` and of numba's level of optimisation."""
     root, digest = Path(__file__).parent, hashlib.sha256(f"{numba.config.OPT}\n".encode())

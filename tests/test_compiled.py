@@ -161,3 +161,29 @@ def test_threads_that_compile_at_once_do_not_take_the_folder_from_each_other():
     with ThreadPoolExecutor(2) as pool:
         folders = list(pool.map(one, [0.1, 0.3]))
     assert folders == [(str(code_folder()), str(code_folder()))] * 2
+
+
+AHEAD = """
+import gc
+from numba.core.dispatcher import Dispatcher
+import flexgear as fg
+from flexgear.analysis.kernels.step import advance
+from flexgear.solve.run_transients import compile_loops
+case = fg.load_case("ev-reducer", **{"solver.fidelity": "quick"})
+def signatures():
+    return {(f.__name__, s) for f in gc.get_objects() if isinstance(f, Dispatcher)
+            for s in f.overloads}
+compile_loops(case)
+before = signatures()
+model = case.assemble()
+model.natural_modes(100.0)
+model.static(angle_deg=[0.0, 1.0])
+model.transient(duration=1e-3)
+print(len(advance.signatures), sorted(name for name, _ in signatures() - before))
+"""
+
+
+def test_loops_compiled_ahead_are_those_of_flexible_bodies():
+    """Rigid bodies have arrays of the same types, so that nothing is left to compile."""
+    run = subprocess.run([sys.executable, "-c", AHEAD], capture_output=True, text=True, check=True)
+    assert run.stdout.split(maxsplit=1) == ["1", "[]\n"]

@@ -10,7 +10,7 @@ import typer
 from typer import Argument, Option
 
 from flexgear.cli import options
-from flexgear.cli.display import Report, as_json_text, progress, show_verdicts, warn
+from flexgear.cli.display import COMPILED, Report, as_json_text, progress, show_verdicts, warn
 from flexgear.files.atomic import staged_folder, write_json
 from flexgear.model.case import Case
 from flexgear.results.dataset_file import save
@@ -22,6 +22,7 @@ from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.headlines import WARNING, verdicts
 from flexgear.solve.run import Stopwatch
 from flexgear.solve.run import run as run_all
+from flexgear.solve.run_transients import compile_loops, loops_await_compilation
 from flexgear.studies.early_workers import EarlyWorkers
 
 
@@ -35,14 +36,23 @@ def run(
     source = common.read_case()
     folder = Path("results") / source.name if out is None else out
     options.claim_folder(folder, options.RUN, origin_of_case(source, "run"), common.force)
-    watch = Stopwatch()
+    watch, compiles = Stopwatch(), loops_await_compilation()
     with (
-        EarlyWorkers(pictures, _import_renderer if source.flexible_stages else bool) as workers,
+        EarlyWorkers(
+            pictures or compiles,
+            _import_renderer if pictures and source.flexible_stages else bool,
+        ) as workers,
         staged_folder(folder, options.earlier(options.RUN)) as stage,
         progress(common.quiet) as report,
     ):
+        compiled = workers.ahead(compile_loops, source) if compiles else None
         with watch.stage("bodies"):
             bodies = reduced_bodies(source, report)
+        if compiled is not None:
+            with watch.stage("compilation"):
+                report(COMPILED, 0.0)
+                compiled()
+                report(COMPILED, 1.0)
         result = run_all(source, report, watch, bodies=bodies, folder=stage)
         notes: list[str] = []
         lost: list[str] = []

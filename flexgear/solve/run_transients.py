@@ -16,6 +16,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from flexgear.analysis.kernels.step import advance
+from flexgear.compiled import awaits_compilation
 from flexgear.coupling.pace import timed_drops
 from flexgear.model.case import Case
 from flexgear.results.quantities import values
@@ -24,7 +26,8 @@ from flexgear.results.time_figures import STAGE_DROP, StageDrop, drop_summary
 from flexgear.solve.bodies import Progress, stoppable_pool, titled
 from flexgear.solve.linear import why_not_linear
 from flexgear.solve.long_run import TimedRun, shelved
-from flexgear.solve.model import Model
+from flexgear.solve.model import Model, assemble
+from flexgear.solve.static import static
 from flexgear.solve.transient import (
     RATED_DRIVE,
     compile_transient,
@@ -60,6 +63,20 @@ class Transients(NamedTuple):
 
 
 Job = Callable[[], TimedRun]
+
+
+def loops_await_compilation() -> bool:
+    """Whether the loops of transients have not been compiled yet, and can be cached."""
+    return awaits_compilation(advance)
+
+
+def compile_loops(case: Case) -> None:
+    """Compile the loops of equilibria, modes and transients for the cache, with flexible bodies
+    made rigid, which need no FE meshes."""
+    model = assemble(case, ["all"] if case.flexible_bodies else [])
+    model.natural_modes(model.pace.band)
+    static(model, np.zeros(1))
+    compile_transient(model, energy=True)
 
 
 @contextmanager

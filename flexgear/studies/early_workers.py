@@ -110,6 +110,14 @@ class EarlyWorkers:
     def __exit__(self, *_: object) -> None:
         self._ended.close()
 
+    def ahead(self, function: Callable[[J], object], argument: J) -> Callable[[], object]:
+        """Start function(argument), for what it leaves in the cache; returns a function that waits
+        for its end. Without workers it is not called, and its failure is no error."""
+        if self._pool is None:
+            return lambda: None
+        future = self._pool.submit(function, argument)
+        return future.exception
+
     def completed(
         self, function: Callable[[S, J], R], shared: S, jobs: Sequence[J]
     ) -> Iterator[tuple[int, Outcome[R]]]:

@@ -129,6 +129,16 @@ def test_workers_end_with_their_parent(name):
     assert gone(pids)
 
 
+def test_work_ahead_of_jobs_is_done_elsewhere_and_may_fail(tmp_path, monkeypatch):
+    monkeypatch.setattr(early_workers, "processors", lambda: 2)
+    with early_workers.EarlyWorkers(True, dict) as workers:
+        waits = [workers.ahead(os.mkdir, tmp_path / "there"), workers.ahead(os.rmdir, "no such")]
+        for wait in waits:
+            wait()
+        assert (tmp_path / "there").is_dir()
+        assert dict(workers.completed(pow, 2, [3])) == {0: Outcome(8)}
+
+
 def test_one_processor_works_alone(monkeypatch):
     monkeypatch.setattr(early_workers, "processors", lambda: 1)
     with early_workers.EarlyWorkers(True, dict) as workers:
