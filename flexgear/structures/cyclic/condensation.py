@@ -44,7 +44,7 @@ from flexgear.structures.cyclic.ties import SectorTies, sector_ties
 from flexgear.structures.fem.assembly import FeModel
 from flexgear.structures.fem.ties import Interface, free_stiffness
 from flexgear.structures.linalg.dense import blocks, dot, shared
-from flexgear.structures.linalg.sparse import Elimination, minimum_degree_order
+from flexgear.structures.linalg.sparse import Elimination, nested_dissection_order
 
 _BLOCK_BYTES = 32e6  # of vectors that are processed together
 
@@ -187,7 +187,7 @@ def cyclic_condensation(
     model: FeModel, interface: Interface, sectors: Sectors
 ) -> CyclicCondensation | None:
     """Condensation of a body by its sectors; None where its ties do not allow that."""
-    sectors = sectors.reordered(minimum_degree_order(_graph(model, sectors)))
+    sectors = sectors.reordered(nested_dissection_order(_graph(model, sectors)))
     ties = sector_ties(interface, sectors)
     if ties is None:
         return None

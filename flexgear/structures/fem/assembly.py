@@ -22,6 +22,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import combinations_with_replacement
 
 import numpy as np
 import scipy.sparse as sp
@@ -114,15 +115,26 @@ class FeModel:
     @cached_property
     def stiffness(self) -> sp.csr_matrix:
         """Stiffness K (3n, 3n), symmetric CSR, N/m."""
-        basis = scalar_basis(self.fe_mesh)
+        basis, shape = scalar_basis(self.fe_mesh), (len(self.nodes), len(self.nodes))
         lam, mu = lame_parameters(self.young_modulus, self.poisson_ratio)
-        out = sp.csr_matrix((self.dofs, self.dofs))
-        for i, j in np.ndindex(3, 3):
-            slopes = BilinearForm(lambda u, v, _, i=i, j=j: v.grad[i] * u.grad[j]).assemble(basis)
-            unit = np.outer(np.eye(3)[i], np.eye(3)[j])
-            share = lam * unit + mu * unit.T + (mu * np.eye(3) if i == j else 0.0)
-            out += sp.kron(slopes, share, format="csr")
-        return 0.5 * (out + out.T.tocsr())  # exactly symmetric
+        products: dict[tuple[int, int], sp.csr_matrix] = {}
+        for i, j in combinations_with_replacement(range(3), 2):
+            form = BilinearForm(lambda u, v, _, i=i, j=j: v.grad[i] * u.grad[j]).elemental(basis)
+            products[i, j] = sp.coo_matrix((form.data, form.indices), shape).tocsr()
+        pairs = products[0, 0]  # all have entries for the same pairs of nodes
+        numbers = np.arange(pairs.nnz)
+        turned = sp.csr_matrix((numbers, pairs.indices, pairs.indptr), shape).T.tocsr().data
+        trace = sum(products[k, k].data for k in range(3))
+        blocks = np.empty((pairs.nnz, 3, 3))
+        for (i, j), product in products.items():
+            g = product.data
+            block = lam * g + mu * g[turned] + (mu * trace if i == j else 0.0)
+            if i == j:
+                block = 0.5 * (block + block[turned])  # exactly symmetric
+            blocks[:, i, j], blocks[:, j, i] = block, block[turned]
+        out = sp.bsr_matrix((blocks, pairs.indices, pairs.indptr)).tocsr()
+        out.eliminate_zeros()
+        return out
 
     @cached_property
     def scalar_mass(self) -> sp.csr_matrix:

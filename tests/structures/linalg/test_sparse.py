@@ -13,7 +13,7 @@ from flexgear.structures.linalg.sparse import (
     Elimination,
     Factor,
     factor_in_order,
-    minimum_degree_order,
+    nested_dissection_order,
 )
 
 RANDOM = np.random.default_rng(11)
@@ -59,7 +59,7 @@ def parts():
     model = FeModel(annulus((12, 1, 2), teeth=12), 1.0, 0.3, 1.0)
     stiffness = (model.stiffness + 0.1 * model.mass).tocsr()[: INNER + OUTER, : INNER + OUTER]
     graph = stiffness[:INNER, :INNER]
-    order = np.concatenate([minimum_degree_order(graph), INNER + np.arange(OUTER)])
+    order = np.concatenate([nested_dissection_order(graph), INNER + np.arange(OUTER)])
     constraints = sp.random_array((TIES, INNER + OUTER), density=0.1, random_state=RANDOM)
     return stiffness[order][:, order].tocsr(), constraints.tocsr()
 
