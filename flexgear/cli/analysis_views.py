@@ -11,6 +11,7 @@ import typer
 import xarray as xr
 
 from flexgear.cli.display import columns, key_table, show_table, table
+from flexgear.model.bodies import Planet
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT, BodyName
 from flexgear.model.ring import Ring
 from flexgear.model.units import RPM
@@ -123,9 +124,9 @@ def neglected_lines(model: Model, lengths: Iterator[Length], torque_share: float
     return [str(effect["sentence"]) for effect in effects]
 
 
-QUICK_RINGS = (
-    "bending frequencies of rings on FE meshes of fidelity quick were up to 4 % high in trials "
-    "(docs/theory.md, section 7); --set solver.fidelity=standard: 1 %, thin rims 3 %"
+QUICK_RIMS = (
+    "bending frequencies of rings and planets on FE meshes of fidelity quick were up to 4 % high "
+    "in trials (docs/theory.md, section 7); --set solver.fidelity=standard: 1 %, thin rims 3 %"
 )
 
 
@@ -150,9 +151,9 @@ def show_modes(model: Model, rows: list[dict[str, Any]], limit_hz: float | None)
         at += len(same)
     columns(lines, ">><<")
     bodies = model.case.flexible_bodies.items()
-    rings = {b for b, x in bodies if isinstance(x, Ring) and x.fe_mesh == "generate"}
-    if rings - model.system.rigid_bodies and model.case.solver.fidelity == "quick":
-        typer.echo(QUICK_RINGS)
+    rims = {b for b, x in bodies if isinstance(x, Ring | Planet) and x.fe_mesh == "generate"}
+    if rims - model.system.rigid_bodies and model.case.solver.fidelity == "quick":
+        typer.echo(QUICK_RIMS)
     if ratios := model.damping_ratios:
         typer.echo("\ndamping.ratios, of modes of the train without gear meshes")
         values = zip(ratios["frequency_hz"], ratios["ratio"], strict=True)

@@ -132,9 +132,13 @@ def short(name, case):
 
 @pytest.mark.parametrize(
     ("options", "said"),
-    [([], True), (["--rigid", "ring"], False), (["--set", "solver.fidelity=standard"], False)],
+    [
+        ([], True),
+        (["--rigid", "ring"], False),
+        (["--set", "solver.fidelity=standard"], False),
+    ],
 )
-def test_modes_say_how_high_frequencies_of_coarse_rings_are(flexgear, options, said):
+def test_modes_say_how_high_frequencies_of_coarse_rims_are(flexgear, options, said):
     text = flexgear.out("modes", "wind-5mw", *QUICK, *options, "--limit-hz", 100)
     assert ("up to 4 % high" in text) == said
 
