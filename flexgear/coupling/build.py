@@ -8,7 +8,7 @@ reported before any FE body is reduced.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -45,9 +45,10 @@ from flexgear.gears.paths import require_assembly, stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import stage_radii
 from flexgear.model.case import Case
-from flexgear.model.errors import InputError
+from flexgear.model.errors import InputError, echo
 from flexgear.model.faults import bearing_defects
 from flexgear.model.names import MOUNT, BodyName, MemberName, NodeName
+from flexgear.model.read import nearest
 from flexgear.model.stage_view import StageView, inside
 from flexgear.model.train import Joint
 from flexgear.structures.bodies import Body, lumped_body
@@ -318,7 +319,7 @@ def require_workable(case: Case) -> None:
             _require_stage(case.view(stage.name))
     for stage in case.stages:
         _require_influences(case.view(stage.name))
-    rigid_system(case)
+    _require_torques(case, rigid_system(case).torque_names)
 
 
 def rigid_system(case: Case) -> System:
@@ -331,6 +332,14 @@ def rigid_system(case: Case) -> System:
                 for name, source in fe_sources(view).items():
                     bodies[name] = source.rigid(from_files=False)
     return build_system(case, bodies, case.flexible_bodies, bending=False)
+
+
+def _require_torques(case: Case, names: Sequence[str]) -> None:
+    """Raises InputError for a torque sensor on none of these ports and springs."""
+    for k, sensor in enumerate(case.sensors):
+        if sensor.measures == "torque" and sensor.on not in names:
+            problem = f"{echo(sensor.on)} is no port, joint or bearing that passes a torque"
+            raise InputError(case.source, f"sensors[{k}].on", problem, nearest(sensor.on, names))
 
 
 def _require_steps(case: Case, frequency: float) -> None:

@@ -195,6 +195,13 @@ class System(BodyCoordinates):
         return out
 
     @property
+    def torque_names(self) -> list[str]:
+        """Names of the ports and springs whose torque a sensor may measure."""
+        links = [link.name for link in self.links if len(link.rows) == 6]
+        supports = [support.name for support in self.rotating_frame_supports]
+        return list(dict.fromkeys([*(port.name for port in self.ports), *links, *supports]))
+
+    @property
     def rated_port_torques(self) -> Array:
         """Rated external torques (P,) of the ports, N·m."""
         return np.array([p.rated_torque for p in self.ports])

@@ -89,8 +89,8 @@ def response_figures(data: xr.Dataset) -> dict[str, Any]:
 def _sensors(
     data: xr.Dataset, share: str, stable: np.ndarray
 ) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Largest rms of each sensor's signal about its mean on stable branches, with its place, by
-    sensor."""
+    """Each sensor's largest rms of the signal about its mean among stable states, with the speed or
+    torque of that state."""
     for k, name in enumerate(np.asarray(data.coords.get("sensor", ())).tolist()):
         signal = data["response_sensor"][:, k].sel(measure="rms").to_numpy()
         at = int(np.argmax(np.where(stable, signal, -1.0)))
@@ -105,8 +105,8 @@ def _rows(data: xr.Dataset, dim: str, *names: str) -> Iterator[tuple[Any, ...]]:
 
 
 def _peaks(force: np.ndarray, branch: np.ndarray, stable: np.ndarray) -> list[int]:
-    """Indices of states at peaks of the force along curves, the largest first; only stable states
-    and their neighbours."""
+    """Indices of the states in which the force has a peak along its curve, by falling force. Peaks
+    of unstable states are left out unless a stable state is near."""
     out: list[int] = []
     for curve in np.unique(branch):
         at = np.flatnonzero(branch == curve)
@@ -119,7 +119,7 @@ def _peaks(force: np.ndarray, branch: np.ndarray, stable: np.ndarray) -> list[in
 def _stable_ranges(
     parameter: np.ndarray, branch: np.ndarray, stable: np.ndarray, count: int
 ) -> list[list[float]]:
-    """Ends of the ranges of the parameter λ with at least ``count`` stable steady states."""
+    """Ranges [low, high] of λ in which at least ``count`` stable steady states exist."""
     along = (branch[1:] == branch[:-1]) & stable[1:] & stable[:-1]
     pairs = np.sort(np.stack([parameter[1:], parameter[:-1]], axis=1)[along], axis=1)
     at = np.r_[pairs[:, 0], pairs[:, 1]]
@@ -131,8 +131,8 @@ def _stable_ranges(
 
 
 def _unstable(parameter: np.ndarray, branch: np.ndarray, stable: np.ndarray) -> list[list[float]]:
-    """Ends of the ranges of the parameter λ without a stable steady state on any curve; states
-    beside a stable one count as stable, as stability changes somewhere between."""
+    """Ranges [low, high] of λ without a stable steady state on any curve. A state beside a stable
+    one counts as stable, as stability changes somewhere between them."""
     same = branch[1:] == branch[:-1]
     beside = stable | np.r_[False, same & stable[:-1]] | np.r_[same & stable[1:], False]
     spans = _stable_ranges(parameter, branch, beside, 1)
@@ -142,8 +142,8 @@ def _unstable(parameter: np.ndarray, branch: np.ndarray, stable: np.ndarray) -> 
 
 
 def _ranges(parameter: np.ndarray, branch: np.ndarray, where: np.ndarray) -> list[list[float]]:
-    """Ends of the ranges of the parameter λ in which ``where`` is true on a curve; gaps below a
-    share of ``NARROW``, as at kinks of a curve, are closed."""
+    """Ranges [low, high] of λ in which ``where`` is true on a curve. Gaps below a share of
+    ``NARROW``, as at kinks of a curve, are closed."""
     cuts = np.flatnonzero((np.diff(where.astype(int)) != 0) | (np.diff(branch) != 0)) + 1
     split = (np.split(values, cuts) for values in (parameter, where))
     pieces = [piece for piece, holds in zip(*split, strict=True) if holds[:1].any()]

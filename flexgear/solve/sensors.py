@@ -45,13 +45,6 @@ AROUND = 180  # points of a body that turns past a sensor
 NODES = {"shaft": "sun"}  # node that represents a flexible body; "drive" of other parts
 
 
-def torque_names(system: System) -> list[str]:
-    """Names of the ports and springs whose torque a sensor may measure."""
-    links = [link.name for link in system.links if len(link.rows) == 6]
-    supports = [support.name for support in system.rotating_frame_supports]
-    return list(dict.fromkeys([*(port.name for port in system.ports), *links, *supports]))
-
-
 @dataclass(frozen=True)
 class SensorPlace:
     """A sensor of a case on its body; number: index of the sensor, for messages."""
@@ -384,11 +377,6 @@ def clock_of(case: Case, pace: Pace) -> Clock:
 def _quantities(case: Case, system: System, bodies: Bodies) -> Iterator[Quantity]:
     for k, sensor in enumerate(case.sensors):
         if sensor.measures == "torque":
-            names = torque_names(system)
-            if sensor.on not in names:
-                problem = f"{sensor.on} is no port, joint or bearing that passes a torque"
-                remedy = nearest(sensor.on, names)
-                raise InputError(case.source, f"sensors[{k}].on", problem, remedy)
             yield torque(sensor.on)
         else:
             yield SensorPlace(case, system, bodies, sensor, k).quantity()

@@ -8,6 +8,7 @@ from scipy.interpolate import make_interp_spline
 from small_train import SMALL_STAGE
 
 from flexgear import InputError, load_case, sweep
+from flexgear.coupling.build import require_workable
 from flexgear.face.model import assembled
 from flexgear.solve import long_run
 
@@ -269,7 +270,6 @@ RING = ("a", "stage.ring", "acceleration")
          "z_mm: is 20 mm from the nearest surface"),
         (sensor(*RING, 'node = "bolt_99"', 'direction = "x"'), "node: bolt_99 is no node"),
         (sensor("a", "stage.hub", "speed"), "on: 'stage.hub' is no body"),
-        (sensor("a", "stage.planet_1", "torque"), "on: stage.planet_1 is no port, joint or"),
         (sensor(*RING, "angle_deg = 3"), "direction: is missing -- "),
         (sensor("a", "stage.carrier", "displacement", 'direction = "radial"', "angle_deg = 0",
                 'frame = "fixed"'), "frame: is fixed, and stage.carrier has gaps around its axis"),
@@ -290,6 +290,15 @@ def test_what_cannot_be_measured_is_one_clear_line(stage, text, words):
     assert re.search(words, line)
     assert "\n" not in line
     assert " -- " in line
+
+
+def test_a_torque_is_of_a_port_or_spring_of_the_train_which_check_knows(stage, tmp_path):
+    text, names = SMALL_STAGE.read_text(encoding="utf-8"), stage[1].system.torque_names
+    sensors = "".join(sensor(name, name, "torque") for name in names)
+    require_workable(case_of(tmp_path, text + sensors, QUICK))
+    wrong = case_of(tmp_path, text + sensor("a", "stage.planet_1", "torque"), QUICK)
+    with pytest.raises(InputError, match=r"on: 'stage\.planet_1' is no port, joint or bearing"):
+        require_workable(wrong)
 
 
 @pytest.mark.parametrize("part", ["sun", "carrier", "planet_2"])
