@@ -110,13 +110,12 @@ class EarlyWorkers:
     def __exit__(self, *_: object) -> None:
         self._ended.close()
 
-    def ahead(self, function: Callable[[J], object], argument: J) -> Callable[[], object]:
+    def ahead(self, function: Callable[[J], object], argument: J) -> Callable[[], object] | None:
         """Start function(argument), for what it leaves in the cache; returns a function that waits
-        for its end. Without workers it is not called, and its failure is no error."""
+        for its end, whose failure is no error. Without workers None, and nothing is called."""
         if self._pool is None:
-            return lambda: None
-        future = self._pool.submit(function, argument)
-        return future.exception
+            return None
+        return self._pool.submit(function, argument).exception
 
     def completed(
         self, function: Callable[[S, J], R], shared: S, jobs: Sequence[J]

@@ -143,4 +143,5 @@ def test_one_processor_works_alone(monkeypatch):
     monkeypatch.setattr(early_workers, "processors", lambda: 1)
     with early_workers.EarlyWorkers(True, dict) as workers:
         found = dict(workers.completed(pow, 2, [1, 2, 3]))
+        assert workers.ahead(os.mkdir, "/no/such") is None
     assert {k: outcome.value for k, outcome in found.items()} == {0: 2, 1: 4, 2: 8}
