@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -14,10 +13,9 @@ import xarray as xr
 
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.arguments import Positive, checked
-from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.results.dataset_file import reopened
-from flexgear.results.run_folder import Run, tuples_of
+from flexgear.results.run_folder import Run
 from flexgear.results.sinks import TIME, ranges_of
 
 if TYPE_CHECKING:
@@ -138,6 +136,7 @@ class Plots:
     def _plan(self) -> Mapping[str, Callable[[], Figure]]:
         """Pictures by name that need no other dataset: measures of a sweep over its keys,
         distributions of random samples, pictures of a run."""
+        from flexgear.results.run_orders import case_of
         from flexgear.views.chart import planned
         from flexgear.views.run_charts import RUN_CHARTS
         from flexgear.views.study_charts import DRAWN, tolerance_chart
@@ -148,7 +147,7 @@ class Plots:
         if "load_sharing_max" in self._data:
             drawn = [name for name, (of, *_) in DRAWN.items() if of in self._data]
             return {name: partial(tolerance_chart, self._data, name) for name in drawn}
-        case = Case.model_validate(tuples_of(json.loads(self._data.attrs["parameters"])))
+        case = case_of(self._data)
         summary = {"variant": self._data.attrs["variant"]}
         run = Run(case, power_flow(case), _by_file(self._data), {}, summary)
         plan: dict[str, Planned] = {}

@@ -86,7 +86,6 @@ class StageFlow:
     sun_torque: float
     ring_torque: float
     carrier_torque: float
-    planet_torque: float
     planet_speed: float
     planet_relative_speed: float
     gear_mesh_frequency: float
@@ -147,7 +146,6 @@ def stage_flow(
         sun_torque=torque[first],
         ring_torque=torque.get("ring", 0.0),
         carrier_torque=torque.get("carrier", 0.0),
-        planet_torque=torque.get("gear", 0.0),
         planet_speed=carrier_speed + relative,
         planet_relative_speed=relative,
         gear_mesh_frequency=_gear_mesh_frequency(stage, speed),
@@ -248,8 +246,8 @@ class PowerFlow:
 
     speed: of all members. torque, power: external, on ports, held and loaded members; the powers
     sum to zero. branch_torque, branch_power: of the rest of the train on each member, which enter
-    its stage there. joint_torque: of ``first`` on ``second``, in the order of the joints.
-    input_power: sum of all power that enters the train. circulating_power: in closed loops.
+    its stage there. input_power: sum of all power that enters the train. circulating_power: in
+    closed loops.
     """
 
     mobility: int
@@ -258,7 +256,6 @@ class PowerFlow:
     power: dict[str, float]
     branch_torque: dict[str, float]
     branch_power: dict[str, float]
-    joint_torque: tuple[float, ...]
     input_power: float
     circulating_power: float
     stages: tuple[StageFlow, ...]
@@ -304,11 +301,6 @@ def power_flow(case: Case) -> PowerFlow:
         power=power,
         branch_torque=branch_torque,
         branch_power=branch_power,
-        joint_torque=tuple(
-            float(-t)
-            for tie, t in zip(members.ties, ties_torque, strict=True)
-            if tie.kind == "joint"
-        ),
         input_power=sum(p for p in power.values() if p > 0),
         circulating_power=circulating,
         stages=tuple(

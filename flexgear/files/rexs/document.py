@@ -232,9 +232,16 @@ def read(components: Sequence[Component], row: Row) -> Datum | None:
     return None if datum is not None and row.positive and datum.value <= 0 else datum
 
 
-def mean(components: Sequence[Component], names: Iterable[str], unit: str) -> Datum | None:
-    """Mean of the attributes ``names`` that the file has; None without any."""
+def mean(
+    components: Sequence[Component],
+    names: Iterable[str | Iterable[str]],
+    unit: str,
+    positive: bool = False,
+) -> Datum | None:
+    """Mean of the attributes ``names`` that the file has; None without any. positive: whether only
+    values above 0 count; several names in place of one are alternatives, as for ``number``."""
     data = [d for name in names if (d := number(components, name, unit)) is not None]
+    data = [d for d in data if not positive or d.value > 0]
     if not data:
         return None
     source = " and ".join(d.source for d in data) + ", mean" * (len(data) > 1)

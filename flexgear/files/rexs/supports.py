@@ -15,7 +15,7 @@ import numpy as np
 
 from flexgear.files.case_text import CaseText, Datum, Section
 from flexgear.files.rexs.assembly import Assembly, sections_of
-from flexgear.files.rexs.document import Component, flag, number, read, text, value
+from flexgear.files.rexs.document import Component, flag, mean, number, read, text, value
 from flexgear.files.rexs.stages import Member, axial_place
 from flexgear.files.rexs.tables import RATING, SPRINGS
 
@@ -180,22 +180,12 @@ class SupportWriter:
             return stated
         if _is_coupling(joint):
             return Datum(limit, f"{_ASSUMED}{joint.label} is rigid")
-        point = self._operating_point(joint, direction)
+        point = mean([joint], _OPERATING.get(direction, ()), "N / m", positive=True)
         if point is not None or (absorbs is None and joint.kind == "concept_bearing"):
             return point
         lacks = f"{joint.label} has no {_SPRINGS[direction].names[0]}"
         why = f"{_ASSUMED}{lacks}; about the stiffness of a gear mesh"
         return Datum(scale.guess(direction), why)
-
-    def _operating_point(self, joint: Component, direction: str) -> Datum | None:
-        """Stiffness of a bearing at its operating point; None if the file has no such results."""
-        pairs = _OPERATING.get(direction, ())
-        data = [number([joint], names, "N / m") for names in pairs]
-        loaded = [datum for datum in data if datum is not None and datum.value > 0]
-        if not loaded:
-            return None
-        mean = sum(datum.value for datum in loaded) / len(loaded)
-        return Datum(mean, " and ".join(d.source for d in loaded) + (", mean" * (len(loaded) > 1)))
 
     def _absorbs(self, joint: Component, direction: str) -> bool | None:
         """Whether a bearing supports force in a direction; None if the file does not state it."""

@@ -67,69 +67,58 @@ _UNITS: dict[str, tuple[str, float, float]] = {
     "MRev": ("revolutions", 1_000_000, 1),
 }
 
+_ATTRIBUTES_BY_UNIT = {
+    "mm": """
+        normal_module face_width common_face_width center_distance tip_diameter root_diameter
+        base_diameter base_circle_diameter reference_diameter_cylindrical_gear addendum_modification
+        inner_diameter outer_diameter length gear_body_rim_thickness
+        tip_corner_radius_reference_profile tip_radius addendum_reference_profile
+        inner_diameter_begin inner_diameter_end outer_diameter_begin outer_diameter_end
+        u_coordinate_on_shaft u_coordinate_on_shaft_inner_side u_coordinate_on_shaft_outer_side
+        support_vector u_axis_vector w_axis_vector tip_relief_depth tip_relief_datum_length
+        tip_relief_datum_diameter root_relief_depth root_relief_datum_length
+        root_relief_datum_diameter profile_crowning_at_tip profile_crowning_at_root
+        helix_crowning_amount_datum_face helix_crowning_amount_non_datum_face
+        end_relief_depth_datum_face end_relief_length_datum_face end_relief_depth_non_datum_face
+        end_relief_length_non_datum_face profile_slope helix_slope profile_twist
+        minimum_normal_backlash mean_normal_backlash maximum_normal_backlash protuberance_amount
+        machining_allowance grinding_allowance chordal_tooth_thickness_upper_deviation
+        chordal_tooth_thickness_lower_deviation""",
+    "deg": """
+        helix_angle_reference_diameter normal_pressure_angle protuberance_angle
+        rotating_angle_around_neg_u_axis operating_pressure_angle_in_the_transverse_section""",
+    "1 / min": "rotational_speed",
+    "N m": "torque_around_u_axis torque_around_v_axis torque_around_w_axis",
+    "N": """
+        force_u_direction force_v_direction force_w_direction
+        nominal_tangential_force_at_base_diameter""",
+    "kN": """
+        radial_dynamic_load_rating dynamic_capacity radial_static_load_rating fatigue_limit_load""",
+    "mum": """
+        upper_backlash_allowance_referenced_to_span lower_backlash_allowance_referenced_to_span
+        radial_clearance radial_bearing_clearance operating_radial_bearing_clearance
+        radial_backlash""",
+    "kW": "power",
+    "N / m": """
+        radial_stiffness axial_stiffness operating_point_stiffness_f_u_d_u
+        operating_point_stiffness_f_v_d_v operating_point_stiffness_f_w_d_w
+        operating_point_stiffness_dF_u_d_u operating_point_stiffness_dF_v_d_v
+        operating_point_stiffness_dF_w_d_w""",
+    "N mm / rad": "bending_stiffness rotational_stiffness",
+    "%": "operating_time_fraction load_duration_fraction",
+    "h": "operating_time load_duration",
+    "kg": "mass_of_component",
+    "kg m^2": "moment_of_inertia_u_axis moment_of_inertia_v_axis moment_of_inertia_w_axis",
+    "MRev": """
+        nominal_rating_life_rotations_iso_281_2007
+        nominal_reference_rating_life_rotations_iso_16281_2008
+        modified_reference_rating_life_rotations_iso_16281_2008""",
+    "MPa": "elastic_modulus",
+    "kg / dm^3": "density",
+    "m / s^2": "gravitational_acceleration",
+}
 # units of the attributes that are read or written; files of any version may omit units
-SCHEMA_UNITS: dict[str, str] = {
-    **dict.fromkeys(
-        (
-            "normal_module", "face_width", "common_face_width", "center_distance", "tip_diameter",
-            "root_diameter", "base_diameter", "base_circle_diameter",
-            "reference_diameter_cylindrical_gear",
-            "addendum_modification", "inner_diameter", "outer_diameter", "length", "pitch_diameter",
-            "gear_body_rim_thickness", "tip_corner_radius_reference_profile", "tip_radius",
-            "addendum_reference_profile", "inner_diameter_begin", "inner_diameter_end",
-            "outer_diameter_begin", "outer_diameter_end", "u_coordinate_on_shaft",
-            "u_coordinate_on_shaft_inner_side", "u_coordinate_on_shaft_outer_side",
-            "support_vector", "u_axis_vector", "w_axis_vector", "tip_relief_depth",
-            "tip_relief_datum_length", "tip_relief_datum_diameter", "root_relief_depth",
-            "root_relief_datum_length", "root_relief_datum_diameter", "profile_crowning_at_tip",
-            "profile_crowning_at_root", "helix_crowning_amount_datum_face",
-            "helix_crowning_amount_non_datum_face", "end_relief_depth_datum_face",
-            "end_relief_length_datum_face", "end_relief_depth_non_datum_face",
-            "end_relief_length_non_datum_face", "profile_slope", "helix_slope", "profile_twist",
-            "minimum_normal_backlash", "mean_normal_backlash", "maximum_normal_backlash",
-            "protuberance_amount", "machining_allowance", "grinding_allowance",
-        ),
-        "mm",
-    ),
-    **dict.fromkeys(
-        (
-            "helix_angle_reference_diameter", "normal_pressure_angle", "protuberance_angle",
-            "rotating_angle_around_neg_u_axis",
-            "operating_pressure_angle_in_the_transverse_section",
-        ),
-        "deg",
-    ),
-    **dict.fromkeys(("rotational_speed", "rolling_rotational_speed"), "1 / min"),
-    **dict.fromkeys(("torque_around_u_axis", "torque_around_v_axis", "torque_around_w_axis",
-                     "torque", "torque_acting_on_shaft_u"), "N m"),
-    **dict.fromkeys(("force_u_direction", "force_v_direction", "force_w_direction",
-                     "nominal_tangential_force_at_base_diameter"), "N"),
-    **dict.fromkeys(("radial_dynamic_load_rating", "dynamic_capacity", "radial_static_load_rating",
-                     "fatigue_limit_load"), "kN"),
-    **dict.fromkeys([f"chordal_tooth_thickness_{end}_deviation" for end in ("upper", "lower")],
-                    "mm"),
-    **dict.fromkeys([f"{end}_backlash_allowance_referenced_to_span" for end in ("upper", "lower")],
-                    "mum"),
-    "power": "kW",
-    "power_for_rotational_speed": "W",
-    **dict.fromkeys(("radial_stiffness", "axial_stiffness"), "N / m"),
-    **dict.fromkeys([f"operating_point_stiffness_{d}{a}_d_{a}"
-                     for d in ("f_", "dF_") for a in "uvw"], "N / m"),
-    **dict.fromkeys(("bending_stiffness", "rotational_stiffness"), "N mm / rad"),
-    **dict.fromkeys(("radial_clearance", "radial_bearing_clearance",
-                     "operating_radial_bearing_clearance", "radial_backlash"), "mum"),
-    **dict.fromkeys(("operating_time_fraction", "load_duration_fraction"), "%"),
-    **dict.fromkeys(("operating_time", "load_duration"), "h"),
-    "mass_of_component": "kg",
-    **dict.fromkeys(("moment_of_inertia_u_axis", "moment_of_inertia_v_axis",
-                     "moment_of_inertia_w_axis"), "kg m^2"),
-    **dict.fromkeys(("nominal_rating_life_rotations_iso_281_2007",
-                     "nominal_reference_rating_life_rotations_iso_16281_2008",
-                     "modified_reference_rating_life_rotations_iso_16281_2008"), "MRev"),
-    "elastic_modulus": "MPa",
-    "density": "kg / dm^3",
-    "gravitational_acceleration": "m / s^2",
-}  # fmt: skip
+SCHEMA_UNITS = {name: unit for unit, names in _ATTRIBUTES_BY_UNIT.items() for name in names.split()}
 
 
 _SIGNS = {"°": "deg", "µ": "mu", "μ": "mu", "²": "^2", "³": "^3", "rpm": "1/min"}

@@ -43,9 +43,10 @@ def test_loaded_flanks_are_those_of_the_geometry(name, sense):
     """A flank's outward normal is against the force on its tooth; a ring's tooth points inward."""
     case = directed(name, sense)
     for stage in case.stages:
-        view, flow = case.view(stage.name), power_flow(case).stage(stage.name)
+        view, whole = case.view(stage.name), power_flow(case)
+        flow, last = whole.stage(stage.name), stage.members[-1]  # carrier, or gear
         forward = flow.sun_gear_mesh_force >= 0
-        assert forward == ((flow.carrier_torque or flow.planet_torque) > 0)
+        assert forward == (whole.branch_torque[f"{stage.name}.{last}"] > 0)
         sides = tooth_sides(stage.kind, forward)
         for path in stage_paths(view, flow.gear_mesh_forces).values():
             if path.carries and path.kind.startswith("sun"):  # its compression holds the torque
