@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 from scipy.interpolate import griddata
+from scipy.stats import binned_statistic_dd
 
 from flexgear.arrays import Array
 
@@ -108,24 +109,18 @@ def _pattern(title: str, which: str, flanks: list[_Places]) -> ToothPattern:
         for name in ("roll", "face", "load")
     )
     teeth = np.concatenate([flank.teeth[which] for flank in flanks])
-    diameter = 2.0 * np.hypot(flanks[0].base, roll)
-    edges = [
-        np.linspace(x.min(), x.max(), n + 1) for x, n in zip((diameter, face), CELLS, strict=True)
-    ]
-    row, column = (
-        np.clip(np.searchsorted(e, x, side="right") - 1, 0, len(e) - 2)
-        for e, x in zip(edges, (diameter, face), strict=True)
-    )
-    pattern = np.full((teeth.max(), *CELLS), np.nan)
-    np.fmax.at(pattern, (teeth - 1, row, column), load)
-    for tooth in pattern:
-        _fill(tooth)
-    return ToothPattern(title.strip(), edges[0], edges[1], pattern)
+    cells = (teeth, 2.0 * np.hypot(flanks[0].base, roll), face)
+    edges = [np.arange(0.5, teeth.max() + 1.0)]
+    edges += [np.linspace(x.min(), x.max(), n + 1) for x, n in zip(cells[1:], CELLS, strict=True)]
+    pattern = binned_statistic_dd(np.column_stack(cells), load, "max", edges).statistic
+    return ToothPattern(title.strip(), edges[1], edges[2], np.array(list(map(filled, pattern))))
 
 
-def _fill(cells: Array) -> None:
-    """Interpolate empty cells between filled ones, in place."""
-    filled = np.argwhere(np.isfinite(cells))
-    if len(filled) > 3 and np.ptp(filled, axis=0).all():
-        empty = np.argwhere(np.isnan(cells))
-        cells[tuple(empty.T)] = griddata(filled, cells[tuple(filled.T)], empty)
+def filled(cells: Array) -> Array:
+    """Values (m, n) with NaN interpolated between finite ones where these surround it."""
+    finite = np.isfinite(cells)
+    at = np.argwhere(finite)
+    if len(at) < 4 or not np.ptp(at, axis=0).all():
+        return cells
+    whole = griddata(at, cells[finite], np.indices(cells.shape).reshape(2, -1).T)
+    return np.where(finite, cells, whole.reshape(cells.shape))

@@ -15,14 +15,13 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from scipy.interpolate import griddata
 from scipy.stats import binned_statistic_2d
 
 from flexgear.arrays import Array
 from flexgear.gears.slices import factor_along, mean_along
 from flexgear.model.names import FlankName
 from flexgear.results.stage_figures import gears_of
-from flexgear.results.tooth_pattern import ToothPattern
+from flexgear.results.tooth_pattern import ToothPattern, filled
 from flexgear.views.style import (
     MEGA,
     MICRO,
@@ -162,10 +161,7 @@ def _binned(x: Array, z: Array, w: Array) -> tuple[Array, ...]:
     """Edges of cells along x and z, and the largest w in each cell; cells without a sample are
     interpolated from their neighbours, or NaN at the border."""
     largest, along, across, _ = binned_statistic_2d(z, x, w, "max", (CELLS // 2, CELLS))
-    cells = np.argwhere(np.isfinite(largest))
-    all_cells = np.indices(largest.shape).reshape(2, -1).T
-    filled = griddata(cells, largest[tuple(cells.T)], all_cells).reshape(largest.shape)
-    return across, along, filled
+    return across, along, filled(largest)
 
 
 COLUMNS = 8

@@ -155,15 +155,6 @@ SETTINGS = {  # of a lumped case, and what the line says
     f'{SENSOR} direction = "x", place_mm = [1]}}]': "place_mm: has 1 of 3 numbers",
     f'{SENSOR} direction = "x", place_mm = [1, 2, 3, 4]}}]': "has 4 elements -- give at most 3",
     "sensors=[{name = ' ', on = 'stage.sun', measures = 'speed'}]": "' ' is not a valid name",
-    f'{SENSOR} direction = "x", angle_deg = 30}}]':
-        "angle_deg: has no meaning on stage.sun, a lumped body -- give place_mm",
-    f'{SENSOR} direction = "x", node = "sun"}}]':
-        "node: has no meaning on stage.sun, a lumped body -- give place_mm",
-    f'{SENSOR} direction = "x", z_mm = 5}}]': "z_mm: needs an angle -- give angle_deg, or all of",
-    f'{SENSOR} direction = "x", grid_angle_deg = 5}}]': "grid_angle_deg: is for strain gauges",
-    f'{SENSOR} direction = "x", frame = "fixed"}}]'.replace("sun", "planet_1"):
-        'frame: is fixed, and stage.planet_1 passes once a turn -- take frame = "body"',
-    "faults=[{kind = 'wear', gear = 'sun', flank = 'drive'}]": "add depth_mm = …",
     "gravity_m_per_s2=[1, 2]": "has 2 of 3 numbers -- give 3 numbers",
     "faults=[{kind = 'wear', gear = 1, flank = 'drive', depth_um = 1}]":
         "gear: 1 is unknown -- use one of sun, planet",

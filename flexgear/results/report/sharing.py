@@ -84,3 +84,13 @@ def first_variant(by_variant: Mapping[str, Any]) -> Any:
 def groups_of(figures: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
     """Figures of load sharing by group of gear meshes."""
     return {name: group for name, group in figures.items() if isinstance(group, Mapping)}
+
+
+def forces_of_halves(transient: Mapping[str, Any]) -> dict[GroupName, dict[str, float]]:
+    """Sizes of the mean gear-mesh forces of a transient, N, by stage and kind, then by side."""
+    forces: dict[GroupName, dict[str, float]] = {}
+    for label, force in transient.get("gear_mesh_force", {}).items():
+        group = GroupName.parse(label)
+        of_sides = forces.setdefault(GroupName.of(group.stage, group.kind), {})
+        of_sides[group.side] = abs(force["mean_n"])
+    return forces

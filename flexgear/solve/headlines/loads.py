@@ -8,7 +8,13 @@ from typing import Any
 
 from flexgear.model.modifications import FlankModifications, GearModifications, PlanetModifications
 from flexgear.model.names import GroupName
-from flexgear.results.report.sharing import Sharing, first_variant, groups_of, sharings
+from flexgear.results.report.sharing import (
+    Sharing,
+    first_variant,
+    forces_of_halves,
+    groups_of,
+    sharings,
+)
 from flexgear.results.report.wording import factor, number, window_words, with_unit, words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline, Level
 from flexgear.solve.resonance import resonance_verdict
@@ -187,15 +193,10 @@ def _halves(sharing: Sharing, transient: Mapping[str, Any]) -> str:
     if not sharing.halves:
         return ""
     text = ", ".join(f"{side} half {factor(k)}" for side, k in sharing.halves)
-    means: dict[str, dict[str, float]] = {}
-    for label, force in transient.get("gear_mesh_force", {}).items():
-        group = GroupName.parse(label)
-        if group.stage == sharing.stage:
-            means.setdefault(group.kind, {})[group.side] = abs(force["mean_n"])
     shares = [
-        (of_sides[side] / total, side, kind)
-        for kind, of_sides in means.items()
-        if (total := sum(of_sides.values()))
+        (of_sides[side] / total, side, group.kind)
+        for group, of_sides in forces_of_halves(transient).items()
+        if group.stage == sharing.stage and (total := sum(of_sides.values()))
         for side in of_sides
     ]
     share, side, kind = max(shares, default=(0.5, "", ""))

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from flexgear.model.names import GroupName
+from flexgear.results.report.sharing import forces_of_halves
 from flexgear.results.report.wording import number, titled_by_stage, window_words, with_unit, words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline, Level
 from flexgear.solve.result_warnings import PROMISED
@@ -87,15 +88,11 @@ def _level(difference: float, agrees: float, differs: float) -> Level:
 def _forces(summary: Summary) -> Iterator[Check]:
     """Check of the mean gear-mesh forces against the power flow, in a double-helical stage of the
     mean of both halves, whose sum alone follows from the torque."""
-    means: dict[GroupName, list[float]] = {}
-    for label, force in summary["transient"]["gear_mesh_force"].items():
-        group = GroupName.parse(label)
-        means.setdefault(GroupName.of(group.stage, group.kind), []).append(abs(force["mean_n"]))
     differences: dict[GroupName, float] = {}
-    for group, forces in means.items():
+    for group, forces in forces_of_halves(summary["transient"]).items():
         expected = summary["stages"][group.stage].get(f"{group.kind}_gear_mesh_force_n")
         if expected:
-            differences[group] = abs(sum(forces) / len(forces) / expected - 1.0)
+            differences[group] = abs(sum(forces.values()) / len(forces) / expected - 1.0)
     if not differences:
         return
     worst = max(differences, key=lambda n: differences[n])
