@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
@@ -14,7 +14,6 @@ from flexgear.model.arguments import checked
 from flexgear.model.content import resolve_files
 from flexgear.model.names import BodyName
 from flexgear.model.read import Written, lists_of, match_key, to_si
-from flexgear.model.section import Section
 from flexgear.model.validation_errors import input_error
 from flexgear.results.report.wording import stage_line
 
@@ -39,7 +38,7 @@ class Case(case.Case):
         for key in fields:
             if key != "stage":
                 match_key(case.Case, key, where, key, bare_si=True)
-        stated = {key: _plain(value) for key, value in fields.items() if value is not None}
+        stated = {key: lists_of(value) for key, value in fields.items() if value is not None}
         data = to_si(case.Case, load.with_list(stated, where), where, written, bare_si=True)
         resolve_files(data, Path())
         try:
@@ -125,15 +124,6 @@ class Case(case.Case):
         stages = {stage.name: stage_line(stage) for stage in self.stages}
         ports = ", ".join(port.member for port in self.ports)
         return html_table({"case": self.title or self.name, **stages, "ports": ports})
-
-
-def _plain(value: object) -> Any:
-    """A value in the types of a case file; sections as dictionaries of the keys set in them."""
-    if isinstance(value, Section):
-        value = value.model_dump(mode="python", exclude_unset=True)
-    if isinstance(value, Mapping):
-        return {key: _plain(inner) for key, inner in value.items()}
-    return [_plain(v) for v in value] if isinstance(value, list | tuple) else lists_of(value)
 
 
 def load_case(

@@ -255,7 +255,10 @@ def override_data(
 
 
 def lists_of(value: object) -> Any:
-    """A Python value as parsed TOML: lists for sequences and arrays, Python numbers."""
+    """A Python value as parsed TOML: lists for sequences and arrays, Python numbers, dictionaries
+    of the keys that are set for sections."""
+    if isinstance(value, Section):
+        value = value.model_dump(mode="python", exclude_unset=True)
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if isinstance(value, Mapping):
