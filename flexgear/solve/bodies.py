@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
+from typing import TypeVar
 
 import psutil  # type: ignore[import-untyped]
 
@@ -24,7 +25,9 @@ from flexgear.structures.tooth_influence.of_case import tooth_influence
 from flexgear.structures.tooth_influence.roots import root_of_case
 
 _BYTES = {"quick": 1e9, "standard": 2e9, "fine": 4e9}  # for the reduction of two generated bodies
+LOOK_UP = 0.2  # s between two looks for signals while threads work
 Bodies = Mapping[BodyName, ReducedBody]
+T = TypeVar("T")
 
 
 def stage_bodies(
@@ -50,7 +53,15 @@ def stage_bodies(
             )
             for name, source in sources.items()
         }
-        return {name: future.result() for name, future in futures.items()}
+        return {name: awaited(future).result() for name, future in futures.items()}
+
+
+def awaited(future: Future[T]) -> Future[T]:
+    """The future when it is done. A signal that another thread of the process receives does not end
+    the wait for a lock, and Python's handler runs in the main thread: it looks up in between."""
+    while not future.done():
+        wait([future], LOOK_UP)
+    return future
 
 
 @contextmanager

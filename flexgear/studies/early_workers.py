@@ -110,12 +110,10 @@ class EarlyWorkers:
     def __exit__(self, *_: object) -> None:
         self._ended.close()
 
-    def ahead(self, function: Callable[[J], object], argument: J) -> Callable[[], object] | None:
-        """Start function(argument), for what it leaves in the cache; returns a function that waits
-        for its end, whose failure is no error. Without workers None, and nothing is called."""
-        if self._pool is None:
-            return None
-        return self._pool.submit(function, argument).exception
+    def ahead(self, function: Callable[[J], R], argument: J) -> Future[R] | None:
+        """Start function(argument), for what it leaves in the cache. Without workers None, and
+        nothing is called."""
+        return None if self._pool is None else self._pool.submit(function, argument)
 
     def completed(
         self, function: Callable[[S, J], R], shared: S, jobs: Sequence[J]

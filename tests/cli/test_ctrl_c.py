@@ -3,11 +3,15 @@
 import signal
 import subprocess
 import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from interrupts import hear_interrupts
 
 from flexgear.cli import entry, on_stop
+from flexgear.solve.bodies import awaited
 
 WHILE_LOADING = """
 import builtins, os, signal
@@ -66,3 +70,21 @@ def test_again_while_it_is_closing(monkeypatch):
     now[0] += 0.2 * entry.CLOSING  # whatever swallowed the first
     with pytest.raises(KeyboardInterrupt):
         press(2, None)
+
+
+def test_a_signal_that_another_thread_receives_ends_the_wait():
+    """As those of job schedulers often are while bodies are reduced, for a minute."""
+
+    def work():
+        time.sleep(0.2)
+        signal.pthread_kill(threading.get_ident(), signal.SIGUSR1)
+        time.sleep(3)
+
+    begin, before = time.monotonic(), signal.signal(signal.SIGUSR1, entry._Stop())
+    with ThreadPoolExecutor() as pool:
+        try:
+            with pytest.raises(KeyboardInterrupt):
+                awaited(pool.submit(work))
+            assert time.monotonic() - begin < 2
+        finally:
+            signal.signal(signal.SIGUSR1, before)

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import wait
 from pathlib import Path
 
 import numpy as np
@@ -133,8 +134,7 @@ def test_work_ahead_of_jobs_is_done_elsewhere_and_may_fail(tmp_path, monkeypatch
     monkeypatch.setattr(early_workers, "processors", lambda: 2)
     with early_workers.EarlyWorkers(True, dict) as workers:
         waits = [workers.ahead(os.mkdir, tmp_path / "there"), workers.ahead(os.rmdir, "no such")]
-        for wait in waits:
-            wait()
+        wait(waits)
         assert (tmp_path / "there").is_dir()
         assert dict(workers.completed(pow, 2, [3])) == {0: Outcome(8)}
 
