@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from matplotlib.text import Annotation, Text
 from matplotlib.ticker import FixedFormatter, FuncFormatter
 
@@ -114,6 +115,8 @@ def _texts(axes: Axes) -> Iterator[dict[str, Any]]:
     """Annotations for the texts in data coordinates."""
     for text in axes.texts[:TEXTS]:
         in_data = isinstance(text, Annotation) and text.xycoords == "data"
+        if isinstance(text, Annotation) and in_data and text.arrow_patch is not None:
+            yield _arrow(text, text.arrow_patch)
         if not (in_data or text.get_transform() == axes.transData) or not text.get_text().strip():
             continue
         x, y = text.xy if isinstance(text, Annotation) else text.get_position()
@@ -129,6 +132,15 @@ def _texts(axes: Axes) -> Iterator[dict[str, Any]]:
             **_anchor(text, in_data),
             "font": {"size": 10, "color": colour_of(text.get_color())},
         }
+
+
+def _arrow(text: Annotation, arrow: Patch) -> dict[str, Any]:
+    """Annotation for an arrow in data coordinates on linear axes."""
+    (x, y), (ax, ay) = ([float(v) for v in end] for end in (text.xy, text.xyann))
+    ends = {"x": x, "y": y, "ax": ax, "ay": ay, "axref": "x", "ayref": "y"}
+    colour = colour_of(arrow.get_edgecolor())
+    return {**ends, "text": "", "showarrow": True, "arrowhead": 2, "arrowwidth": 1.2,
+            "arrowcolor": colour}  # fmt: skip
 
 
 def _anchor(text: Text, in_data: bool) -> dict[str, Any]:
@@ -158,10 +170,7 @@ def _axis(axes: Axes, which: str) -> dict[str, Any]:
     ends = [low, high]
     axis["range"] = [float(np.log10(v)) for v in ends] if log and min(ends) > 0 else ends
     formatter = drawn.get_major_formatter()
-    if (
-        isinstance(formatter, FixedFormatter | FuncFormatter)
-        or "Categor" in type(formatter).__name__
-    ):
+    if isinstance(formatter, FixedFormatter | FuncFormatter):
         at = drawn.get_majorticklocs()
         texts = formatter.format_ticks(list(at))
         ticks = [(float(t), plain_math(x)) for t, x in zip(at, texts, strict=False) if x]

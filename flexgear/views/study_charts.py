@@ -225,8 +225,8 @@ MAX_BINS = 40  # of a histogram
 EQUAL = 1e-9  # relative spread of equal samples
 STYLES = ("-", "--", "-.", ":")  # of the quantiles
 DRAWN = {  # variable, label, digits and factor by name of the statistics
-    "load_sharing": ("load_sharing_max", "largest $K_\\gamma$ over one turn", 4, 1.0),
-    "k_h_beta": ("k_h_beta", "face load factor $K_{H\\beta}$ over one turn", 3, 1.0),
+    "load_sharing": ("load_sharing_max", "largest $K_γ$ over one turn", 4, 1.0),
+    "k_h_beta": ("k_h_beta", "face load factor $K_{Hβ}$ over one turn", 3, 1.0),
     "largest_line_load": ("largest_line_load", "largest line load (N/mm)", 0, 1e-3),
 }
 STATISTICS = [f"{one}{end}" for one in ("average", "quantile") for end in ("", "_low", "_high")]

@@ -6,7 +6,6 @@ Lines with more points than a screen are reduced to their envelope.
 from __future__ import annotations
 
 import re
-import unicodedata
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -24,9 +23,8 @@ LEAST_POINTS = 400  # of one line
 CELLS = 200  # of a map along each side
 DIGITS = 5
 DASHES = {"-": "solid", "--": "dash", ":": "dot", "-.": "dashdot"}
-MARKERS = {"o": "circle", "s": "square", "^": "triangle-up", "v": "triangle-down",
-           ">": "triangle-right", "D": "diamond", "x": "x-thin-open",
-           "+": "cross-thin-open", ".": "circle"}  # fmt: skip
+MARKERS = {"o": "circle", ".": "circle", ">": "triangle-right", "<": "triangle-left",
+           "d": "diamond-tall"}  # fmt: skip
 
 
 def traces_of(axes: Axes) -> Iterator[dict[str, Any]]:
@@ -218,24 +216,14 @@ def colour_of(value: Any) -> str:
 
 
 def plain_math(text: str) -> str:
-    """Mathtext as the HTML that plotly knows: "$θ_c$" -> "θ<sub>c</sub>"; other text escaped."""
+    """Mathtext with subscripts and superscripts as the HTML that plotly knows: "$θ_c$" ->
+    "θ<sub>c</sub>"; other text escaped."""
     escaped = text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     return re.sub(r"\$([^$]*)\$", lambda m: _math(m[1]), escaped).replace("\n", "<br>")
 
 
 def _math(text: str) -> str:
-    text = re.sub(r"\\(?:mathrm|mathit|text)\{([^}]*)\}", r"\1", text)
-    text = re.sub(r"\\([A-Za-z]+)", _greek, text)
     for sign, tag in (("_", "sub"), ("\\^", "sup")):
         text = re.sub(rf"{sign}\{{([^}}]*)\}}", rf"<{tag}>\1</{tag}>", text)
         text = re.sub(rf"{sign}(\w)", rf"<{tag}>\1</{tag}>", text)
-    return text.replace("\\,", " ").replace("\\", "")
-
-
-def _greek(command: re.Match[str]) -> str:
-    """Greek letter of a command like \\gamma; any other command unchanged."""
-    size = "CAPITAL" if command[1][0].isupper() else "SMALL"
-    try:
-        return unicodedata.lookup(f"GREEK {size} LETTER {command[1].upper()}")
-    except KeyError:
-        return command[0]
+    return text

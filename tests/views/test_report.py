@@ -178,9 +178,7 @@ def test_a_page_of_too_much_leaves_out_the_largest_and_says_so(tmp_path, monkeyp
 
 def test_mathtext_becomes_markup():
     assert plain_math("$K_γ$ (–) & <b>") == "K<sub>γ</sub> (–) &amp; &lt;b&gt;"
-    assert plain_math("$K_\\gamma$, $K_{H\\beta}$, $\\Delta$") == (
-        "K<sub>γ</sub>, K<sub>Hβ</sub>, Δ"
-    )
+    assert plain_math("$K_{Hβ}$, $r^2$") == "K<sub>Hβ</sub>, r<sup>2</sup>"
 
 
 def test_traces_of_one_name_have_one_entry_in_the_legend():
@@ -362,7 +360,8 @@ def test_points_under_the_pointer_have_names_and_units():
     lines.plot([0.0, 1.0], [4.0, 5.0], color="red")  # the same planet again
     lines.set(xlabel="time (s)", ylabel="force (kN)")
     lines.legend()
-    bars.bar(["ring", "sun"], [1.0, 2.0])
+    bars.bar([0, 1], [1.0, 2.0])
+    bars.set_xticks([0, 1], ["ring", "sun"])  # as all pictures with words have them
     bars.set_ylabel("load (N)")
     figure.canvas.draw()
     first, second = panels_of(figure)

@@ -100,3 +100,16 @@ def test_labels_of_panels_do_not_overlap(curve):
     figure.canvas.draw()
     above, below = (ax.yaxis.label.get_window_extent() for ax in figure.axes)
     assert below.y1 < above.y0
+
+
+def test_marks_of_jumps_and_changes_are_on_the_page(curve):
+    curve["stability_change_kind"][:] = 1
+    force, _ = panels_of(response_chart(curve))
+    marks = {t["marker"]["symbol"]: (t["mode"], t["x"]) for t in force["data"] if "marker" in t}
+    assert marks == {
+        "triangle-right": ("markers", [1.2]),
+        "triangle-left": ("markers", [0.9]),
+        "diamond-tall": ("markers", [1.2, 0.9]),
+    }
+    arrows = [a for a in force["layout"]["annotations"] if a["showarrow"]]
+    assert [(a["x"], a["ay"], a["y"]) for a in arrows] == [(1.2, 5.0, 4.0), (1.2, 5.0, 7.0)]
