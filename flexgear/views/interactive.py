@@ -93,7 +93,23 @@ def _panel(axes: Axes) -> Panel:
 
 
 def _marks(axes: Axes) -> Iterator[dict[str, Any]]:
-    """Shapes for lines across the whole panel, drawn by axvline and axhline."""
+    """Shapes for bands and lines across the whole panel, drawn by axvspan, axvline and axhline."""
+    across = axes.get_xaxis_transform()
+    for patch in axes.patches:
+        if patch.get_transform() == patch.get_patch_transform() + across:
+            box = patch.get_patch_transform().transform_path(patch.get_path()).get_extents()
+            yield {
+                "type": "rect",
+                "layer": "below",
+                "line": {"width": 0},
+                "fillcolor": colour_of(patch.get_facecolor()),
+                "xref": "x",
+                "yref": "y domain",
+                "x0": float(box.x0),
+                "x1": float(box.x1),
+                "y0": 0.0,
+                "y1": 1.0,
+            }
     for line in axes.lines:
         dash = DASHES.get(str(line.get_linestyle()), "solid")
         width = float(line.get_linewidth())
@@ -102,7 +118,7 @@ def _marks(axes: Axes) -> Iterator[dict[str, Any]]:
         if not x or line.get_transform() == axes.transData:
             continue
         ends = {"x0": x[0], "x1": x[-1], "y0": y[0], "y1": y[-1]}
-        if line.get_transform() == axes.get_xaxis_transform():
+        if line.get_transform() == across:
             scales = {"xref": "x", "yref": "y domain"}
         elif line.get_transform() == axes.get_yaxis_transform():
             scales = {"xref": "x domain", "yref": "y"}
@@ -112,15 +128,17 @@ def _marks(axes: Axes) -> Iterator[dict[str, Any]]:
 
 
 def _texts(axes: Axes) -> Iterator[dict[str, Any]]:
-    """Annotations for the texts in data coordinates."""
+    """Annotations for the texts in data coordinates, or at shares of the panel."""
     for text in axes.texts[:TEXTS]:
         in_data = isinstance(text, Annotation) and text.xycoords == "data"
         if isinstance(text, Annotation) and in_data and text.arrow_patch is not None:
             yield _arrow(text, text.arrow_patch)
-        if not (in_data or text.get_transform() == axes.transData) or not text.get_text().strip():
+        in_panel = text.get_transform() == axes.transAxes
+        placed = in_data or in_panel or text.get_transform() == axes.transData
+        if not placed or not text.get_text().strip():
             continue
         x, y = text.xy if isinstance(text, Annotation) else text.get_position()
-        log = [s == "log" for s in (axes.get_xscale(), axes.get_yscale())]
+        log = [s == "log" and not in_panel for s in (axes.get_xscale(), axes.get_yscale())]
         if any(on and not v > 0 for on, v in zip(log, (x, y), strict=True)):
             continue
         at = [float(np.log10(v)) if on else float(v) for on, v in zip(log, (x, y), strict=True)]
@@ -129,6 +147,7 @@ def _texts(axes: Axes) -> Iterator[dict[str, Any]]:
             "y": at[1],
             "text": plain_math(text.get_text()),
             "showarrow": False,
+            **({"xref": "x domain", "yref": "y domain"} if in_panel else {}),
             **_anchor(text, in_data),
             "font": {"size": 10, "color": colour_of(text.get_color())},
         }

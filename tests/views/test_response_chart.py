@@ -89,8 +89,17 @@ def test_forces_of_backs_are_in_the_picture(curve):
     curve["response_gear_mesh_force"].loc[{"measure": "minimum"}] *= -1.0
     assert response_chart(curve).axes[0].get_ylim()[0] < -1.6
     curve["response_gear_mesh_force"][{"point": [9], "measure": [0, 1]}] *= 1e3
-    low, high = response_chart(curve).axes[0].get_ylim()
+    figure = response_chart(curve)
+    low, high = figure.axes[0].get_ylim()
     assert -low == high == pytest.approx(20 * 5.5, rel=0.2)
+    (note,) = [
+        text
+        for text in panels_of(figure)[0]["layout"]["annotations"]
+        if text["text"].startswith("states continue up to")
+    ]
+    assert (note["xref"], note["yref"], note["x"], note["y"]) == (
+        "x domain", "y domain", 0.99, 0.97,
+    )  # fmt: skip
 
 
 def test_labels_of_panels_do_not_overlap(curve):

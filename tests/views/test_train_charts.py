@@ -15,6 +15,7 @@ from flexgear.model.names import GearMeshName
 from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.results.load_sharing import sharing_histories
 from flexgear.views import mode_charts, sharing_charts
+from flexgear.views.interactive import panels_of
 from flexgear.views.mode_charts import (
     BACKWARD,
     FORWARD,
@@ -305,6 +306,12 @@ class TestCampbell:
         assert {t.get_text() for t in ax.texts} >= {"1×", "2×"}
         assert ax.get_xlabel() == "speed over rated speed (–)"
         assert ax.get_ylabel() == "frequency (Hz)"
+
+    def test_the_margin_about_an_operating_speed_is_on_the_page(self):
+        (panel,) = panels_of(campbell_chart(campbell()))
+        bands = [s for s in panel["layout"]["shapes"] if s["type"] == "rect"]
+        ends = [(band["x0"], band["x1"], band["fillcolor"]) for band in bands]
+        assert ends == [(pytest.approx(0.8), pytest.approx(1.2), "#f3f4f6")]
 
     def test_the_highest_order_is_seen_at_the_highest_speed(self):
         ax = campbell_chart(campbell()).axes[0]
