@@ -18,7 +18,7 @@ from flexgear.results.origin import origin_of_case
 from flexgear.results.report.parts import Verdict
 from flexgear.results.report.wording import with_unit
 from flexgear.results.run_folder import FIELDS, Run, complete, read_folder
-from flexgear.solve.bodies import awaited, reduced_bodies
+from flexgear.solve.bodies import reduced_bodies, when_done
 from flexgear.solve.headlines import WARNING, verdicts
 from flexgear.solve.run import Stopwatch
 from flexgear.solve.run import run as run_all
@@ -51,7 +51,7 @@ def run(
         if compiled is not None:
             with watch.stage("compilation"):
                 report(COMPILED, 0.0)
-                awaited(compiled)  # its failure is no error: loops are then compiled here
+                when_done(compiled)  # its failure is no error: loops are then compiled here
                 report(COMPILED, 1.0)
         result = run_all(source, report, watch, bodies=bodies, folder=stage)
         notes: list[str] = []

@@ -53,10 +53,10 @@ def stage_bodies(
             )
             for name, source in sources.items()
         }
-        return {name: awaited(future).result() for name, future in futures.items()}
+        return {name: when_done(future).result() for name, future in futures.items()}
 
 
-def awaited(future: Future[T]) -> Future[T]:
+def when_done(future: Future[T]) -> Future[T]:
     """The future when it is done. A signal that another thread of the process receives does not end
     the wait for a lock, and Python's handler runs in the main thread: it looks up in between."""
     while not future.done():

@@ -22,7 +22,7 @@ from flexgear.model.names import BodyName
 from flexgear.results.face_load import cycle_figures, face_figures
 from flexgear.results.run_folder import Run
 from flexgear.solve.angles import lead_speed, one_turn, stage_motions
-from flexgear.solve.bodies import Bodies, Progress, awaited, silent
+from flexgear.solve.bodies import Bodies, Progress, silent, when_done
 from flexgear.solve.campbell import campbell
 from flexgear.solve.deformed import bending_bodies, deformed, mode_shapes
 from flexgear.solve.linear import harmonic_data, train_harmonic, why_not_linear
@@ -71,7 +71,7 @@ def models_of(
         models["rigid"] = assemble(case, bodies=model.bodies, variant=case.flexible_bodies)
     with single_threaded_blas(), ThreadPoolExecutor(WORKERS) as pool:
         for future in [pool.submit(attrgetter("modal"), model) for model in models.values()]:
-            awaited(future).result()  # computed before threads share it
+            when_done(future).result()  # computed before threads share it
     if model.has_errors:
         clean = model.without_errors()
         models[clean.variant] = clean

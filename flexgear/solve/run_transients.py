@@ -23,7 +23,7 @@ from flexgear.model.case import Case
 from flexgear.results.quantities import values
 from flexgear.results.sinks import between
 from flexgear.results.time_figures import STAGE_DROP, StageDrop, drop_summary
-from flexgear.solve.bodies import Progress, awaited, stoppable_pool, titled
+from flexgear.solve.bodies import Progress, stoppable_pool, titled, when_done
 from flexgear.solve.linear import why_not_linear
 from flexgear.solve.long_run import TimedRun, shelved
 from flexgear.solve.model import Model, assemble
@@ -94,7 +94,7 @@ def transients(
         compiled = pool.submit(compile_transient, first, energy=_has_drops(first))
 
         def start(name: str, job: Callable[..., TimedRun]) -> TimedRun:
-            awaited(compiled).result()
+            when_done(compiled).result()
             return shelved(folder, name, job)
 
         jobs = {key: partial(start, *job) for key, job in _jobs(models, report).items()}
@@ -113,7 +113,7 @@ def _finished(case: Case, futures: Mapping[Any, tuple[Future[TimedRun], Job | No
             done[key] = _with_figures(case, key, job())
     finished = Transients({}, {}, {})
     for key, (future, _) in futures.items():
-        run, figures = done.get(key) or _with_figures(case, key, awaited(future).result())
+        run, figures = done.get(key) or _with_figures(case, key, when_done(future).result())
         if isinstance(key, str):
             finished.runs[key] = run
         else:

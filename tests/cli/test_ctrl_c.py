@@ -11,7 +11,7 @@ import pytest
 from interrupts import hear_interrupts
 
 from flexgear.cli import entry, on_stop
-from flexgear.solve.bodies import awaited
+from flexgear.solve.bodies import when_done
 
 WHILE_LOADING = """
 import builtins, os, signal
@@ -84,7 +84,7 @@ def test_a_signal_that_another_thread_receives_ends_the_wait():
     with ThreadPoolExecutor() as pool:
         try:
             with pytest.raises(KeyboardInterrupt):
-                awaited(pool.submit(work))
+                when_done(pool.submit(work))
             assert time.monotonic() - begin < 2
         finally:
             signal.signal(signal.SIGUSR1, before)
