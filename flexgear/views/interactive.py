@@ -124,7 +124,8 @@ def _marks(axes: Axes) -> Iterator[dict[str, Any]]:
             scales = {"xref": "x domain", "yref": "y"}
         else:
             continue
-        yield {"type": "line", "layer": "below", "line": look, **scales, **ends}
+        layer = "above" if axes.containers else "below"  # bars would hide it
+        yield {"type": "line", "layer": layer, "line": look, **scales, **ends}
 
 
 def _texts(axes: Axes) -> Iterator[dict[str, Any]]:

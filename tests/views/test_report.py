@@ -363,8 +363,10 @@ def test_points_under_the_pointer_have_names_and_units():
     bars.bar([0, 1], [1.0, 2.0])
     bars.set_xticks([0, 1], ["ring", "sun"])  # as all pictures with words have them
     bars.set_ylabel("load (N)")
+    bars.axvline(0.5)
     figure.canvas.draw()
     first, second = panels_of(figure)
+    assert [shape["layer"] for shape in second["layout"]["shapes"]] == ["above"]  # not behind bars
     for trace in first["data"]:
         said = trace["hovertemplate"]
         assert said.startswith("<b>planet 1</b><br>time (s): %{x") and "force (kN): %{y" in said
