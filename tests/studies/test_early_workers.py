@@ -5,7 +5,6 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import wait
 from pathlib import Path
 
 import numpy as np
@@ -130,13 +129,22 @@ def test_workers_end_with_their_parent(name):
     assert gone(pids)
 
 
-def test_work_ahead_of_jobs_is_done_elsewhere_and_may_fail(tmp_path, monkeypatch):
-    monkeypatch.setattr(early_workers, "processors", lambda: 2)
-    with early_workers.EarlyWorkers(True, dict) as workers:
-        waits = [workers.ahead(os.mkdir, tmp_path / "there"), workers.ahead(os.rmdir, "no such")]
-        wait(waits)
-        assert (tmp_path / "there").is_dir()
-        assert dict(workers.completed(pow, 2, [3])) == {0: Outcome(8)}
+AHEAD = """
+import os, sys
+from concurrent.futures import wait
+from flexgear.studies import early_workers
+early_workers.processors = lambda: 2
+with early_workers.EarlyWorkers(True, dict) as workers:
+    wait([workers.ahead(os.mkdir, sys.argv[1]), workers.ahead(os.rmdir, "no such")])
+    print(os.path.isdir(sys.argv[1]), *workers.completed(pow, 2, [3]))
+"""
+
+
+def test_work_ahead_of_jobs_is_done_elsewhere_and_may_fail(tmp_path):
+    """In a process of its own, as workers are forked only where there is a single thread."""
+    command = [sys.executable, "-c", AHEAD, str(tmp_path / "there")]
+    run = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == f"True {(0, Outcome(8))}"
 
 
 def test_one_processor_works_alone(monkeypatch):
