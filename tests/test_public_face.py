@@ -85,7 +85,7 @@ def model(case):
          "transient(): output_interval: 0.0 is not positive -- give a number above zero"),
         (lambda case: case.assemble().static({}), "static(): angle_deg: {} is of the wrong type"),
         (lambda case: case.assemble().static([]), "static(): angle_deg: [] is of the wrong type"),
-        (lambda case: case.assemble().static(np.eye(2)), "angle_deg: array([[1., 0.], [0., 1.]])"),
+        (lambda case: case.assemble().static(np.eye(2)), "static(): angle_deg: array([["),
         (lambda case: case.assemble().static(np.datetime64("2020-01-01")), "static(): angle_deg"),
         (lambda case: case.assemble().static(np.inf), "static(): angle_deg: inf rad: is no angle"),
         (lambda case: case.assemble().static(0, torque=True), "static(): torque: True is of the"),
