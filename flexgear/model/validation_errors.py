@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal, get_args, get_origin
 
 from pydantic import ValidationError
 
@@ -112,12 +112,17 @@ def _all_missing(root: type[Section], lines: list[Any], where: str) -> InputErro
 
 
 def _addition(root: type[Section], key: str) -> str:
-    """Text that adds a missing key: "planets = …", or "[stage.sun]" for a section."""
+    """Text that adds a missing key: "planets = …", "[stage.sun]" for a section, or with the words
+    that the key takes."""
     parts = [part.partition("[")[0] for part in key.split(".")]
     owner: type[Section] | None = root
     for part in parts[:-1]:
         owner = section_of(owner, part) if owner and part in owner.model_fields else None
     name = parts[-1]
+    if owner is not None and name in owner.model_fields:
+        annotation = owner.model_fields[name].annotation
+        if get_origin(annotation) is Literal:
+            return f"{name} = …, one of {', '.join(map(str, get_args(annotation)))}"
     if owner is None or name not in owner.model_fields or section_of(owner, name) is None:
         return f"{name} = …"
     several = is_list(owner, name) and not takes_one(owner, name)

@@ -318,6 +318,12 @@ def test_a_place_that_means_nothing_is_refused_as_the_case_is_read(tmp_path, par
         case_of(tmp_path, LUMPED + text)
 
 
+def test_a_missing_word_is_named_with_those_that_the_key_takes(tmp_path):
+    text = '[[sensors]]\nname = "a"\non = "stage.sun"\n'
+    with pytest.raises(InputError, match=r"measures: is missing -- .* one of acceleration, velo"):
+        case_of(tmp_path, LUMPED + text)
+
+
 def test_a_planet_passes_a_sensor_in_space_only_once_a_turn(tmp_path):
     text = sensor("a", "stage.planet_1", "velocity", 'direction = "x"', 'frame = "fixed"')
     with pytest.raises(InputError, match=r"frame: is fixed, and stage\.planet_1 passes once"):
