@@ -303,7 +303,7 @@ def _system(case: Case) -> dict[str, Any]:
     return {
         "bodies": len(system.bodies),
         "degrees_of_freedom": system.size,
-        "gear_meshes": len(system.gear_meshes),
+        "gear_meshes": len({(m.stage, m.kind.gear, m.side, m.planet) for m in system.gear_meshes}),
         "gyroscopic": system.gyroscopic is not None,
         "free_vibration": case.output is None,
     }

@@ -80,6 +80,8 @@ def required_hand(data: Mapping[str, Any]) -> list[Missing]:
     helix = data.get("helix_angle")
     if isinstance(helix, float) and helix > 0.0 and "planet_hand" not in data:
         remedy = 'add planet_hand = "right" or "left"'
+        if data.get("kind") == "parallel":
+            remedy += ", the hand of the gear; the pinion's is the other one"
         return [Missing("planet_hand", "is missing with a helix angle", remedy)]
     return []
 

@@ -2,6 +2,7 @@
 
 import json
 import math
+from pathlib import Path
 
 import pytest
 from report_pages import OF_RUNS, require_sound
@@ -11,7 +12,18 @@ from trains import write
 from flexgear.results.dataset_file import load
 from flexgear.results.run_folder import read_folder
 
+PAIR = Path(__file__).parents[2] / "docs" / "examples" / "pair.toml"
 QUICK = ["--set", "solver.settle_s=0.01", "--set", "solver.duration_s=0.04"]
+
+
+def test_a_pair_that_only_turns(flexgear, tmp_path):
+    """One gear mesh, whose coast flanks are no second one; no verdict on deflections."""
+    assert flexgear.json("check", PAIR)["system"]["gear_meshes"] == 1
+    out = tmp_path / "run"
+    flexgear("run", PAIR, "--out", out, "--no-pictures", *QUICK)
+    headlines = json.loads((out / "summary.json").read_text("utf-8"))["headlines"]
+    names = {one["name"] for one in headlines}
+    assert "deflections" not in names and "largest_gear_mesh_force" in names
 
 
 def test_check_of_the_pitch_drive(flexgear):

@@ -232,6 +232,12 @@ def test_spur_gears_need_no_hand(tmp_path):
         load_case(path, {"stage.helix_angle_deg": "7.5"})
 
 
+def test_a_parallel_stage_says_whose_hand_is_missing(tmp_path):
+    path = without(tmp_path, "nrel-5mw", "planet_hand")
+    with pytest.raises(InputError, match=r'"left", the hand of the gear; the pinion'):
+        load_case(path)
+
+
 def test_all_missing_keys_are_named_at_once(tmp_path):
     keys = {
         "young_modulus_gpa": "material", "planets": "stage", "planet_hand": "stage",

@@ -256,7 +256,7 @@ class StageWriter:
             of_shifts *= 2 * self.rack.module * math.sin(self.rack.pressure_angle)
             key = f"backlash_{role}_mm"
             if total is not None and total.value - of_shifts >= -tolerance:
-                extra = max(total.value - of_shifts, 0.0)
+                extra = round(max(total.value - of_shifts, 0.0), 12)  # to the picometre
                 self.section.put(key, extra, f"{total.source}, less that of profile shifts")
                 continue
             allowance = self._allowances(gear_meshes)

@@ -242,6 +242,8 @@ def _deflections(findings: Findings) -> Iterator[Answer]:
     motions = motions_of_summary(summary)
     window = f"in equilibria and {window_words(summary['transient'])}"
     for stage, shares in motion_shares(findings.case, motions).items():
+        if not any(share.size for share in shares):
+            continue  # all its bodies can only turn
         worst = max(shares, key=lambda s: s.size / s.limit)
         farthest = max(shares, key=lambda s: s.size)
         size = worst.size if worst.size > ROUNDING * worst.limit else 0.0

@@ -1,5 +1,8 @@
 """Cases become REXS 2.0 that is valid, and that read again is the same case."""
 
+import re
+from pathlib import Path
+
 import pytest
 from rexs_samples import again, case_of_file, exported, planetary, three_stages
 from rexs_schema import require_valid
@@ -64,6 +67,15 @@ def test_round_trip(tmp_path, name):
     assert {p.member for p in found.inputs} == {
         *renamed({p.member: 0 for p in case.inputs}, case, found)
     }
+
+
+def test_backlash_comes_back_as_it_is_written(tmp_path):
+    """Without the rounding errors of profile shifts, centre distance and their difference."""
+    pair = Path(__file__).parents[3] / "docs" / "examples" / "pair.toml"
+    text = again(load_case(pair, {"stages.0.helix_angle_deg": 14, "stages.0.planet_hand": "right",
+                                  "stages.0.pinion.teeth": 23, "stages.0.gear.teeth": 61,
+                                  "stages.0.normal_module_mm": 4}), tmp_path)[1].text  # fmt: skip
+    assert re.search(r"^backlash_sun_mm = 0\.06 ", text, re.MULTILINE)
 
 
 def test_tools_come_back(tmp_path):
