@@ -106,6 +106,19 @@ def awaits_compilation(function: Any) -> bool:
     return folder is not None and not any(Path(folder).glob(f"*.{function.__name__}-*.nbi"))
 
 
+@contextmanager
+def compilation_times() -> Iterator[list[float]]:
+    """Context with a list, which gets the time, s, of the compilations during it at its end."""
+    times: list[float] = []
+    if UNCOMPILED:
+        yield times
+        return
+    from numba.core.event import install_timer
+
+    with install_timer("numba:compile", times.append):
+        yield times
+
+
 def fingerprint() -> str:
     """SHA-256 of all ``SOURCES`` and of numba's level of optimisation."""
     root, digest = Path(__file__).parent, hashlib.sha256(f"{numba.config.OPT}\n".encode())

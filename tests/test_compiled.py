@@ -17,7 +17,7 @@ import numba
 import pytest
 
 import flexgear
-from flexgear.compiled import SOURCES, cached, code_folder
+from flexgear.compiled import SOURCES, cached, code_folder, compilation_times
 
 ROOT = Path(flexgear.__file__).parent
 CALLER = """
@@ -161,6 +161,19 @@ def test_threads_that_compile_at_once_do_not_take_the_folder_from_each_other():
     with ThreadPoolExecutor(2) as pool:
         folders = list(pool.map(one, [0.1, 0.3]))
     assert folders == [(str(code_folder()), str(code_folder()))] * 2
+
+
+def test_times_of_steps_are_without_compilation():
+    """As the first run of a case of its kind would seem a hundred times slower."""
+    function = numba.njit(lambda x: x + 1)
+    with compilation_times() as first:
+        begin = time.perf_counter()
+        function(1.0)
+        whole = time.perf_counter() - begin
+    with compilation_times() as second:
+        function(2.0)
+    assert 0.5 * whole < sum(first) <= whole
+    assert second == []
 
 
 AHEAD = """
