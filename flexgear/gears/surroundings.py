@@ -18,6 +18,7 @@ PRELOAD = 0.65 * 940e6  # Pa, of grade 10.9 over the stress area (VDI 2230)
 FRICTION, SAFETY = 0.12, 1.5
 LEAST_BOLTS, MOST_BOLTS = 8, 40
 RIM, THICKEST_RIM = 3.0, 3.5  # modules: ISO 6336-3 reduces no strength from 3.5 modules
+OVAL = 0.05  # modules by which a splined ring may bend: half of what counts as small
 BOLTED_RIM = 2.2  # rim thickness over bolt diameter, bolts in the middle of the rim
 SPACING = 3.0  # diameters between bolts, for the wrench
 SHEAR = 1e8  # Pa, in the sun's shaft
@@ -53,9 +54,9 @@ class Splined:
 
 
 def ring_support(p: Proposal) -> Bolting | Splined:
-    """Support of the ring, or of one half, with a rim of 3 to 3.5 modules. The thinnest bolts, 8 to
+    """Support of the ring, or of one half. In a rim of 3 to 3.5 modules the thinnest bolts, 8 to
     40, whose friction carries the torque with safety 1.5 (VDI 2230); else the thickest bolts that
-    fit, with pins; an outer spline if no bolts fit into the rim."""
+    fit, with pins; an outer spline if no bolts fit into such a rim."""
     torque, bolting = p.ring_torque / p.request.halves, None
     for diameter, area in BOLTS.items():
         rim = max(RIM * p.module, BOLTED_RIM * diameter)
@@ -76,8 +77,24 @@ def ring_support(p: Proposal) -> Bolting | Splined:
 
 
 def _splined(p: Proposal, torque: float) -> Splined:
-    """Outer spline of a ring, or of one half, with its torque, N m."""
-    rim = max(RIM * p.module, 1.2e-3)
+    """Outer spline of a ring, or of one half, with its torque, N m.
+
+    A spline does not keep the ring round. As a thin ring of mean radius R with radial forces F at N
+    equal angles it bends at these, with θ = π/N, by
+
+        w = F R³/(2 E I) ((θ + sin θ cos θ)/(2 sin² θ) − 1/θ),  I = b h³/12
+
+    (Timoshenko, Strength of Materials II): the rim h is so thick that w is at most ``OVAL``.
+    """
+    ring, angle = p.gear_set.teeth["ring"], math.pi / p.request.planets
+    shape = (angle + math.sin(angle) * math.cos(angle)) / (2 * math.sin(angle) ** 2) - 1 / angle
+    force = torque * math.tan(ring.transverse_angle)
+    force /= p.request.planets * p.module * ring.reference_radius
+    rim = least = max(RIM * p.module, 1.2e-3)
+    for _ in range(5):  # R grows with the rim
+        radius = 0.5 * (p.root_diameter("ring") + rim)
+        bending = 6 * force * radius**3 * shape / (STEEL * p.face_width * OVAL * p.module)
+        rim = max(least, bending ** (1 / 3))
     half_width = 0.4 * p.face_width
     torsion = 2 * torque / TWIST
     across = 0.3 * torsion / (0.5 * p.root_diameter("ring") + rim) ** 2

@@ -88,7 +88,8 @@ def computed(wanted, rated, text, stages):
         assert found.ratio == pytest.approx(asked.ratio, rel=0.05)
         assert (stage.sun.teeth + stage.ring.teeth) % stage.planets == 0
         rim = stage.ring.fe.rim_thickness / stage.normal_module
-        assert 2.5 <= rim <= 3.6 or stage.normal_module < 1e-3
+        splined = bool(stage.ring.fe.splines)  # thicker where it would not stay round
+        assert 2.5 <= rim <= (9.0 if splined else 3.6) or stage.normal_module < 1e-3
     assert derived(case)
     assert not implausible(case, flow)
     assert not too_coarse(case_pace(case), case.solver)
@@ -320,7 +321,12 @@ def test_what_cannot_be_is_said_in_one_line(flexgear, tmp_path, change, says):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "change", [{"ratio": 4.2, "helix_deg": 15}, {"ratio": 3.2, "planets": 4, "arrangement": "star"}]
+    "change",
+    [
+        {"ratio": 4.2, "helix_deg": 15},
+        {"ratio": 3.2, "planets": 4, "arrangement": "star"},
+        {"ratio": 5.2},  # three planets bend a large ring on a spline most
+    ],
 )
 def test_what_it_writes_runs_without_a_warning(flexgear, tmp_path, change):
     case = tmp_path / "mine.toml"
