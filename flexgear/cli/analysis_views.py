@@ -125,7 +125,7 @@ def neglected_lines(model: Model, lengths: Iterator[Length], torque_share: float
 
 
 QUICK_RIMS = (
-    "bending frequencies of rings and planets on FE meshes of fidelity quick were up to 4 % high "
+    "bending frequencies of rings and planets on FE meshes of fidelity quick were up to 4.4 % high "
     "in trials (docs/theory.md, section 7); --set solver.fidelity=standard: 1 %, thin rims 3 %"
 )
 

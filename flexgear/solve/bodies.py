@@ -57,8 +57,8 @@ def stage_bodies(
 
 
 def when_done(future: Future[T]) -> Future[T]:
-    """The future when it is done. A signal that another thread of the process receives does not end
-    the wait for a lock, and Python's handler runs in the main thread: it looks up in between."""
+    """Wait until a future is done, and return it. Python handles signals in the main thread, but a
+    signal that another thread receives does not end its wait; so it waits in short steps."""
     while not future.done():
         wait([future], LOOK_UP)
     return future

@@ -66,13 +66,13 @@ Job = Callable[[], TimedRun]
 
 
 def loops_await_compilation() -> bool:
-    """Whether the loops of transients have not been compiled yet, and can be cached."""
+    """Whether the loops of transients still have to be compiled, into a cache that is writable."""
     return awaits_compilation(advance)
 
 
 def compile_loops(case: Case) -> None:
-    """Compile the loops of equilibria, modes and transients for the cache, with flexible bodies
-    made rigid, which need no FE meshes."""
+    """Compile the loops of equilibria, modes and transients into the cache. Flexible bodies are
+    made rigid, so that no FE mesh is needed; the loops are the same."""
     model = assemble(case, ["all"] if case.flexible_bodies else [])
     model.natural_modes(model.pace.band)
     static(model, np.zeros(1))

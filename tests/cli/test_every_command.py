@@ -15,6 +15,7 @@ from flexgear.face.runs import read_run
 from flexgear.model.load import bundled_cases, load_case
 from flexgear.results import dataset_file
 from flexgear.results.summary import json_schema
+from flexgear.solve.bodies import stage_bodies
 from flexgear.solve.headlines import rows_schema
 from flexgear.views.chart import planned
 from flexgear.views.interactive import panels_of
@@ -132,15 +133,20 @@ def short(name, case):
 
 @pytest.mark.parametrize(
     ("options", "said"),
-    [
-        ([], True),
-        (["--rigid", "ring"], False),
-        (["--set", "solver.fidelity=standard"], False),
-    ],
+    [([], True), (["--rigid", "ring"], False), (["--set", "solver.fidelity=standard"], False)],
 )
 def test_modes_say_how_high_frequencies_of_coarse_rims_are(flexgear, options, said):
     text = flexgear.out("modes", "wind-5mw", *QUICK, *options, "--limit-hz", 100)
-    assert ("up to 4 % high" in text) == said
+    assert ("up to 4.4 % high" in text) == said
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rigid", [[], ["--rigid", "planet"]])
+def test_modes_say_so_of_planets_with_fe_meshes(flexgear, monkeypatch, rigid):
+    monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", stage_bodies)
+    bodies = ["--set", "stage.planet.fe.flexible=true", "--rigid", "ring", "--rigid", "carrier"]
+    text = flexgear.out("modes", "wind-5mw", *QUICK, *bodies, *rigid, "--limit-hz", 100)
+    assert ("up to 4.4 % high" in text) == (not rigid)
 
 
 @pytest.mark.parametrize(
