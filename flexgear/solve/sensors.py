@@ -41,6 +41,7 @@ from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.surface_strain import Ray, Surface
 
 MAX_DISTANCE = 0.25  # of a position from the surface, over the longest edge of the nearest triangle
+MODE_SAMPLES = 8  # least number in a period of the highest mode, whose motion is above many bands
 AROUND = 180  # points of a body that turns past a sensor
 NODES = {"shaft": "sun"}  # node that represents a flexible body; "drive" of other parts
 
@@ -354,8 +355,9 @@ def sensors_of(case: Case, system: System, bodies: Bodies, pace: Pace) -> Sensor
 
 
 def clock_of(case: Case, pace: Pace) -> Clock:
-    """Band and sampling rate of the recorder. InputError for a band above that of the modes, or a
-    sampling rate too low for it."""
+    """Band and sampling rate of the recorder. Its samples of a run resolve the highest modes, too,
+    whose vibration is aliased into a lower band otherwise. InputError for a band above that of the
+    modes, or a sampling rate too low for it."""
     top = min(pace.band, pace.modes_to or pace.band)
     band = top if case.recorder.band is None else case.recorder.band
     if band > top * (1 + 1e-9):
@@ -371,7 +373,7 @@ def clock_of(case: Case, pace: Pace) -> Clock:
     except Refusal as fault:
         key, problem, remedy = "recorder.sampling_rate_hz", fault.problem, fault.remedy
         raise InputError(case.source, key, problem, remedy) from None
-    return Clock(band, rate, 1.0 / (SAMPLES * band))
+    return Clock(band, rate, 1.0 / max(SAMPLES * band, MODE_SAMPLES * top))
 
 
 def _quantities(case: Case, system: System, bodies: Bodies) -> Iterator[Quantity]:

@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.interpolate import make_interp_spline
 from small_train import SMALL_STAGE
 
@@ -155,6 +156,20 @@ def test_rotations_beside_the_signals_are_those_of_the_run(lumped):
     np.testing.assert_allclose(
         angle, at_sensor(run, run["input_angle"].to_numpy()[:, 0]), rtol=1e-9
     )
+
+
+def test_a_low_band_has_no_aliases_when_few_samples_are_kept(tmp_path):
+    """Tooth pairs excite vibration far above the band; every step, and a sample a millisecond."""
+    text = LUMPED.replace("[stage.errors]", '[stage.gear_mesh]\nmodel = "per_pair"\n[stage.errors]')
+    text += sensor("speed", "stage.sun", "speed") + "[recorder]\nband_hz = 850"
+    model = case_of(tmp_path, text).assemble()
+    runs = (
+        model.transient(duration=0.06, output_interval=interval)["sensor_signal"]
+        for interval in (model.pace.time_step, 1e-3)
+    )
+    every, few = xr.align(*runs)
+    assert len(every) > 60
+    np.testing.assert_allclose(few, every, rtol=0.0, atol=1e-4 * np.ptp(every.to_numpy()))
 
 
 # bodies with an FE mesh
