@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any
@@ -204,10 +205,12 @@ def _expected(
 ) -> list[tuple[ExpectedLine, float]]:
     """Expected lines up to the highest order of a spectrum, with their orders."""
     highest = float(result["order"][-1])
-    first = expected_orders(case, member, against)
+    sensors = np.atleast_1d(result["column"]) if result.name == "sensor_signal" else ()
+    lines_at = partial(expected_orders, case, member, against, sensors=tuple(map(str, sensors)))
+    first = lines_at()
     gear_meshes = [order / line.harmonic for line, order in first if line.kind == "gear mesh"]
     harmonics = int(highest / min(gear_meshes)) if gear_meshes else HARMONICS
-    lines = expected_orders(case, member, against, harmonics=max(HARMONICS, min(harmonics, 100)))
+    lines = lines_at(harmonics=max(HARMONICS, min(harmonics, 100)))
     return [(line, order) for line, order in lines if order <= highest]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -17,6 +17,8 @@ from flexgear.gears.expected_lines import ExpectedLine, expected_lines
 from flexgear.gears.power_flow import power_flow, speed_ratios
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearWarning, InputError
+from flexgear.model.names import BodyName
+from flexgear.model.sensor import Sensor
 from flexgear.results.labelled_dataset import groups_in
 from flexgear.results.orders import (
     DEGREE,
@@ -74,21 +76,34 @@ def _of_member(values: Mapping[str, Value], member: str) -> Value:
 
 
 def expected_orders(
-    case: Case, member: str, against: str = "", **options: Any
+    case: Case, member: str, against: str = "", *, sensors: Sequence[str] = (), **options: Any
 ) -> tuple[tuple[ExpectedLine, float], ...]:
     """Expected lines of a spectrum over the rotation of a member, with their orders.
 
-    Lines of gear meshes that cancel between planets on the housing are included. options: of
-    ``expected_lines``. Independent speeds are in rated proportion. Raises InputError for a member
-    without rotation.
+    Lines of gear meshes that cancel between planets are included. sensors: names of the case's
+    sensors in the spectrum; if all turn with members of one speed, lines are those at that speed,
+    else those on the housing. options: of ``expected_lines``. Independent speeds are in rated
+    proportion. Raises InputError for a member without rotation.
     """
     flow = power_flow(case)
     speed = flow.speed | {f"{s.name}.planet": s.planet_speed for s in flow.stages}
+    turning = {_speed_of_axes(x, flow.speed) for x in case.sensors if x.name in sensors}
+    if len(turning) == 1:
+        options["sensor_speed"] = turning.pop()
     turns = _of_member(speed, member) - (_of_member(speed, against) if against else 0.0)
     if turns == 0.0:
         raise InputError(SOURCE, member, "does not rotate", "name a member that rotates")
     lines = expected_lines(case, flow, **options)
     return tuple((x, x.order(turns)) for x in lines)
+
+
+def _speed_of_axes(sensor: Sensor, speed: Mapping[str, float]) -> float:
+    """Speed of a sensor about the main axis, rad/s, on a planet that of its carrier; 0 if the
+    sensor is fixed in space, or measures speed or torque. speed: of the members."""
+    if sensor.frame == "fixed" or sensor.measures in ("speed", "torque"):
+        return 0.0
+    body = BodyName.parse(sensor.on)
+    return speed.get(f"{body.stage}.carrier" if body.part == "planet" else sensor.on, 0.0)
 
 
 def gear_mesh_orders(data: xr.Dataset, stage: str) -> xr.DataArray:

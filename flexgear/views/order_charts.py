@@ -214,7 +214,7 @@ def sensors_chart(data: xr.Dataset) -> Figure:
     signal = data["sensor_signal"].isel({SENSOR_TIME: slice(-MAX_SHOWN, None)})
     time, names = signal[SENSOR_TIME].to_numpy(), signal["sensor"].to_numpy()
     figure, axes = panels(len(names), 2, height_mm=28 + 42 * len(names), sharex="col")
-    (spectrum, lines), handles = _orders(data), list[Line2D]()
+    (spectrum, lines), kinds = _orders(data), dict[str, Line2D]()
     for k, ((left, right), name) in enumerate(zip(axes, names, strict=True)):
         quantity = str(signal["sensor_quantity"][k].item())
         values = signal.sel(sensor=name).to_numpy().astype(float)
@@ -225,7 +225,8 @@ def sensors_chart(data: xr.Dataset) -> Figure:
             continue
         amplitude = factor * spectrum.sel(sensor=name).to_numpy()
         top = float(amplitude.max(initial=0.0)) or 1.0
-        handles = _mark(right, lines, float(spectrum["order"][-1]))
+        handles = _mark(right, lines[name], float(spectrum["order"][-1]))
+        kinds |= {str(handle.get_label()): handle for handle in handles}
         right.semilogy(spectrum["order"], amplitude, lw=0.7)
         right.set_ylim(2 * top * 10.0**-SENSOR_DECADES, 3 * top)
         right.set_xlim(0, float(spectrum["order"][-1]))
@@ -238,8 +239,8 @@ def sensors_chart(data: xr.Dataset) -> Figure:
     if spectrum is not None and visible:
         visible[-1].set_xlabel(f"order of {spectrum.attrs['of']} (–)")
         visible[-1].tick_params(labelbottom=True)
-    if handles:
-        legend_below(figure, handles, len(handles))
+    if kinds:
+        legend_below(figure, list(kinds.values()), len(kinds))
     figure.align_ylabels(axes)
     return figure
 
@@ -264,18 +265,17 @@ def _draw(
     return unit, factor, varies
 
 
-def _orders(data: xr.Dataset) -> tuple[xr.DataArray | None, list[tuple[ExpectedLine, float]]]:
+def _orders(data: xr.Dataset) -> tuple[xr.DataArray | None, dict[str, Lines]]:
     """Order spectrum of the last samples of all sensors, with expected lines of teeth, shafts and
-    planets; None and no lines for a train that reverses or stops."""
+    planets by sensor; None and no lines for a train that reverses or stops."""
     last = data.isel({SENSOR_TIME: slice(-MAX_SAMPLES, None)})
-    member = first_input(data)
+    case, member, names = case_of(data), first_input(data), data["sensor"].to_numpy()
     try:
         spectrum = order_spectrum(history_over_turns(last, "sensor_signal", member))
-        expected = expected_orders(case_of(data), member)
+        expected = {n: expected_orders(case, member, sensors=[n]) for n in map(str, names)}
     except InputError:
-        return None, []
-    highest = float(spectrum["order"][-1])
-    return spectrum, [x for x in expected if x[1] <= highest and x[0].kind in KINDS]
+        return None, {}
+    return spectrum, {n: [x for x in of if x[0].kind in KINDS] for n, of in expected.items()}
 
 
 @styled

@@ -262,3 +262,24 @@ def test_a_damaged_transient_is_one_line(flexgear, transient, tmp_path, name, te
 def test_a_file_that_is_none(flexgear, tmp_path):
     code, _, err = flexgear("orders", tmp_path / "none.nc", "-q")
     assert code == 2 and err.count("\n") == 1 and "is no file" in err
+
+
+def test_lines_of_a_sensor_on_the_sun_are_those_that_planets_pass_it_with(flexgear, tmp_path):
+    """Planets pass the sun at the speed of the carrier less its own. In turns of the carrier: H of
+    95 teeth, n of 1 − (1 + 95/25) = −3.8, where (95 H + n) mod 4 = 0; no tooth is at fault."""
+    of_all = 'measures = "acceleration", direction = "x"'
+    sensors = ", ".join(
+        f'{{ name = "on_{x}", on = "stage.{x}", {of_all} }}' for x in ("sun", "ring")
+    )
+    settings = SETTINGS | {"sensors": f"[{sensors}]"}
+    options = [x for key, value in settings.items() for x in ("--set", f"{key}={value}")]
+    file = tmp_path / "run.nc"
+    flexgear.out("simulate", "lin-parker", *options, "--duration-s", 1.75, "--out", file, "-q")
+    expected = {"on_sun": {95 - 3.8: "gear mesh 1", 3 * 95 + 3.8: "gear mesh 3"},
+                "on_ring": {95 + 1.0: "gear mesh 1", 3 * 95 - 1.0: "gear mesh 3"}}  # fmt: skip
+    for name, orders in expected.items():
+        options = ["--of", "sensor_signal", "--only", name, "--member", "carrier"]
+        lines = flexgear.json("orders", file, *options, "--highest", 300)["lines"][:2]
+        for order, label in orders.items():
+            (row,) = [row for row in lines if row["order"] == pytest.approx(order, abs=0.05)]
+            assert len(row["expected"]) == 1 and row["expected"][0].startswith(label)
