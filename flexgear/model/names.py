@@ -130,14 +130,19 @@ class NodeName(_Name):
 class GroupName(_Name):
     """Gear meshes of all planets of a stage, of one kind and side: "<stage> <kind>[ <side>]".
 
-    kind: "ring" or "sun"; side: half of a double-helical stage, or ""; part: kind and side, such as
-    "sun left".
+    kind: "ring", "sun", or "pinion" of a parallel stage; side: half of a double-helical stage, or
+    ""; part: kind and side, such as "sun left".
     """
 
     stage: str
     kind: str
     side: str
     part: str
+
+    @property
+    def role(self) -> str:
+        """Role of the gear, "ring" or "sun", which a pinion has."""
+        return "sun" if self.kind == "pinion" else self.kind
 
     @classmethod
     def of(cls, stage: str, kind: str, side: str = "") -> Self:
@@ -152,8 +157,8 @@ class GroupName(_Name):
 
 
 class GearMeshName(_Name):
-    """A gear mesh of one planet with ring or sun: "<group> <planet from 1>"; group: gear meshes
-    that share the load."""
+    """A gear mesh of one planet with ring or sun: "<group> <planet from 1>", or of a pinion with
+    its gear: "<stage> pinion 1"; group: gear meshes that share the load."""
 
     group: GroupName
     stage: str

@@ -311,7 +311,8 @@ class GearMeshes:
 
 def flank_name(case: Case, label: GearMeshLabel) -> GearMeshName:
     """Name of the gear mesh of a flank."""
-    stage, kind = case.stages[label.stage].name, label.kind.gear
+    stage = case.stages[label.stage].name
+    kind = case.view(stage).part(label.kind.gear)
     return GearMeshName.of(stage, kind, label.side, label.planet + 1)
 
 
@@ -335,7 +336,9 @@ def gear_meshes_of(case: Case, system: System) -> GearMeshes:
 
 def rated_forces(flow: PowerFlow, names: tuple[GearMeshName, ...]) -> Array:
     """Magnitudes (G,) of the mean gear-mesh forces at rated torque, N."""
-    return np.array([abs(getattr(flow.stage(n.stage), f"{n.kind}_gear_mesh_force")) for n in names])
+    return np.array(
+        [abs(getattr(flow.stage(n.stage), f"{n.group.role}_gear_mesh_force")) for n in names]
+    )
 
 
 def _require_equal_ratios(case: Case, modal: ModalSystem) -> None:

@@ -292,7 +292,7 @@ def _pressures(
     pressure, path, z = (
         data[name].transpose("position", "flank", ...).to_numpy() for name in OF_FLANKS
     )
-    gear_mesh = stage_geometry(view).gear_meshes[group.kind]
+    gear_mesh = stage_geometry(view).gear_meshes[group.role]
     start, end, slices = gear_mesh.s_lo, gear_mesh.s_hi, pressure.shape[-1]
     count = max(int((end - start) / gear_mesh.base_pitch * per_cycle), 1)
     position, flank, *_ = loaded = np.nonzero(pressure > 0.0)

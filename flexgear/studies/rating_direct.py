@@ -122,7 +122,7 @@ class DirectPath:
         """Compressive stress (N, C, F), Pa, in the fillets of the N planets over C cycles and F
         places along the face, from the load on the other flank; zero (1, 1) without such a load."""
         group = self.history[b].group
-        other = GroupName.of(group.stage, OTHER[group.kind], group.side)
+        other = GroupName.of(group.stage, OTHER[group.role], group.side)
         opposite = self.loads[b].groups.get(other)
         if self.kind == "flank" or opposite is None or opposite.stresses is None:
             return np.zeros((1, 1))

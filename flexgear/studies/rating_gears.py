@@ -110,7 +110,8 @@ def rate_gears(
     rated = {stage for stage, _ in pairs}
     missing = {stage.name: NO_TEETH for stage in case.stages if stage.name not in rated}
     for (stage, role), pair in pairs.items():
-        for group in (GroupName.of(stage, role, side) for side in pair.stage.sides):
+        gear = case.view(stage).part(role)
+        for group in (GroupName.of(stage, gear, side) for side in pair.stage.sides):
             computed = [load.groups.get(group) for load in loads]
             sheets: list[Sheet] = [{} for _ in bins]
             safety: dict[tuple[str, Kind], Array] = {}
@@ -138,7 +139,7 @@ def rate_gears(
             missing |= _uneven(group, bins, flows, loads)
     parts = []
     for place, history in histories.items():
-        pair = pairs[place.stage, next(iter(history.values())).group.kind]
+        pair = pairs[place.stage, next(iter(history.values())).group.role]
         part = _part(case, place, history, bins)
         direct = direct_path(trains, pair, place.kind, history, loads)
         if direct is not None:
@@ -158,8 +159,8 @@ def _states(
     rated = rate(pair, load, {symbol: line.value for symbol, line in factors.items()})
     for (part, kind), state in rated.items():
         between = part == "planet" and view.stage.kind == "planetary"
-        face = group.kind if between else "drive"
-        cycles = HOUR * load_bin.hours * rates[group.kind, part]
+        face = group.role if between else "drive"
+        cycles = HOUR * load_bin.hours * rates[group.role, part]
         stands = load_bin.hours > 0.0 and cycles == 0.0
         at = STATIC_CYCLES if load_bin.extreme or stands else cycles or ENDURANCE_CYCLES
         face = face if computed.drive else OTHER[face]
@@ -174,7 +175,7 @@ def _uneven(
 ) -> dict[str, str]:
     """Remark on a group of gear meshes with load cases in which its planets do not share its
     nominal load (``load_sharing.carry_together``); empty without such a case."""
-    forces = [abs(f.stage(group.stage).gear_mesh_forces[group.kind]) for f in flows]
+    forces = [abs(f.stage(group.stage).gear_mesh_forces[group.role]) for f in flows]
     names = [
         load_bin.name
         for load_bin, load, force in zip(bins, loads, forces, strict=True)
@@ -191,7 +192,7 @@ def load_factors(
 ) -> dict[str, Factor] | tuple[str, ...]:
     """K_A … K_Fα of a gear mesh, each with its source; the reasons if some are unknown."""
     rules, lines = case.rating, dict[str, Factor]()
-    forced = rules.forced(group.stage, group.kind)
+    forced = rules.forced(group.stage, group.role)
     of_planet = f"computed, planet {computed.planet}" if pair.stage.planets > 1 else "computed"
     of_planet += f", gear-mesh cycle {computed.cycle + 1}"
     of_planet += f", deviations {computed.deviated}" if computed.deviated else ""

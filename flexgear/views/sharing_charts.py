@@ -184,9 +184,7 @@ def gear_mesh_groups(data: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
     for group, at in groups.items():
         if name == "planet_load_factor" and len(at) < 2:
             continue  # a parallel stage has nothing to share
-        parallel = not any(g.stage == group.stage and g.kind == "ring" for g in groups)
-        of = "gear mesh" if parallel else f"{group.kind} gear mesh"
-        title = " ".join(filter(None, (_label(group.stage), group.side, of)))
+        title = " ".join(filter(None, (_label(group.stage), group.side, group.kind, "gear mesh")))
         out[title] = field.isel(gear_mesh=at)
     if not out:
         raise FlexgearError("cannot draw: no stage has more than one planet")

@@ -244,7 +244,7 @@ class StageOut:
     def _gear_mesh(self, whole: int, role: str, pair: tuple[int, int, str], name: str) -> None:
         """Add a cylindrical_stage; pair: ids of the gear of this role and the planet, and side."""
         *gears, side = pair
-        group = GroupName.of(self.stage.name, role, side)
+        group = GroupName.of(self.stage.name, self.view.part(role), side)
         geometry = self.geometry.gear_meshes[role]
         number = self.model.part(
             whole,

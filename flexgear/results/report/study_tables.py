@@ -9,7 +9,6 @@ from dataclasses import replace
 from typing import Any
 
 from flexgear.gears.rating.sheet import CAUSE, Sheet
-from flexgear.model.names import GroupName
 from flexgear.model.units import RPM
 from flexgear.results.rating import LIMITS, RatedPart, Rating
 from flexgear.results.report.parts import Level, Row, Table, Verdict
@@ -46,7 +45,7 @@ def rating_verdicts(rating: Rating) -> list[Verdict]:
         text = f"Probability that no part of the gearbox fails within {number(rating.hours)} h."
         verdicts.append(Verdict("note", "Reliability", figure, text, RATING))
     verdicts += _extreme(rating)
-    names = ", ".join(_words(rating, name) for name in rating.not_assessed)
+    names = ", ".join(words(name) for name in rating.not_assessed)
     reasons = [gear_mesh.missing for gear_mesh in rating.gear_meshes]
     if reasons and all(reasons):
         first = ", ".join(dict.fromkeys(of_gear_mesh[0] for of_gear_mesh in reasons))
@@ -81,14 +80,6 @@ def _extreme(rating: Rating) -> list[Verdict]:
         text += f" Fillets of the {words(root)} yield first:"
         text += f" σ_0.2 is {number(ratio, 3)} σ_F in {name}."
     return [Verdict(level, "Extreme loads", figure, text, RATING)]
-
-
-def _words(rating: Rating, name: str) -> str:
-    """Label of a part or gear mesh; the gear mesh of a parallel stage is named after its pinion."""
-    group = GroupName.parse(name) if name in {g.name for g in rating.gear_meshes} else None
-    if group is None or rating.case.stage(group.stage).kind == "planetary":
-        return words(name)
-    return words(f"{group.stage} {rating.case.view(group.stage).part(group.kind)}")
 
 
 def _level(part: RatedPart) -> Level:
@@ -163,7 +154,7 @@ def rating_tables(rating: Rating, parts: bool = True) -> list[Table]:
         for name, p in rating.equal.items()
         if not p[0].missing
     ]
-    missing = [Row(_words(rating, name), why) for name, why in rating.not_assessed.items()]
+    missing = [Row(words(name), why) for name, why in rating.not_assessed.items()]
     every = [
         Table(RATING, "weakest part first, with the factor on all loads within its limits", listed),
         *(_one_by_one(rating) if parts else ()),
@@ -217,8 +208,8 @@ def _gear_meshes(rating: Rating) -> Iterator[Table]:
         if loaded:
             torque = [abs(rating.bins[b].torque[rating.case.inputs[0].member]) for b in loaded]
             b = loaded[torque.index(max(torque))]
-            title = f"{_words(rating, gear_mesh.name)}, load factors in {rating.bins[b].name}"
-            pair = rating.case.stage(GroupName.parse(gear_mesh.name).stage).kind == "parallel"
+            title = f"{words(gear_mesh.name)}, load factors in {rating.bins[b].name}"
+            pair = gear_mesh.name.kind == "pinion"
             factors = gear_mesh.factors[b].items()
             yield Table(
                 GEARS, title, _rows({k: f for k, f in factors if not (pair and k == "K_γ")})

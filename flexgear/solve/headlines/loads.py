@@ -54,7 +54,7 @@ def _peak(findings: Findings, stage: str, figures: Mapping[str, Any], window: st
     peaks = []
     for label, force in figures["gear_mesh_force"].items():
         group = GroupName.parse(label)
-        rated = nominal.get(f"{group.kind}_gear_mesh_force_n")
+        rated = nominal.get(f"{group.role}_gear_mesh_force_n")
         if group.stage == stage and rated:
             largest = max(abs(force["max_n"]), abs(force["min_n"]))
             passes_zero = force["min_n"] * force["max_n"] <= 0.0

@@ -73,13 +73,15 @@ def _flank_pressure(findings: Findings) -> Iterator[Answer]:
         if not computed:
             geometry, forces = stage_geometry(view), findings.flow.stage(stage).gear_mesh_forces
             sizes = {
-                GroupName.of(stage, role): pitch_point_pressure(view, geometry, role, force)
+                GroupName.of(stage, view.part(role)): pitch_point_pressure(
+                    view, geometry, role, force
+                )
                 for role, force in forces.items()
                 if role in geometry.gear_meshes and force
             }
         stresses = {
             _gear_mesh(view, group): (
-                size, _FLANK.allowable(view, view.part(group.kind), view.part("planet"))
+                size, _FLANK.allowable(view, view.part(group.role), view.part("planet"))
             )
             for group, size in sizes.items()
         }  # fmt: skip

@@ -90,7 +90,7 @@ def _forces(summary: Summary) -> Iterator[Check]:
     mean of both halves, whose sum alone follows from the torque."""
     differences: dict[GroupName, float] = {}
     for group, forces in forces_of_halves(summary["transient"]).items():
-        expected = summary["stages"][group.stage].get(f"{group.kind}_gear_mesh_force_n")
+        expected = summary["stages"][group.stage].get(f"{group.role}_gear_mesh_force_n")
         if expected:
             differences[group] = abs(sum(forces.values()) / len(forces) / expected - 1.0)
     if not differences:
