@@ -79,12 +79,8 @@ def modify(modification: Modification) -> None:
     name = _stage(source, modification.stage)
     aim, shares = modification.known_aim, modification.shares
     if picture is not None and picture.suffix.lower().lstrip(".") not in PICTURES:
-        raise InputError(
-            "modify",
-            "--picture",
-            f"{picture} has no suffix of a picture",
-            f"use .{', .'.join(PICTURES)}",
-        )
+        problem = f"{picture} has no suffix of a picture"
+        raise InputError("modify", "--picture", problem, f"use .{', .'.join(PICTURES)}")
     options.claim_file(picture, origin_of_case(source), modification.force)
     require_slices(source, name)  # before the reduction of bodies
     with progress(modification.quiet) as report:

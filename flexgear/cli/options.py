@@ -114,14 +114,13 @@ def require_flexible(case: Case, option: str = "") -> None:
     """InputError for a case that has only lumped members and so no FE mesh; option: the option that
     needs an FE mesh, for the message."""
     if not case.flexible_stages:
-        raise InputError(
-            option or case.source,
-            case.name if option else "stages",
-            "has only lumped members, so nothing is flexible",
+        problem = "has only lumped members, so nothing is flexible"
+        remedy = (
             "take it out, or build a flexible stage into the train (stages.case)"
             if option
-            else "name a case with a flexible stage",
+            else "name a case with a flexible stage"
         )
+        raise InputError(option or case.source, case.name if option else "stages", problem, remedy)
 
 
 def rigid_parts(names: list[str] | None, case: Case) -> tuple[str, ...]:

@@ -93,12 +93,8 @@ def _files_of(target: Path) -> tuple[Path, str]:
     """Folder and stem of the output files: those of ``target`` if it is a .nc file, else ``target``
     and "sweep"."""
     if target.suffix.lower() in (".png", ".svg", ".pdf", ".csv", ".json"):
-        raise InputError(
-            "--out",
-            str(target),
-            "is no folder or dataset",
-            "name a folder or a file that ends in .nc",
-        )
+        problem = "is no folder or dataset"
+        raise InputError("--out", str(target), problem, "name a folder or a file that ends in .nc")
     if target.suffix.lower() != ".nc":
         return target, "sweep"
     file = file_target(target)

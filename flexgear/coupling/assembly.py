@@ -276,11 +276,8 @@ class Assembly(BodyCoordinates):
         """Add a support of a node in a rotating frame on the housing, with motions (6, d) of both;
         its matrix acts in fixed axes."""
         if np.abs(c.matrix[5]).max() > 0 or np.abs(c.matrix[:, 5]).max() > 0:
-            raise InputError(
-                self.case.source, c.key,
-                "holds the rotation about the axis, so the train could not turn",
-                "set the stiffness about z to zero",
-            )  # fmt: skip
+            problem = "holds the rotation about the axis, so the train could not turn"
+            raise InputError(self.case.source, c.key, problem, "set the stiffness about z to zero")
         mean = invariant_part(c.matrix)
         self.link(c.name, rows, mean)
         # remainder of the stiffness on (rotating node, housing) without the constant spring

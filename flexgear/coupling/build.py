@@ -349,12 +349,9 @@ def _require_steps(case: Case, frequency: float) -> None:
     for key in ["time_step", "step_time_step"] if fixed_steps else ["longest_time_step"]:
         step = getattr(case.solver, key)
         if step is not None and step > longest:
-            raise InputError(
-                case.source,
-                f"solver.{key}_s",
-                f"a step of {step:.3g} s is too long for a gear-mesh period of {period:.3g} s",
-                f"at most {longest:.3g} s; a tenth of that resolves gear-mesh excitation",
-            )
+            problem = f"a step of {step:.3g} s is too long for a gear-mesh period of {period:.3g} s"
+            remedy = f"at most {longest:.3g} s; a tenth of that resolves gear-mesh excitation"
+            raise InputError(case.source, f"solver.{key}_s", problem, remedy)
 
 
 def _require_stage(view: StageView) -> None:

@@ -127,11 +127,9 @@ def _seat_bearings(view: StageView, part: str) -> Iterator[Connection]:
     """Bearings on the seats of an FE carrier."""
     carrier, bearings = BodyName.of(view.name, part), view.stage.seat_bearings
     if view.is_held(part) and not any(bearing.stiffness[5] for bearing in bearings.values()):
-        raise view.refuse(
-            "carrier.bearing_drive.torsion_nm_per_rad",
-            f"is zero, so nothing takes the torque of the held {carrier}",
-            "give it, or that of bearing_far",
-        )
+        problem = f"is zero, so nothing takes the torque of the held {carrier}"
+        remedy = "give it, or that of bearing_far"
+        raise view.refuse("carrier.bearing_drive.torsion_nm_per_rad", problem, remedy)
     for side, bearing in bearings.items():
         place = SupportName.of(f"{carrier}_{side}")
         key = f"carrier.bearing_{side}"
@@ -142,11 +140,9 @@ def _planet_bearings(view: StageView) -> Iterator[Connection]:
     """Bearings of planets on the pins of their carrier, in each planet's axes."""
     bearing, carrier = view.stage.planet_bearing, BodyName.of(view.name, "carrier")
     if np.any(bearing.matrix[5] != 0):
-        raise view.refuse(
-            "planet_bearing",
-            "holds the planet's rotation about its axis, so the gears could not roll",
-            "set the stiffness about z (torsion, row 6) to zero",
-        )
+        problem = "holds the planet's rotation about its axis, so the gears could not roll"
+        remedy = "set the stiffness about z (torsion, row 6) to zero"
+        raise view.refuse("planet_bearing", problem, remedy)
     matrix = linear_part(bearing, bearing.matrix)
     defects = bearing_defects(view.case, view.name, "planet_bearing")
     for number, planet in enumerate(view.stage.body_names("planet"), 1):

@@ -107,9 +107,6 @@ def require_free_speeds(case: Case, turns: Array) -> None:
             last = speed_ports[count - 1]
             key = f"inputs[{last}]" if last < len(case.inputs) else "output"
             others = " and ".join(case.ports[p].member for p in speed_ports[: count - 1])
-            raise InputError(
-                case.source,
-                f"{key}.machine.law",
-                f"the speed of {case.ports[last].member} follows from that of {others}",
-                'choose law = "torque" or "brake"',
-            )
+            problem = f"the speed of {case.ports[last].member} follows from that of {others}"
+            remedy = 'choose law = "torque" or "brake"'
+            raise InputError(case.source, f"{key}.machine.law", problem, remedy)

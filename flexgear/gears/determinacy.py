@@ -139,13 +139,12 @@ def require_free_ties(members: Members) -> int:
     if rank(rows) < len(rows):
         involved = [members.ties[k] for k in _first_loop(rows)]
         kinds = " or ".join(sorted({t.kind for t in involved} - {"stage"}, reverse=True))
-        raise InputError(
-            members.source,
-            "joints" if any(t.kind == "joint" for t in involved) else "held",
+        key = "joints" if any(t.kind == "joint" for t in involved) else "held"
+        problem = (
             f"{', '.join(t.label for t in involved)} are redundant, so torques between them are "
-            "undetermined",
-            f"remove one {kinds}",
+            "undetermined"
         )
+        raise InputError(members.source, key, problem, f"remove one {kinds}")
     mobility = len(members.names) - len(rows)
     if mobility == 0:
         held = ", ".join(t.name for t in members.ties if t.kind == "held") or "nothing"
@@ -172,11 +171,9 @@ def require_speeds(members: Members, mobility: int) -> None:
     conditions = np.vstack([members.tie_rows, members.port_rows(driven)])
     independent = rank(conditions)
     if len(driven) > mobility:
-        raise InputError(
-            members.source, driven[-1].key,
-            f"overdetermined: {head}{_clash(members, driven)}",
-            f"remove {_count(len(driven) - mobility, 'speed')} (give power or torque instead)",
-        )  # fmt: skip
+        problem = f"overdetermined: {head}{_clash(members, driven)}"
+        remedy = f"remove {_count(len(driven) - mobility, 'speed')} (give power or torque instead)"
+        raise InputError(members.source, driven[-1].key, problem, remedy)
     if independent == len(members.names):
         return
     free = null_space(conditions)

@@ -134,11 +134,9 @@ def stage_geometry(view: StageView) -> StageGeometry:
     base diameters or angles."""
     stage, radii, overridden = view.stage, stage_radii(view), is_overridden(view.stage)
     if overridden and view.gear_mesh.model in PER_PAIR_MODELS:
-        raise view.refuse(
-            "gear_mesh.model",
-            f"{view.gear_mesh.model} needs true teeth, but base diameters or angles are given",
-            "use constant, rectangular or fourier, or take those out",
-        )
+        problem = f"{view.gear_mesh.model} needs true teeth, but base diameters or angles are given"
+        remedy = "use constant, rectangular or fourier, or take those out"
+        raise view.refuse("gear_mesh.model", problem, remedy)
     gears = {role: _tooth(view, role, gear) for role, gear in gears_by_role(stage).items()}
     if overridden:
         arm = radii.base["planet"] / gears["planet"].teeth
@@ -149,11 +147,9 @@ def stage_geometry(view: StageView) -> StageGeometry:
     )
     if clearance < 0 and not (overridden and stage.allow_unassemblable):
         instead = ", or set allow_unassemblable = true" if overridden else ""
-        raise view.refuse(
-            "planets",
-            f"neighbouring planets collide: their tips overlap by {-1e3 * clearance:.2f} mm",
-            f"use fewer planets, fewer planet teeth or other planet positions{instead}",
-        )
+        problem = f"neighbouring planets collide: their tips overlap by {-1e3 * clearance:.2f} mm"
+        remedy = f"use fewer planets, fewer planet teeth or other planet positions{instead}"
+        raise view.refuse("planets", problem, remedy)
     teeth = sum(gear.teeth for role, gear in gears.items() if role != "planet")
     assembly = teeth / stage.planets if stage.kind == "planetary" else math.nan
     return StageGeometry(
@@ -234,11 +230,9 @@ def _least_ratio(view: StageView, role: str, ratio: float) -> float:
     on which it has no effect, else InputError."""
     if view.gear_mesh.model == "constant" and view.gear_mesh.of(role, "stiffness"):
         return 1.0
-    raise view.refuse(
-        f"gear_mesh.{role}_contact_ratio",
-        f"the tips leave a contact ratio of {ratio:.3f} ({view.part(role)})",
-        f"give {role}_contact_ratio, or check module and base diameters",
-    )
+    problem = f"the tips leave a contact ratio of {ratio:.3f} ({view.part(role)})"
+    remedy = f"give {role}_contact_ratio, or check module and base diameters"
+    raise view.refuse(f"gear_mesh.{role}_contact_ratio", problem, remedy)
 
 
 def _require_contact(
@@ -253,11 +247,9 @@ def _require_contact(
             "reduce the addendum or raise the profile shift of the ring",
         )  # fmt: skip
     if planet.interferes_with(gear, angle):
-        raise view.refuse(
-            "ring.addendum",
-            "the ring's tip touches the planet's flank below its base circle (interference)",
-            "reduce it, or raise the number of planet teeth",
-        )
+        problem = "the ring's tip touches the planet's flank below its base circle (interference)"
+        remedy = "reduce it, or raise the number of planet teeth"
+        raise view.refuse("ring.addendum", problem, remedy)
     for part, tooth in ((role, gear), ("planet", planet)):
         if tooth.thickness_at(tooth.tip_radius) <= 0:
             raise view.refuse(
@@ -267,19 +259,14 @@ def _require_contact(
     room = bottom_clearance(gear, planet, radii.center_distance)
     if min(room) < 0:
         short = view.part(role if room[0] < room[1] else "planet")
-        raise view.refuse(
-            f"{short}.dedendum",
-            f"a tip reaches {-1e3 * min(room):.2f} mm into the root of its mate "
-            f"({view.part(role)})",
-            "raise it, or lower the mate's addendum",
+        problem = (
+            f"a tip reaches {-1e3 * min(room):.2f} mm into the root of its mate ({view.part(role)})"
         )
+        raise view.refuse(f"{short}.dedendum", problem, "raise it, or lower the mate's addendum")
     low, high = planet.path_of_contact(gear, angle)
     if high - low < planet.base_pitch:
-        raise view.refuse(
-            view.part(role),
-            f"transverse contact ratio {(high - low) / planet.base_pitch:.3f} is below 1",
-            "raise addenda or change profile shifts",
-        )
+        problem = f"transverse contact ratio {(high - low) / planet.base_pitch:.3f} is below 1"
+        raise view.refuse(view.part(role), problem, "raise addenda or change profile shifts")
 
 
 def bottom_clearance(

@@ -112,11 +112,8 @@ def end_relief(modifications: FlankModifications, flank: Flank) -> Gap | None:
     limit = flank.half_face if relief.end == "both" else 2.0 * flank.half_face
     if relief.length > limit * (1 + ROUNDING):
         limit_name = "half of the face" if relief.end == "both" else "the face"
-        raise Refusal(
-            "end_relief.length",
-            f"{1e3 * relief.length:g} mm is longer than {limit_name}, {1e3 * limit:.4g} mm",
-            "shorten it",
-        )
+        problem = f"{1e3 * relief.length:g} mm is longer than {limit_name}, {1e3 * limit:.4g} mm"
+        raise Refusal("end_relief.length", problem, "shorten it")
     amount, length, power, end = relief.amount, relief.length, POWER[relief.form], relief.end
 
     def gap(rho: Array, z: Array) -> Array:
@@ -147,12 +144,11 @@ def _length(name: str, relief: Relief, flank: Flank, end: float) -> float:
     """Length of relief along the path of contact, m."""
     if relief.length is not None:
         if relief.length > flank.path * (1 + ROUNDING):
-            raise Refusal(
-                f"{name}.length",
+            problem = (
                 f"{1e3 * relief.length:g} mm is longer than the path of contact, "
-                f"{1e3 * flank.path:.4g} mm",
-                "shorten it",
+                f"{1e3 * flank.path:.4g} mm"
             )
+            raise Refusal(f"{name}.length", problem, "shorten it")
         return relief.length
     assert relief.start_diameter is not None
     start = flank.roll_length(relief.start_diameter)
@@ -160,12 +156,11 @@ def _length(name: str, relief: Relief, flank: Flank, end: float) -> float:
     edge = ROUNDING * flank.path
     if not low - edge <= start <= high + edge or abs(start - end) <= edge:
         circles = sorted(2e3 * np.hypot(rho, flank.base_radius) for rho in (low, high))
-        raise Refusal(
-            f"{name}.start_diameter",
+        problem = (
             f"{1e3 * relief.start_diameter:g} mm is not on the active profile, "
-            f"{circles[0]:.6g} … {circles[1]:.6g} mm",
-            "choose a circle between these",
+            f"{circles[0]:.6g} … {circles[1]:.6g} mm"
         )
+        raise Refusal(f"{name}.start_diameter", problem, "choose a circle between these")
     return abs(start - end)
 
 
@@ -220,12 +215,11 @@ def _rolls(flank_table: FlankTable, flank: Flank) -> Array:
         ends = np.array([low, high])
         angles, diameters = ends / flank.base_radius, 2.0 * np.hypot(ends, flank.base_radius)
         ends = factor * (angles if name == "roll_angles" else diameters)
-        raise Refusal(
-            f"table.{name}",
+        problem = (
             f"{places[0] * factor:g} … {places[-1] * factor:g} {unit} do not fit the active "
-            f"profile, {ends[0]:.6g} … {ends[1]:.6g} {unit}",
-            "end at the tip, and begin outside the base circle",
+            f"profile, {ends[0]:.6g} … {ends[1]:.6g} {unit}"
         )
+        raise Refusal(f"table.{name}", problem, "end at the tip, and begin outside the base circle")
     return rho
 
 

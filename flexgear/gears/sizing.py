@@ -384,11 +384,10 @@ def _size(request: StageRequest, gear_set: GearSet) -> tuple[float, float]:
             return module * 1e-3, math.ceil(width / step - 1e-9) * step * 1e-3
     if request.module is None:
         raise InputError("new", "--torque-nm", "is more than any module takes", "use more planets")
-    raise InputError(
-        "new", "--module-mm",
-        f"{module:g} mm needs a face of {width:.0f} mm, and {widest:.0f} mm is the largest allowed",
-        "raise it, or leave it out",
-    )  # fmt: skip
+    problem = (
+        f"{module:g} mm needs a face of {width:.0f} mm, and {widest:.0f} mm is the largest allowed"
+    )
+    raise InputError("new", "--module-mm", problem, "raise it, or leave it out")
 
 
 def _width(request: StageRequest, gear_set: GearSet, module: float) -> float:

@@ -221,11 +221,8 @@ def compliance(view: StageView, g: StageGeometry, role: str, force: float) -> Pa
     """Compliance of planet and "ring" or "sun" after Weber and Banaschek. Raises InputError without
     load."""
     if force == 0:
-        raise view.refuse(
-            "gear_mesh.pair_stiffness",
-            f"weber-banaschek needs a load, but no torque passes the gear mesh ({role})",
-            "load the train, or use iso6336",
-        )
+        problem = f"weber-banaschek needs a load, but no torque passes the gear mesh ({role})"
+        raise view.refuse("gear_mesh.pair_stiffness", problem, "load the train, or use iso6336")
     return pair_compliance(
         g.planet,
         g.gears[role],

@@ -340,11 +340,9 @@ def _cutter(blank: Blank, rack: Rack, internal: bool, root: float) -> CutterTool
     shifts = blank.profile_shift + blank.tool.profile_shift
     angle = involute(at) + 2 * math.tan(rack.pressure_angle) * shifts / (teeth + out * blank.teeth)
     if angle <= 0.0:
-        raise Refusal(
-            "tool.teeth",
-            f"a cutter of {teeth} teeth does not roll in this ring: inv α_0 = {angle:.4f}",
-            "lower the profile shifts of ring and cutter, or use fewer teeth of the cutter",
-        )
+        problem = f"a cutter of {teeth} teeth does not roll in this ring: inv α_0 = {angle:.4f}"
+        remedy = "lower the profile shifts of ring and cutter, or use fewer teeth of the cutter"
+        raise Refusal("tool.teeth", problem, remedy)
     base = r0 * math.cos(at)
     distance = (base + out * r * math.cos(at)) * out / math.cos(inverse_involute(angle))
     stated = blank.tool.tip_diameter

@@ -263,12 +263,9 @@ def _require_on_tooth(view: StageView, numbered: Numbered, tooth: ToothGeometry)
     for key in ("start_diameter", "end_diameter"):
         value = getattr(fault, key)
         if value is not None and not ends[0] * (1 - 1e-9) <= value <= ends[1] * (1 + 1e-9):
-            raise InputError(
-                view.case.source,
-                f"faults[{number}].{key}_mm",
-                f"{1e3 * value:g} mm is outside the flank",
-                f"between {1e3 * ends[0]:.6g} and {1e3 * ends[1]:.6g} mm",
-            )
+            problem = f"{1e3 * value:g} mm is outside the flank"
+            remedy = f"between {1e3 * ends[0]:.6g} and {1e3 * ends[1]:.6g} mm"
+            raise InputError(view.case.source, f"faults[{number}].{key}_mm", problem, remedy)
     if not np.subtract(*_radii(tooth, fault)) < 0.0:
         raise InputError(
             view.case.source, f"faults[{number}].start_diameter_mm", "leaves nothing of the flank",

@@ -300,11 +300,8 @@ class Bearing(Springs, Rolling):
     def _check(self) -> None:
         _check_elements(self)
         if self.rollers is not None and (min(self.stiffness[:2]) <= 0 or self.full is not None):
-            raise Refusal(
-                "radial",
-                "is needed beside rollers: the stiffness in modes and other linear analyses",
-                "give radial, and no full matrix",
-            )
+            problem = "is needed beside rollers: the stiffness in modes and other linear analyses"
+            raise Refusal("radial", problem, "give radial, and no full matrix")
         if self.clearance == 0:
             return
         if min(self.stiffness[:2]) <= 0:

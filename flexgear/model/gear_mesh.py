@@ -110,11 +110,10 @@ class GearMesh(Section):
             problem = "'linear' allows tensile forces, which slices along the face do not have"
             raise Refusal("contact_law", problem, 'use "one-sided" with face_load')
         if self.root_stress == "fe" and self.model != "face_load":
-            raise Refusal(
-                "root_stress",
-                f"'fe' needs the load along the face, which model = '{self.model}' does not give",
-                'use model = "face_load" with it, or take it out',
+            problem = (
+                f"'fe' needs the load along the face, which model = '{self.model}' does not give"
             )
+            raise Refusal("root_stress", problem, 'use model = "face_load" with it, or take it out')
         for role in ("ring", "sun"):
             self._check_wave(role)
 

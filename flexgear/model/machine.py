@@ -40,11 +40,10 @@ def read_load_series(path: Path) -> tuple[Points, tuple[Points, ...], tuple[Poin
     and any of ``LOAD_COLUMNS``; components without a column are zero."""
     times, series = _series(path, "load series", {}, LOAD_COLUMNS)
     if not series:
-        raise InputError(
-            str(path), "load series", "has no column of a force or moment",
-            "head a column force_x_n, force_y_n, force_z_n, moment_x_nm, moment_y_nm or "
-            "moment_z_nm",
-        )  # fmt: skip
+        remedy = (
+            "head a column force_x_n, force_y_n, force_z_n, moment_x_nm, moment_y_nm or moment_z_nm"
+        )
+        raise InputError(str(path), "load series", "has no column of a force or moment", remedy)
     none = (0.0,) * len(times)
     six = [series.get(name, none) for name in LOAD_COLUMNS]
     return times, tuple(zip(*six[:3], strict=True)), tuple(zip(*six[3:], strict=True))

@@ -293,11 +293,10 @@ class Stage(Section):
             remedy = "give one angle for each planet, or leave the key out for equal spacing"
             raise Refusal("planet_positions", problem, remedy)
         if self.ring.teeth <= self.planet.teeth:
-            raise Refusal(
-                "ring.teeth",
-                f"a ring of {self.ring.teeth} teeth cannot hold planets of {self.planet.teeth}",
-                "about z_sun + 2 z_planet",
+            problem = (
+                f"a ring of {self.ring.teeth} teeth cannot hold planets of {self.planet.teeth}"
             )
+            raise Refusal("ring.teeth", problem, "about z_sun + 2 z_planet")
         if self.face_width > 20 * self.normal_module * self.planet.teeth:
             problem = f"{self.face_width:g} m is more than 20 planet diameters"
             raise Refusal("face_width", problem, "check the units of face width and module")
@@ -322,12 +321,11 @@ class Stage(Section):
             raise Refusal("carrier.fe.pin_diameter", problem, remedy)
         if body is not None and body.plate_gap <= self.gear_width:
             halves = ", both halves and their gap" if self.double_helical else " face width"
-            raise Refusal(
-                "carrier.fe.plate_gap",
+            problem = (
                 f"{body.plate_gap * 1e3:g} mm leaves no room for planets of "
-                f"{self.gear_width * 1e3:g} mm{halves}",
-                "make it wider than the planets",
+                f"{self.gear_width * 1e3:g} mm{halves}"
             )
+            raise Refusal("carrier.fe.plate_gap", problem, "make it wider than the planets")
         if self.ring.fe is not None:
             self._check_bands(self.ring.fe)
 
@@ -338,12 +336,11 @@ class Stage(Section):
         bands += [("splines", k, spline) for k, spline in enumerate(ring.splines)]
         for name, k, fit in bands:
             if fit.band[0] < -half or fit.band[1] > half:
-                raise Refusal(
-                    f"ring.fe.{name}.{k}.z",
+                problem = (
                     f"the band of ±{fit.half_width * 1e3:g} mm extends beyond the face of "
-                    f"±{half * 1e3:.1f} mm",
-                    "move it or make it narrower",
+                    f"±{half * 1e3:.1f} mm"
                 )
+                raise Refusal(f"ring.fe.{name}.{k}.z", problem, "move it or make it narrower")
 
     def _check_clearances(self) -> None:
         """Check that clearances of bearings are below one module, so that gears stay in mesh."""

@@ -361,12 +361,11 @@ def clock_of(case: Case, pace: Pace) -> Clock:
     top = min(pace.band, pace.modes_to or pace.band)
     band = top if case.recorder.band is None else case.recorder.band
     if band > top * (1 + 1e-9):
-        raise InputError(
-            case.source,
-            "recorder.band_hz",
-            f"{band:.6g} Hz is beyond {top:.6g} Hz, up to which modes are kept",
-            "lower it, or raise solver.modes_band_hz or solver.gear_mesh_orders (and modes_to_hz)",
+        problem = f"{band:.6g} Hz is beyond {top:.6g} Hz, up to which modes are kept"
+        remedy = (
+            "lower it, or raise solver.modes_band_hz or solver.gear_mesh_orders (and modes_to_hz)"
         )
+        raise InputError(case.source, "recorder.band_hz", problem, remedy)
     rate = case.recorder.sampling_rate
     try:
         check_rate(band, rate := USUAL_RATE * band if rate is None else rate)

@@ -204,12 +204,9 @@ def _settling(model: Model, stepping: Stepping, histories: PortHistories) -> Set
     end = begin + span
     if start is not None:
         if span <= start:
-            raise InputError(
-                model.case.source,
-                "solver.settle_s",
-                f"{start:g} s of start-up leave nothing of a run of {span:g} s",
-                "lower it, or run for longer",
-            )
+            problem = f"{start:g} s of start-up leave nothing of a run of {span:g} s"
+            remedy = "lower it, or run for longer"
+            raise InputError(model.case.source, "solver.settle_s", problem, remedy)
         return Window(begin + start, end, None, "as solver.settle_s says")
     if reason := _never_steady(model, histories):
         return Window(begin, end, None, reason)

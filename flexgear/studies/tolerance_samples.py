@@ -83,12 +83,9 @@ def drawn_errors(case: Case) -> tuple[DrawnError, ...]:
         ]
         drawn += _drawn_amounts(case, stage)
     if not drawn and not any(getattr(e, pitch) for e in errors for pitch in PITCHES):
-        raise InputError(
-            case.source,
-            "tolerance.errors",
-            "is empty, so there is nothing to draw",
-            "give a distribution: [tolerance.errors.pin_tangential] standard_deviation_um = 10",
-        )
+        problem = "is empty, so there is nothing to draw"
+        remedy = "give a distribution: [tolerance.errors.pin_tangential] standard_deviation_um = 10"
+        raise InputError(case.source, "tolerance.errors", problem, remedy)
     return tuple(drawn)
 
 

@@ -92,21 +92,18 @@ def allowable_stress(data: GearRating, place: str) -> float | None:
     line = STRENGTHS[data.steel, data.grade][place == "root"]
     hardness = data.vickers_hardness
     if hardness is not None and not line.low <= hardness <= line.high:
-        raise Refusal(
-            "vickers_hardness",
+        problem = (
             f"is {hardness:g}, and ISO 6336-5 has no {place} strength of {data.steel} "
-            f"{data.grade} beyond {line.low:g} to {line.high:g} HV",
-            f"check it, or give {place}_strength_mpa",
+            f"{data.grade} beyond {line.low:g} to {line.high:g} HV"
         )
+        raise Refusal("vickers_hardness", problem, f"check it, or give {place}_strength_mpa")
     value = min(line.slope * (hardness or 0.0) + line.constant, line.limit)
     core = data.core_rockwell_hardness
     if place == "root" and (data.steel, data.grade) == ("case_hardened", "MQ") and core is not None:
         if core < LEAST_CORE_HARDNESS:
-            raise Refusal(
-                "core_rockwell_hardness",
-                f"is {core:g}, below the {LEAST_CORE_HARDNESS:g} HRC of grade MQ",
-                'take grade "ML", or give root_strength_mpa',
-            )
+            problem = f"is {core:g}, below the {LEAST_CORE_HARDNESS:g} HRC of grade MQ"
+            remedy = 'take grade "ML", or give root_strength_mpa'
+            raise Refusal("core_rockwell_hardness", problem, remedy)
         value = HARD_CORE_ROOT_STRENGTH if core >= HARD_CORE else value
     return 1e6 * value
 

@@ -51,12 +51,9 @@ def _in_gmsh(p: CarrierFeMeshParameters) -> FeMesh:
             if all(corner_jacobians(*half, "tet")[1].min() > _FLATTEST for half in rounded):
                 true_pins = [FeMesh(*half, "tet", {}) for half in rounded]
                 return _complete(p, true_pins, [_half_patches(p, half) for half in halves])
-    raise InputError(
-        p.where,
-        "stage.carrier.fe",
-        "no sound FE mesh: some edges nearly touch",
-        "move hub, seat, bore and pin diameters apart by a few mm",
-    )
+    problem = "no sound FE mesh: some edges nearly touch"
+    remedy = "move hub, seat, bore and pin diameters apart by a few mm"
+    raise InputError(p.where, "stage.carrier.fe", problem, remedy)
 
 
 def _half_patches(p: CarrierFeMeshParameters, half: FeMesh) -> dict[str, Ints]:

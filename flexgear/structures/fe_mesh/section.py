@@ -283,12 +283,9 @@ def _first_columns(angles: Array, columns: int, across: int, where: str) -> Ints
     first = np.round(angles / (2.0 * pi / columns) - across / 2.0).astype(np.int64)
     spacing = np.diff(np.sort(first % columns), append=np.min(first % columns) + columns)
     if len(angles) > 1 and spacing.min() < across:
-        raise InputError(
-            where,
-            "stage.ring.fe.bolts.number",
-            "the bolt holes are too close to each other for the FE mesh",
-            "use fewer or thinner bolts, or stage.ring.fe.bolts.holes = false",
-        )
+        problem = "the bolt holes are too close to each other for the FE mesh"
+        remedy = "use fewer or thinner bolts, or stage.ring.fe.bolts.holes = false"
+        raise InputError(where, "stage.ring.fe.bolts.number", problem, remedy)
     return first
 
 
