@@ -219,6 +219,7 @@ def _of_stage(view: StageView, stage: StageFlow) -> Iterator[str]:
     yield from _stress(view, g, stage)
     yield from _shaft(view, stage)
     yield from _bearings(view, stage)
+    yield from _thrust(view, g, stage)
     yield from _rating(view, stage)
 
 
@@ -347,6 +348,29 @@ def _bearings(view: StageView, stage: StageFlow) -> Iterator[str]:
                 f"carries the {load:.3g} N of a planet or pinion here has about {usual:.2g}; check "
                 "its unit"
             )
+
+
+def _thrust(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]:
+    """Warnings about bearings of gears that helical teeth push along the axis by N F sin β_b, and
+    that cannot move along it, where the case gives the bearing an axial stiffness or a rating."""
+    if view.stage.double_helical:
+        return
+    for role in g.gear_meshes:
+        thrust = (
+            view.stage.planets * abs(stage.gear_mesh_forces[role]) * math.sin(g.base_helix_angle)
+        )
+        parts = ("pinion", "gear") if stage.kind == "parallel" else (role,)
+        for part in parts if thrust else ():
+            kinematics = view.case.kinematics_of(f"{view.name}.{part}")
+            if kinematics not in ("planar", "torsional") or view.stage.form(part) == "fe":
+                continue
+            for key, bearing in view.stage.member(part).supports.items():
+                if bearing.stiffness[2] > 0.0 or bearing.dynamic_rating is not None:
+                    yield (
+                        f"{view.key(part)}.{key} carries no thrust, as the {part} cannot move "
+                        f"along its axis ({kinematics}), and helical teeth push it by "
+                        f'{thrust:.3g} N; set {view.key(part)}.kinematics = "spatial"'
+                    )
 
 
 def _rating(view: StageView, stage: StageFlow) -> Iterator[str]:

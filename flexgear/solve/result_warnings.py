@@ -10,8 +10,9 @@ planets about the axis, which does not change distances.
 
 **Neglected effects.** ``gears.report.neglected_effects`` estimates lengths that the models of gear
 meshes neglect. A sentence states those that exceed a tenth of a headline figure of the same stage.
-For load sharing, which depends on the compliance of the planets' load paths, they are compared with
-the deflection of a planet's teeth.
+Load sharing depends on the compliance of the planets' load paths. Rims that deflect by d more than
+teeth, which deflect by t, reduce the excess K − 1 in equilibria by at most a share d/(t + d). Pins
+inside planets do not count: their mean deflection is that of the carrier in the model.
 """
 
 from __future__ import annotations
@@ -157,7 +158,7 @@ def small_against(view: StageView) -> dict[str, float]:
     return limits
 
 
-UNEVEN = 1e-3  # K − 1 above which sharing is uneven
+VISIBLE = 0.01  # change of K, the last digit of mesh load factors in standards
 ROUNDING = 1e-6  # length over the largest length
 LEAST_ORDER = 2  # of a ring's deformation; 0 is expansion, 1 displacement
 EFFECTS = {"rim": "ovalising planet rims", "pin": "pins bending inside planets"}
@@ -232,7 +233,7 @@ def beside_lengths(
     rigid: rigid bodies of the model, also where the case states them as flexible."""
     for figure in figures:
         rated = effects_of(case, flow, figure.stage, rigid)
-        sizes = {name: abs(torque_share) * size for name, (size, _) in rated.items()}
+        sizes = {name: abs(torque_share) * size for name, size in rated.items()}
         effects = {n: size for n, size in sizes.items() if size > SMALL * figure.value}
         if effects:
             named = " and ".join(f"{EFFECTS[n]} (up to {_about(x)})" for n, x in effects.items())
@@ -247,44 +248,46 @@ def beside_lengths(
 
 
 def _beside_sharing(case: Case, flow: PowerFlow, sharing: Sharing) -> list[dict[str, Any]]:
-    """Row of ``neglected`` for K of a stage, empty where neglected effects are small against the
-    deflection of a planet's teeth."""
-    k = max(x for x in (sharing.in_equilibria, sharing.in_time) if x is not None)
-    effects = effects_of(case, flow, sharing.stage)
-    deflection = sum(displacement for _, displacement in effects.values())
+    """Row of ``neglected`` for K of a stage in equilibria, empty where planets' rims hardly change
+    it; without equilibria for K in time."""
+    k = sharing.in_equilibria if sharing.in_equilibria is not None else sharing.in_time
+    rims, _ = _estimates(case.view(sharing.stage), flow)
+    deflection = sum(rims)
     teeth = _teeth_deflection(case, flow, sharing.stage)
-    if k - 1.0 < UNEVEN or deflection <= SMALL * teeth:
+    if k is None or not deflection:
+        return []
+    least = 1.0 + (k - 1.0) * teeth / (teeth + deflection)
+    if k - least < VISIBLE or deflection <= SMALL * teeth:
         return []
     title = titled_by_stage("Load sharing", sharing.stage)
-    named = " and ".join(EFFECTS[name] for name in effects)
     sentence = (
-        f"{title}, K = {factor(k)}: the model neglects {named}. The teeth of a planet deflect by "
-        f"{_about(teeth)}; these effects add up to {_about(deflection)}, so that planets share the "
-        "load more evenly than computed."
+        f"{title}, K = {factor(k)}: the model neglects {EFFECTS['rim']}. The teeth of a planet "
+        f"deflect by {_about(teeth)}, its rim by up to {_about(deflection)} more, so that planets "
+        f"share the load more evenly than computed: K is between {factor(least)} and {factor(k)}."
     )
-    sizes = {name: 1e6 * size for name, (size, _) in effects.items()}
-    row = {"figure": title, "stage": sharing.stage, "load_sharing": k, "effects_um": sizes}
-    return [{**row, "sentence": sentence}]
+    row = {"figure": title, "stage": sharing.stage, "load_sharing": k}
+    return [{**row, "effects_um": {"rim": 1e6 * max(rims)}, "sentence": sentence}]
 
 
 def effects_of(
     case: Case, flow: PowerFlow, stage: str, rigid: Collection[BodyName] = ()
-) -> dict[str, tuple[float, float]]:
-    """Neglected effects of a stage at rated torque, by name: largest length of the effect, and the
-    deflection of a planet by it along both lines of action together, m. rigid: see
+) -> dict[str, float]:
+    """Neglected effects of a stage at rated torque: largest length, m, by name. rigid: see
     ``beside_lengths``."""
     if all(s.name != stage for s in case.stages):
         return {}
     view = case.view(stage)
     view = view.with_rigid([name.part for name in view.fe_bodies if name in rigid])
-    sizes = neglected_effects(view, flow.stage(stage).gear_mesh_forces)
-    rims = [sizes[key] for key in RIM_KEYS.values() if key in sizes]
-    effects = {"rim": (max(rims), sum(rims))} if rims else {}
-    if "pin_bends_in_planet_um" in sizes:
-        gear_meshes = stage_geometry(view).gear_meshes.values()
-        pin = sizes["pin_bends_in_planet_um"]
-        effects["pin"] = pin, pin * sum(math.cos(m.working_angle) for m in gear_meshes)
-    return {name: (1e-6 * size, 1e-6 * total) for name, (size, total) in effects.items()}
+    rims, pin = _estimates(view, flow)
+    return ({"rim": max(rims)} if rims else {}) | ({"pin": pin} if pin else {})
+
+
+def _estimates(view: StageView, flow: PowerFlow) -> tuple[list[float], float]:
+    """Deflections of a planet's rim along its lines of action, and of its pin, m; no or zero
+    deflection where the model has it."""
+    sizes = neglected_effects(view, flow.stage(view.name).gear_mesh_forces)
+    rims = [1e-6 * sizes[key] for key in RIM_KEYS.values() if key in sizes]
+    return rims, 1e-6 * sizes.get("pin_bends_in_planet_um", 0.0)
 
 
 def _about(size: float) -> str:

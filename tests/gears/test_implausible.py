@@ -86,6 +86,11 @@ RATED = {"stage.planet_bearing.rolling": "roller"}
             {"stages.stage_3.face_width_mm": "3"},
             ["stage_3: the contact pressure of the gear mesh"],
         ),
+        (  # 325 kN m / (120/21 · 82/23 · 88/22) / (5 mm · 22/(2 cos 14°)) tan 14°
+            "grc-750kw",
+            {"stages.hss.pinion.kinematics": "planar"},
+            ["hss: stages.hss.pinion.support carries no thrust", "(planar)", "1.75e+04 N"],
+        ),
     ],
 )
 def test_what_can_hardly_be_meant_is_said(name, changes, words):
