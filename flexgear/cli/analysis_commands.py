@@ -103,10 +103,8 @@ def modes(
     """Natural modes of the coupled train: frequencies, types, moving components."""
     _require_positive("--limit-hz", limit_hz, "500")
     if campbell and angle_deg is not None:
-        raise InputError(
-            "--angle-deg", f"{angle_deg:g}", "is given beside --campbell, which takes the mean "
-            "stiffness of gear meshes", "take one of them out",
-        )  # fmt: skip
+        problem = "is given beside --campbell, which takes the mean stiffness of gear meshes"
+        raise InputError("--angle-deg", f"{angle_deg:g}", problem, "take one of them out")
     with analysis.model(loaded=False) as (model, _):
         limit_hz = usual_limit(model) if limit_hz is None else limit_hz
         angle = None if angle_deg is None else float(_turned(model, [angle_deg])[0])

@@ -111,10 +111,8 @@ class OrderAnalysis:
             if part.sizes["time"] < 16:
                 end = float(history.variables["time"][-1])
                 stop = end if self.to_s is None else self.to_s
-                raise InputError(
-                    SOURCE, f"{start:g} to {stop:g} s", "holds no samples",
-                    f"the transient ends at {end:.4g} s",
-                )  # fmt: skip
+                remedy = f"the transient ends at {end:.4g} s"
+                raise InputError(SOURCE, f"{start:g} to {stop:g} s", "holds no samples", remedy)
         return part.assign({self.of: columns_of(part[self.of], self.only)})
 
     def result(self, part: xr.Dataset) -> xr.DataArray:

@@ -180,10 +180,8 @@ class Assembly(BodyCoordinates):
         """Position (3,) of a support in an FE housing, m. Raises InputError if the housing has no
         node ``node``, or has it far from there."""
         if node not in housing.node_names:
-            raise InputError(
-                self.case.source, "housing.fe_mesh_nodes", f"lacks {node}",
-                "give this name to the node of that support",
-            )  # fmt: skip
+            remedy = "give this name to the node of that support"
+            raise InputError(self.case.source, "housing.fe_mesh_nodes", f"lacks {node}", remedy)
         at = MemberName.parse(node)
         gear = next((gear for gear in PARALLEL if at.part.startswith(gear)), "")
         # pinion and gear have separate axes, members of a planetary stage one axis

@@ -110,16 +110,13 @@ def rolling_motions(
     if free.shape[1] > len(input_rows):
         raise loose_fault(bodies, source, free, len(input_rows))
     if free.shape[1] < len(input_rows):
-        raise InputError(
-            source, "held", "a support or joint holds a member that should turn",
-            "take the stiffness about the axis out of it, or name the member in held",
-        )  # fmt: skip
+        problem = "a support or joint holds a member that should turn"
+        remedy = "take the stiffness about the axis out of it, or name the member in held"
+        raise InputError(source, "held", problem, remedy)
     rotations = input_rows @ free
     if np.linalg.cond(rotations) > 1e9:
-        raise InputError(
-            source, "inputs", "members whose speeds are given do not turn freely",
-            "check their supports",
-        )  # fmt: skip
+        problem = "members whose speeds are given do not turn freely"
+        raise InputError(source, "inputs", problem, "check their supports")
     return np.asarray(free @ np.linalg.inv(rotations))
 
 

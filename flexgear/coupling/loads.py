@@ -66,20 +66,18 @@ def _given_load(a: Assembly, k: int) -> list[GivenLoad]:
     history as one load for each component."""
     load, places = a.case.loads[k], _places(a)
     if load.member not in places:
-        raise InputError(
-            a.case.source, f"loads[{k}].member", f"{load.member} cannot be loaded",
-            f"name one of {', '.join(sorted(places))}",
-        )  # fmt: skip
+        problem = f"{load.member} cannot be loaded"
+        remedy = f"name one of {', '.join(sorted(places))}"
+        raise InputError(a.case.source, f"loads[{k}].member", problem, remedy)
     number, m = places[MemberName.parse(load.member)]
     block = a.block_of.get(load.member, -1)
     if not m.lumped or block < 0:  # an FE body, or both halves of a ring
         block = _new_block(a, a.end_rows(load.member))
     angle = a.body_angle(number, m)
     if load.frame == "carrier" and m.frame == "ring":
-        raise InputError(
-            a.case.source, f"loads[{k}].frame", f"is the carrier's, but {load.member} turns",
-            'give the load in fixed axes, frame = "fixed"',
-        )  # fmt: skip
+        problem = f"is the carrier's, but {load.member} turns"
+        remedy = 'give the load in fixed axes, frame = "fixed"'
+        raise InputError(a.case.source, f"loads[{k}].frame", problem, remedy)
     angle = angle if load.frame == "fixed" else -1
     to_body = turn(-_planet_axes(a.case.stages[number], m))
     if not load.is_history:

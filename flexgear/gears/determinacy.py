@@ -148,10 +148,8 @@ def require_free_ties(members: Members) -> int:
     mobility = len(members.names) - len(rows)
     if mobility == 0:
         held = ", ".join(t.name for t in members.ties if t.kind == "held") or "nothing"
-        raise InputError(
-            members.source, "held", f"mobility 0: nothing can turn (held: {held})",
-            "release a member or a joint",
-        )  # fmt: skip
+        problem = f"mobility 0: nothing can turn (held: {held})"
+        raise InputError(members.source, "held", problem, "release a member or a joint")
     return mobility
 
 
@@ -187,10 +185,8 @@ def require_speeds(members: Members, mobility: int) -> None:
         problem = f"underdetermined: {head}"
     give = f"give {_count(missing, 'speed')} at {' or '.join(ports)}, or " if ports else ""
     instead = "give them at other members, or " if len(driven) == mobility and not ports else ""
-    raise InputError(
-        members.source, "inputs", problem,
-        f"{give}{instead}hold, join or drive {' or '.join(open_members)}",
-    )  # fmt: skip
+    remedy = f"{give}{instead}hold, join or drive {' or '.join(open_members)}"
+    raise InputError(members.source, "inputs", problem, remedy)
 
 
 def require_torques(members: Members, mobility: int) -> None:
@@ -203,10 +199,8 @@ def require_torques(members: Members, mobility: int) -> None:
         f"and {_listed(torques, 'torque')}"
     )
     if len(torques) > needed:
-        raise InputError(
-            members.source, torques[-1].key, f"overdetermined: {head}",
-            f"remove {_count(len(torques) - needed, 'torque or power value')}",
-        )  # fmt: skip
+        remedy = f"remove {_count(len(torques) - needed, 'torque or power value')}"
+        raise InputError(members.source, torques[-1].key, f"overdetermined: {head}", remedy)
     if len(torques) < needed:
         raise InputError(
             members.source, "inputs", f"underdetermined: {head}",

@@ -242,20 +242,17 @@ def _require_contact(
     gear, planet = gears[role], gears["planet"]
     angle = radii.working_angles[role]
     if gear.internal and gear.tip_radius <= gear.base_radius:
-        raise view.refuse(
-            "ring.addendum", "the ring's tip lies inside its base circle",
-            "reduce the addendum or raise the profile shift of the ring",
-        )  # fmt: skip
+        remedy = "reduce the addendum or raise the profile shift of the ring"
+        raise view.refuse("ring.addendum", "the ring's tip lies inside its base circle", remedy)
     if planet.interferes_with(gear, angle):
         problem = "the ring's tip touches the planet's flank below its base circle (interference)"
         remedy = "reduce it, or raise the number of planet teeth"
         raise view.refuse("ring.addendum", problem, remedy)
     for part, tooth in ((role, gear), ("planet", planet)):
         if tooth.thickness_at(tooth.tip_radius) <= 0:
-            raise view.refuse(
-                f"{view.part(part)}.addendum", "flanks meet below the tip circle (pointed teeth)",
-                "lower it, or the profile shift",
-            )  # fmt: skip
+            problem = "flanks meet below the tip circle (pointed teeth)"
+            remedy = "lower it, or the profile shift"
+            raise view.refuse(f"{view.part(part)}.addendum", problem, remedy)
     room = bottom_clearance(gear, planet, radii.center_distance)
     if min(room) < 0:
         short = view.part(role if room[0] < room[1] else "planet")
@@ -305,8 +302,7 @@ def _backlash(
     rounding = ROUNDING * view.stage.normal_module
     backlash = allowance + inherent_backlash(gears, role, radii)
     if backlash < -rounding:
-        raise view.refuse(
-            view.part(role), f"teeth overlap by {-1e6 * backlash:.3g} µm at this distance",
-            f"raise backlash_{role}_mm or change the centre distance",
-        )  # fmt: skip
+        problem = f"teeth overlap by {-1e6 * backlash:.3g} µm at this distance"
+        remedy = f"raise backlash_{role}_mm or change the centre distance"
+        raise view.refuse(view.part(role), problem, remedy)
     return backlash if backlash > (0.0 if allowance else rounding) else 0.0

@@ -275,7 +275,6 @@ class _Train:
         largest = max(abs(b.torque[self.first]) for b in bins)
         if rated and 0.0 < largest < LEAST_TORQUE * abs(rated):
             problem = f"have at most {largest:.6g} N m on {self.first}, {largest / abs(rated):.2g}"
-            raise InputError(
-                self.case.source, "load_cases", f"{problem} of the rated {rated:.6g}",
-                "check the unit: kN m for N m?",
-            )  # fmt: skip
+            problem = f"{problem} of the rated {rated:.6g}"
+            remedy = "check the unit: kN m for N m?"
+            raise InputError(self.case.source, "load_cases", problem, remedy)

@@ -151,8 +151,6 @@ def _distance_of_shifts(view: StageView, role: str, arm: float) -> float:
     value = involute(transverse_angle(view.stage))
     value += 2 * math.tan(view.stage.pressure_angle) * shifts / teeth
     if value < 0:
-        raise view.refuse(
-            "", "the profile shifts leave no working pressure angle",
-            "reduce the negative profile shifts",
-        )  # fmt: skip
+        problem = "the profile shifts leave no working pressure angle"
+        raise view.refuse("", problem, "reduce the negative profile shifts")
     return arm / math.cos(inverse_involute(value))

@@ -267,7 +267,6 @@ def _require_on_tooth(view: StageView, numbered: Numbered, tooth: ToothGeometry)
             remedy = f"between {1e3 * ends[0]:.6g} and {1e3 * ends[1]:.6g} mm"
             raise InputError(view.case.source, f"faults[{number}].{key}_mm", problem, remedy)
     if not np.subtract(*_radii(tooth, fault)) < 0.0:
-        raise InputError(
-            view.case.source, f"faults[{number}].start_diameter_mm", "leaves nothing of the flank",
-            f"between {1e3 * ends[0]:.6g} and {1e3 * ends[1]:.6g} mm",
-        )  # fmt: skip
+        problem = "leaves nothing of the flank"
+        remedy = f"between {1e3 * ends[0]:.6g} and {1e3 * ends[1]:.6g} mm"
+        raise InputError(view.case.source, f"faults[{number}].start_diameter_mm", problem, remedy)

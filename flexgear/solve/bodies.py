@@ -144,10 +144,9 @@ def rigid_bodies(case: Case, names: Sequence[str] = ()) -> frozenset[BodyName]:
     choices = [*dict.fromkeys(body.part for body in bodies), *bodies, "all"]
     for name in names:
         if not bodies:
-            raise InputError(
-                "--rigid", case.name, "has only lumped members, so nothing is flexible",
-                "take it out, or give the ring, carrier or sun an FE body or a shaft",
-            )  # fmt: skip
+            problem = "has only lumped members, so nothing is flexible"
+            remedy = "take it out, or give the ring, carrier or sun an FE body or a shaft"
+            raise InputError("--rigid", case.name, problem, remedy)
         if name not in choices:
             raise InputError(
                 "--rigid", echo(name), "is not a flexible component", nearest(name, choices)

@@ -308,10 +308,9 @@ def carried_state(
         raise InputError(source, "start", problem, "run the earlier part again")
     same = earlier.attrs.get("state_content") == state_content(model)
     if not same or len(values) != state_size(modal):
-        raise InputError(
-            source, "start", f"is the end of a run of another train, {earlier.attrs.get('case')}",
-            "machines, loads and solver may differ, bodies, springs and gear meshes not",
-        )  # fmt: skip
+        problem = f"is the end of a run of another train, {earlier.attrs.get('case')}"
+        remedy = "machines, loads and solver may differ, bodies, springs and gear meshes not"
+        raise InputError(source, "start", problem, remedy)
     state = unpacked_state(modal, values)
     prescribed = prescribed_values(modal, drive, np.full(1, time))[0]
     speeds = modal.system.port_rows @ modal.modes @ state.velocity

@@ -28,10 +28,8 @@ def modes(model: Model, *, angle: float | None = None, limit_hz: float | None = 
     """
     system = model.system
     if angle and not system.input_speeds:
-        raise InputError(
-            model.case.source, "inputs", "give no speed of a free rotation, which has an angle",
-            "look at the modes at angle 0",
-        )  # fmt: skip
+        problem = "give no speed of a free rotation, which has an angle"
+        raise InputError(model.case.source, "inputs", problem, "look at the modes at angle 0")
     natural = model.natural_modes(limit_hz, angle)
     rigid = int(np.sum(natural.frequencies == 0.0))
     kinds = classify(natural.frequencies, natural.shapes, system.mass, system.bodies, rigid=rigid)

@@ -98,10 +98,9 @@ def _range(
 ) -> Range:
     """The range of speeds or torques; InputError where it is not one of positive numbers."""
     if speeds is not None and torques is not None:
-        raise InputError(
-            "--torque-range", range_words(torques), "is given beside a range of speeds",
-            "take one of them out: one is followed, the other fixed",
-        )  # fmt: skip
+        problem = "is given beside a range of speeds"
+        remedy = "take one of them out: one is followed, the other fixed"
+        raise InputError("--torque-range", range_words(torques), problem, remedy)
     over, ends = ("speed", speeds or RANGE) if torques is None else ("torque", torques)
     other, fixed = ("torque", torque) if torques is None else ("speed", speed)
     unused = speed if torques is None else torque

@@ -72,10 +72,9 @@ def _client(address: str) -> Iterator[Client]:
             client = Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
         except (OSError, TimeoutError, ValueError, TypeError, AssertionError) as error:
             # AssertionError: a busy machine did not start the event loop of Dask in time
-            raise InputError(
-                "--scheduler", address, f"no Dask scheduler answers there ({_error_text(error)})",
-                "start one and its workers as docs/howto/cluster.md says",
-            ) from None  # fmt: skip
+            problem = f"no Dask scheduler answers there ({_error_text(error)})"
+            remedy = "start one and its workers as docs/howto/cluster.md says"
+            raise InputError("--scheduler", address, problem, remedy) from None
         with client:
             try:
                 client.wait_for_workers(1, timeout=WORKER_TIMEOUT)

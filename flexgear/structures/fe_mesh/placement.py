@@ -60,10 +60,9 @@ def fe_mesh_of_file(source: FeMeshSource, groups: Groups, size: float, where: st
     """
     file, key = str(source.fe_mesh_file), f"stage.{groups.body}.fe.fe_mesh_file"
     if source.fe_mesh == "reduced":
-        raise InputError(
-            where, f"stage.{groups.body}.fe.fe_mesh", "is reduced: there is no FE mesh",
-            "name the other component",
-        )  # fmt: skip
+        problem = "is reduced: there is no FE mesh"
+        remedy = "name the other component"
+        raise InputError(where, f"stage.{groups.body}.fe.fe_mesh", problem, remedy)
     placement = Placement(source.fe_mesh_shift, source.fe_mesh_turn)
     stems = tuple(f.stem for f in groups.families if f.numbered)
     try:

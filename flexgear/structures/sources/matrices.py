@@ -75,10 +75,9 @@ def given_housing(housing: Housing, source: str) -> Body:
         read = _read(housing, "housing")
         check(read, str(housing.fe_mesh_file))
     if not any(NodeName.parse(name).kind == MOUNT for name in read.node_names):
-        raise InputError(
-            source, "housing.fe_mesh_nodes", "has no node mount_1, so nothing holds the housing",
-            "name the nodes that stand on the ground mount_1, mount_2 …",
-        )  # fmt: skip
+        problem = "has no node mount_1, so nothing holds the housing"
+        remedy = "name the nodes that stand on the ground mount_1, mount_2 …"
+        raise InputError(source, "housing.fe_mesh_nodes", problem, remedy)
     return Body(
         name=BodyName.of("", "housing"),
         node_names=read.node_names,
@@ -114,10 +113,8 @@ def _in_order(body: ReducedMatrices, names: Sequence[str], where: str) -> Reduce
         listed = ", ".join((missing or unknown)[:3])
         problem = f"lacks {listed}" if missing else f"has unknown nodes {listed}"
         more = max(len(missing or unknown) - 3, 0)
-        raise InputError(
-            where, "nodes", problem + (f" and {more} more" if more else ""),
-            f"the case has {names[0]} … {names[-1]}; see docs/conventions.md",
-        )  # fmt: skip
+        remedy = f"the case has {names[0]} … {names[-1]}; see docs/conventions.md"
+        raise InputError(where, "nodes", problem + (f" and {more} more" if more else ""), remedy)
     order = [body.node_names.index(name) for name in names]
     rows = np.concatenate([np.arange(6 * k, 6 * k + 6) for k in order])
     rows = np.concatenate([rows, np.arange(6 * len(order), len(body.stiffness))])
@@ -154,7 +151,6 @@ def _require_places(
 def _require_size(mass: float, expected: float, where: str) -> None:
     """InputError where a mass is far from the expected one, kg."""
     if not 1 / _MASS_RATIO < mass / expected < _MASS_RATIO:
-        raise InputError(
-            where, "mass", f"is {mass:.3g} kg; a steel body of this size has about {expected:.3g}",
-            'check fe_mesh_unit: "mm" for N, mm, t, s, "m" for SI',
-        )  # fmt: skip
+        problem = f"is {mass:.3g} kg; a steel body of this size has about {expected:.3g}"
+        remedy = 'check fe_mesh_unit: "mm" for N, mm, t, s, "m" for SI'
+        raise InputError(where, "mass", problem, remedy)
