@@ -19,9 +19,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from flexgear.analysis.continuation import SAME, Range, state_between
+from flexgear.analysis.continuation import SAME, state_between
 from flexgear.analysis.harmonic_balance import Balance, Factors, Orbit
-from flexgear.analysis.orbit_receptance import CondensedTrain, condensed_train
+from flexgear.analysis.orbit_receptance import CondensedTrain, Range, condensed_train
 from flexgear.arrays import Array
 
 ITERATIONS = 3  # of inverse iteration

@@ -28,10 +28,9 @@ from typing import Literal
 import numpy as np
 
 from flexgear.analysis.harmonic_balance import TOLERANCE, Balance, Orbit, Solver, Waves, converge
-from flexgear.analysis.orbit_receptance import CondensedTrain, OperatingPoint
+from flexgear.analysis.orbit_receptance import CondensedTrain, OperatingPoint, Range
 from flexgear.arrays import Array
 
-Over = Literal["speed", "load"]
 FORCE_WEIGHT = 4.0  # w
 FIRST, LONGEST, SHORTEST = 0.004, 0.02, 1e-7  # steps over L; the longest also over the range
 MAX_CORRECTIONS = 8  # Newton steps before a shorter step is tried
@@ -48,30 +47,6 @@ BESIDE = (0.9, 1.1, 0.8, 1.25, 0.65, 1.5)  # speeds over those of the range, whe
 # gear-mesh frequencies, over the natural frequency, between which order 1 or 2 parts teeth
 RESONANT = ((0.4, 1.4), (0.2, 0.7))
 REJOINED = 1e-3  # product of the odd harmonics of two states over their square: below, they vanish
-
-
-@dataclass(frozen=True)
-class Range:
-    """Range of λ from low to high, λ being speed or load; ``fixed``: value of the other one."""
-
-    over: Over
-    low: float
-    high: float
-    fixed: float = 1.0
-
-    def point(self, value: float) -> OperatingPoint:
-        """The operating point at a value of λ."""
-        if self.over == "speed":
-            return OperatingPoint(value, self.fixed)
-        return OperatingPoint(self.fixed, value)
-
-    def value(self, point: OperatingPoint) -> float:
-        """λ at an operating point."""
-        return point.speed if self.over == "speed" else point.load
-
-    def holds(self, point: OperatingPoint) -> bool:
-        """Whether λ is in the range, ends included."""
-        return self.low <= self.value(point) <= self.high
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +45,30 @@ class OperatingPoint:
 
     speed: float
     load: float
+
+
+@dataclass(frozen=True)
+class Range:
+    """Range of λ from low to high, λ being speed or load; ``fixed``: value of the other one."""
+
+    over: Literal["speed", "load"]
+    low: float
+    high: float
+    fixed: float = 1.0
+
+    def point(self, value: float) -> OperatingPoint:
+        """The operating point at a value of λ."""
+        if self.over == "speed":
+            return OperatingPoint(value, self.fixed)
+        return OperatingPoint(self.fixed, value)
+
+    def value(self, point: OperatingPoint) -> float:
+        """λ at an operating point."""
+        return point.speed if self.over == "speed" else point.load
+
+    def holds(self, point: OperatingPoint) -> bool:
+        """Whether λ is in the range, ends included."""
+        return self.low <= self.value(point) <= self.high
 
 
 @dataclass(frozen=True)

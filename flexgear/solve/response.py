@@ -14,10 +14,10 @@ import numpy as np
 import xarray as xr
 
 from flexgear.analysis.branch_points import ends_at, leaving_branch, over_two_periods
-from flexgear.analysis.continuation import Curve, Cut, Range, branch, curves
+from flexgear.analysis.continuation import Curve, Cut, branch, curves
 from flexgear.analysis.harmonic_balance import SAMPLES, Balance, Orbit, converge
 from flexgear.analysis.orbit import OrbitElements, orbit_elements
-from flexgear.analysis.orbit_receptance import CondensedTrain, condensed_train
+from flexgear.analysis.orbit_receptance import CondensedTrain, Range, condensed_train
 from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError, InputError, echo
 from flexgear.model.read import nearest

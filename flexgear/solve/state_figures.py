@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from flexgear.analysis.continuation import Range
 from flexgear.analysis.harmonic_balance import SAMPLES, Balance, Orbit
 from flexgear.analysis.orbit_motion import recovery_of
-from flexgear.analysis.orbit_receptance import CondensedTrain
+from flexgear.analysis.orbit_receptance import CondensedTrain, Range
 from flexgear.analysis.stability import fewer_steps, monodromy, multipliers, vibration_matrices
 from flexgear.arrays import Array
 from flexgear.solve.bodies import Progress

@@ -10,10 +10,10 @@ from dead_zone import GEAR_MESH_HZ, MASS, STIFFNESS, DeadZone, case_text
 
 import flexgear
 from flexgear.analysis import continuation, harmonic_balance, stability
-from flexgear.analysis.continuation import Range, curves
+from flexgear.analysis.continuation import curves
 from flexgear.analysis.harmonic_balance import Balance, Factors, converge
 from flexgear.analysis.orbit import orbit_elements
-from flexgear.analysis.orbit_receptance import OperatingPoint, condensed_train
+from flexgear.analysis.orbit_receptance import OperatingPoint, Range, condensed_train
 from flexgear.analysis.stability import fewer_steps, monodromy, multipliers, vibration_matrices
 from flexgear.solve.turning_points import turning_points
 

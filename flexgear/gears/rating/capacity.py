@@ -74,7 +74,6 @@ from flexgear.gears.rating.steels import (
 HB_OVER_HV = 0.95  # ISO 18265, unalloyed and low-alloy steels
 STRESS_CORRECTION = 2.0  # Y_ST of the test gears
 TEST_NOTCH = 1.2  # χ*_T of q_s = 2.5
-FINE_GRADE = 4  # coarsest accuracy grade with Y_DT below 1
 REVERSED_STRESS = 1.2  # −R of equal loads on both flanks
 ENDLESS = 1e30  # cycles up to which bounded life factors are constant
 OIL = "lubricant"  # missing section, beside keys of gears
@@ -192,8 +191,8 @@ def _flank(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> L
     lines |= sheet_of({"ρ_red": 1e3 * pair.relative_curvature, **pair_factors})
     if rules.edition != 2006 and stage.helix_angle:
         source = "assumed" if rules.profile_modification_factor is None else ""
-        lines["f_ZCa"] = factor("f_ZCa", _profile_modification(pair), source)
-    single = single_pair_factor(pair, gear.part)
+        lines["f_ZCa"] = factor("f_ZCa", pair.profile_modification, source)
+    single = pair.single_pair_factor(gear.part)
     lines |= sheet_of(
         {
             "Z_B" if gear is pair.pinion else "Z_D": single,
@@ -208,29 +207,6 @@ def _flank(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> L
     static = strength["σ_Hlim"] * _static_hardening(pair, gear) * strength["Z_X"]
     knees = flank_knees(gear.data.steel, rules.flank_long_life_factor, rules.limited_pitting)
     return _state("H", pair, lines, strength, knees, static)
-
-
-def _profile_modification(pair: GearPair) -> float:
-    """Profile modification factor f_ZCa."""
-    stated = pair.rules.profile_modification_factor
-    return 1.0 if stated is None or pair.rules.edition == 2006 else stated
-
-
-def single_pair_factor(pair: GearPair, part: str) -> float:
-    """Single pair tooth contact factor of a gear: Z_B of the pinion, Z_D of the wheel."""
-    gear_mesh, ratio = pair.geometry, 1.0
-    overlap = min(gear_mesh.overlap_ratio, 1.0)
-    if overlap < 1.0 and not pair.gears[part].tooth.internal:
-        inner = gear_mesh.s_hi - gear_mesh.base_pitch
-        if part != "planet":
-            inner = gear_mesh.s_lo + gear_mesh.base_pitch
-        place = inner - pair.gears["planet"].roll_length
-        at_pitch_point = math.prod(pair.curvature(name) for name in pair.gears)
-        at_inner = math.prod(pair.curvature(name, place) for name in pair.gears)
-        if at_inner <= 0.0:
-            return math.inf
-        ratio = math.sqrt(at_pitch_point / at_inner)
-    return max(1.0, ratio - overlap * (ratio - math.sqrt(_profile_modification(pair))))
 
 
 def missing_keys(pair: GearPair, gear: RatedGear, limit: Limit) -> tuple[str, ...]:
@@ -319,7 +295,7 @@ def _root(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> Li
         "Y_F": gear.root.form_factor * share,
         "Y_S": gear.root.notch_factor,
         "Y_β": helix_factor(geometry.overlap_ratio, stage.helix_angle, rules.edition),
-        "Y_DT": _deep_tooth(pair),
+        "Y_DT": pair.deep_tooth_factor,
     }
     if gear.rim_factor is not None:
         factors["Y_B"] = gear.rim_factor
@@ -345,15 +321,6 @@ def _root(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> Li
     knees = root_knees(gear.data.steel, rules.root_long_life_factor)
     state = _state("F", pair, lines, strength, knees, static)
     return replace(state, yield_strength=gear.data.yield_strength)
-
-
-def _deep_tooth(pair: GearPair) -> float:
-    """Deep tooth factor Y_DT."""
-    ratio = pair.geometry.transverse_contact_ratio / math.cos(pair.base_helix_angle) ** 2
-    grades = [gear.data.accuracy_grade for gear in pair.gears.values()]
-    if ratio <= 2.05 or any(grade is None or grade > FINE_GRADE for grade in grades):
-        return 1.0
-    return 2.366 - 0.666 * ratio if ratio <= 2.5 else 0.7
 
 
 def _root_strength(pair: GearPair, gear: RatedGear) -> dict[str, float]:

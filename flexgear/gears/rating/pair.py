@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     from flexgear.model.stage import Stage
     from flexgear.model.stage_view import StageView
 
+FINE_GRADE = 4  # coarsest accuracy grade with Y_DT below 1
+
 
 @dataclass(frozen=True)
 class PairLoad:
@@ -151,6 +153,38 @@ class GearPair:
         ``curvature``."""
         small, large = (self.curvature(part, place) for part in self.gears)
         return small * large / (large - small if self.internal else large + small)
+
+    @property
+    def profile_modification(self) -> float:
+        """Profile modification factor f_ZCa of ISO 6336-2."""
+        stated = self.rules.profile_modification_factor
+        return 1.0 if stated is None or self.rules.edition == 2006 else stated
+
+    def single_pair_factor(self, part: str) -> float:
+        """Single pair tooth contact factor of a gear: Z_B of the pinion, Z_D of the wheel; see
+        ``capacity``."""
+        gear_mesh, ratio = self.geometry, 1.0
+        overlap = min(gear_mesh.overlap_ratio, 1.0)
+        if overlap < 1.0 and not self.gears[part].tooth.internal:
+            inner = gear_mesh.s_hi - gear_mesh.base_pitch
+            if part != "planet":
+                inner = gear_mesh.s_lo + gear_mesh.base_pitch
+            place = inner - self.gears["planet"].roll_length
+            at_pitch_point = math.prod(self.curvature(name) for name in self.gears)
+            at_inner = math.prod(self.curvature(name, place) for name in self.gears)
+            if at_inner <= 0.0:
+                return math.inf
+            ratio = math.sqrt(at_pitch_point / at_inner)
+        return max(1.0, ratio - overlap * (ratio - math.sqrt(self.profile_modification)))
+
+    @property
+    def deep_tooth_factor(self) -> float:
+        """Deep tooth factor Y_DT of ISO 6336-3."""
+        ratio = self.geometry.transverse_contact_ratio / math.cos(self.base_helix_angle) ** 2
+        grades = [gear.data.accuracy_grade for gear in self.gears.values()]
+        if ratio <= 2.05 or any(grade is None or grade > FINE_GRADE for grade in grades):
+            return 1.0
+        return 2.366 - 0.666 * ratio if ratio <= 2.5 else 0.7
 
 
 def gear_pair(view: StageView, g: StageGeometry, role: str) -> GearPair:
