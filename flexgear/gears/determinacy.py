@@ -16,20 +16,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.radii import is_overridden, stage_radii
+from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.names import MemberName
+from flexgear.model.stage_view import StageView
 from flexgear.model.units import RPM
-
-if TYPE_CHECKING:
-    from flexgear.model.case import Case
-    from flexgear.model.stage_view import StageView
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import islice
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,11 +29,8 @@ from numpy.typing import NDArray
 from flexgear.arrays import Array
 from flexgear.gears.radii import gears_by_role
 from flexgear.model.errors import FlexgearError
-
-if TYPE_CHECKING:
-    from flexgear.model.gear_mesh import GearErrors
-    from flexgear.model.stage import Stage
-
+from flexgear.model.gear_mesh import GearErrors
+from flexgear.model.stage import Stage
 
 SOURCES = ("sun", "planet", "ring", "housing")  # a pinion is a "sun", its gear a "planet"
 CANDIDATES = 64  # multipliers g that are tried

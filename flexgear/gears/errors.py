@@ -43,7 +43,6 @@ import cmath
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,12 +52,9 @@ from flexgear.gears.contact import GearMeshKind, GearMeshPath
 from flexgear.gears.paths import PathKey, flank_name
 from flexgear.gears.radii import gears_by_role
 from flexgear.gears.tooth import transverse_angle
-
-if TYPE_CHECKING:
-    from flexgear.model.gear_mesh import GearErrors
-    from flexgear.model.stage import Stage
-    from flexgear.model.stage_view import StageView
-
+from flexgear.model.gear_mesh import GearErrors
+from flexgear.model.stage import Stage
+from flexgear.model.stage_view import StageView
 
 STAGE_ANGLE, CARRIER_ANGLE = 0, 1
 

@@ -37,19 +37,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from flexgear.gears.bearings.nominal import bearing_speed
 from flexgear.gears.power_flow import PowerFlow, StageFlow, power_flow
 from flexgear.gears.radii import role_of
+from flexgear.model.case import Case
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT
-
-if TYPE_CHECKING:
-    from flexgear.model.case import Case
-    from flexgear.model.stage import Stage
-    from flexgear.model.stage_view import BearingPlace, StageView
+from flexgear.model.stage import Stage
+from flexgear.model.stage_view import BearingPlace, StageView
 
 SIDEBAND, TOOTH_FAULT, BEARING = "sideband", "tooth fault", "bearing"
 PASS = "pass"  # row of the line at N planet passes in a turn

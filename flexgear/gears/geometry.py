@@ -25,16 +25,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 from flexgear.gears.radii import StageRadii, gears_by_role, is_overridden, stage_radii
 from flexgear.gears.tooth import ToothGeometry, tooth_geometry
+from flexgear.model.member import MatedGear, PlanetGear
 from flexgear.model.section import Refusal
-
-if TYPE_CHECKING:
-    from flexgear.model.member import MatedGear, PlanetGear
-    from flexgear.model.stage_view import StageView
-
+from flexgear.model.stage_view import StageView
 
 RULE = "2/3 (0.06 mm + 0.0005 a + 0.03 m_n), ISO/TR 10064-2"
 

@@ -5,20 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.gears.determinacy import members_of, rank
 from flexgear.gears.power_flow import NOISE, PowerFlow, power_flow
+from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.load_cases import LoadCase, MemberState
 from flexgear.model.train import Input, MemberLoad
 from flexgear.model.units import RPM
-
-if TYPE_CHECKING:
-    from flexgear.model.case import Case
 
 HOUR = 3600.0  # s
 TOLERANCE = 0.01  # relative, of redundant values: tables are rounded and include losses

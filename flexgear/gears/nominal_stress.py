@@ -36,7 +36,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -54,12 +53,9 @@ from flexgear.gears.tooth import (
     tooth_geometry,
     transverse_angle,
 )
-
-if TYPE_CHECKING:
-    from flexgear.model.member import GearMember
-    from flexgear.model.stage import Stage
-    from flexgear.model.stage_view import StageView
-
+from flexgear.model.member import GearMember
+from flexgear.model.stage import Stage
+from flexgear.model.stage_view import StageView
 
 _ITERATIONS = 30  # of θ; each reduces the error about twentyfold
 

@@ -27,7 +27,6 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,10 +59,7 @@ from flexgear.gears.stiffness import (
     stiffness_wave,
 )
 from flexgear.model.section import Refusal
-
-if TYPE_CHECKING:
-    from flexgear.model.stage_view import StageView
-
+from flexgear.model.stage_view import StageView
 
 _OTHER_MATE = {"sun": "ring", "ring": "sun"}
 

@@ -43,7 +43,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -57,11 +57,9 @@ from flexgear.gears.determinacy import (
     require_torques,
 )
 from flexgear.gears.radii import stage_radii
-
-if TYPE_CHECKING:
-    from flexgear.model.case import Case
-    from flexgear.model.stage import Stage
-    from flexgear.model.stage_view import StageView
+from flexgear.model.case import Case
+from flexgear.model.stage import Stage
+from flexgear.model.stage_view import StageView
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from flexgear.gears.tooth import (
     base_helix_angle,
@@ -25,11 +24,9 @@ from flexgear.gears.tooth import (
     reference_radius,
     transverse_angle,
 )
-
-if TYPE_CHECKING:
-    from flexgear.model.member import MatedGear, PlanetGear
-    from flexgear.model.stage import Stage
-    from flexgear.model.stage_view import StageView
+from flexgear.model.member import MatedGear, PlanetGear
+from flexgear.model.stage import Stage
+from flexgear.model.stage_view import StageView
 
 ROLES = ("sun", "planet", "ring")
 SAME_DISTANCE = 5e-4  # modules, largest difference of centre distances that count as equal

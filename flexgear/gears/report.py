@@ -32,7 +32,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -47,11 +47,8 @@ from flexgear.gears.stiffness import iso_peak
 from flexgear.gears.tool import CutterTool
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.gears.tooth_faults import fault_report
-
-if TYPE_CHECKING:
-    from flexgear.model.case import Case
-    from flexgear.model.stage_view import StageView
-
+from flexgear.model.case import Case
+from flexgear.model.stage_view import StageView
 
 FRICTION = 0.05  # between ground, oiled flanks; 0.03 to 0.08 are usual
 RIM_KEYS = {r: f"free_planet_rim_gives_way_{r}_gear_mesh_um" for r in ("ring", "sun")}

@@ -44,7 +44,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy  # loads a subpackage at its first use
@@ -53,10 +52,7 @@ from flexgear.arrays import Array
 from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry
 from flexgear.gears.radii import gears_by_role
 from flexgear.gears.weber_banaschek import PairCompliance, Side, pair_compliance
-
-if TYPE_CHECKING:
-    from flexgear.model.stage_view import StageView
-
+from flexgear.model.stage_view import StageView
 
 Law = Callable[[Array], Array]  # k'(ξ), N/m²
 STEEL_YOUNG = 206e9  # Pa; c' of ISO 6336-1 is that of steel

@@ -31,17 +31,13 @@ import cmath
 import math
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from flexgear.arrays import Array
-
-if TYPE_CHECKING:
-    from flexgear.model.member import Tool
-
+from flexgear.model.member import Tool
 
 Points = NDArray[np.complex128]
 RAMP = 2.0  # length of the protuberance's flank over its length up to the finished flank

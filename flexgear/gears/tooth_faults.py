@@ -23,7 +23,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -37,9 +36,7 @@ from flexgear.gears.stiffness import pair_law
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.errors import InputError
 from flexgear.model.faults import Fault, stage_of_fault
-
-if TYPE_CHECKING:
-    from flexgear.model.stage_view import StageView
+from flexgear.model.stage_view import StageView
 
 POINTS_IN_SLICE = 8  # over which the depth is averaged
 LARGEST_CRACK = 0.8  # of the root section

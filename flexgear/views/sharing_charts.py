@@ -7,7 +7,6 @@ and planet) and ``body_displacement`` by body and degree of freedom, over positi
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -17,6 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from flexgear.arrays import Array
+from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName, MemberName
 from flexgear.model.units import RPM
@@ -40,10 +40,6 @@ from flexgear.views.style import (
     text_only,
     variant_colours,
 )
-
-if TYPE_CHECKING:
-    from flexgear.gears.power_flow import PowerFlow
-
 
 MEMBER_COLOURS = {
     "sun": "#D55E00",

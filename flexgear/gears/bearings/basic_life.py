@@ -21,16 +21,12 @@ Q = 4.08 F/(Z rows): tangent dF/dδ = F/(0.9 δ). Source: Harris, Rolling Bearin
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from flexgear.gears.bearings.equivalent_load import equivalent_load
-
-if TYPE_CHECKING:
-    from flexgear.model.bearings import Rolling
-
+from flexgear.model.bearings import Rolling
 
 BALL = 3.0
 ROLLER = 10.0 / 3.0

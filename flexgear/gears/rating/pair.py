@@ -17,10 +17,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from flexgear.gears.geometry import GearMeshGeometry, StageGeometry
 from flexgear.gears.nominal_stress import RootStress, root_stress, virtual_teeth
+from flexgear.gears.power_flow import StageFlow
 from flexgear.gears.radii import gears_by_role
 from flexgear.gears.rating.steels import allowable_stress
 from flexgear.gears.stiffness import (
@@ -29,15 +29,12 @@ from flexgear.gears.stiffness import (
     iso_transverse_stiffness,
 )
 from flexgear.gears.tooth import ToothGeometry, base_helix_angle, transverse_angle
+from flexgear.model.bodies import Material
+from flexgear.model.member import GearMember
 from flexgear.model.rating import GearRating, Rating
 from flexgear.model.section import Refusal
-
-if TYPE_CHECKING:
-    from flexgear.gears.power_flow import StageFlow
-    from flexgear.model.bodies import Material
-    from flexgear.model.member import GearMember
-    from flexgear.model.stage import Stage
-    from flexgear.model.stage_view import StageView
+from flexgear.model.stage import Stage
+from flexgear.model.stage_view import StageView
 
 FINE_GRADE = 4  # coarsest accuracy grade with Y_DT below 1
 
