@@ -169,7 +169,8 @@ def _refusal(angle: float, torque: float, closure: float, faulty: bool) -> str:
     if faulty:
         return (
             f"no equilibrium at carrier angle {angle:.5f} rad under {torque:.6g} N·m: a faulty "
-            "tooth may leave none in contact; use gear_mesh.model = 'face_load', where tips touch"
+            "tooth may leave none in contact; use gear_mesh.model = 'face_load' without path_only, "
+            "where tips touch"
         )
     if not np.isfinite(closure):
         return (

@@ -58,6 +58,7 @@ from flexgear.gears.stiffness import (
     pair_law,
     stiffness_wave,
 )
+from flexgear.model.faults import stage_of_fault
 from flexgear.model.section import Refusal
 from flexgear.model.stage_view import StageView
 
@@ -265,12 +266,13 @@ def _with_slices(
     view: StageView, path: GearMeshPath, law: Law, force: float, profile: ProfileSolver | None
 ) -> GearMeshPath:
     """Path with slices of its pairs, for load distribution along the face. Slices reach beyond the
-    path to a gap of ``DEEPEST`` times the approach of one pair that carries the whole ``force``, N;
-    profile: contact of modified flanks."""
+    path to a gap of ``DEEPEST`` times the approach of one pair that carries the whole ``force``, N,
+    and of the approach by faults besides; profile: contact of modified flanks."""
     options, span = view.gear_mesh, (path.s_lo, path.s_hi)
     if not options.path_only:
         stiffness = float(law(np.array([0.5]))[0]) * 2.0 * path.half_face
-        span = path.off_path.span(DEEPEST * abs(force) / stiffness)
+        approach = DEEPEST * abs(force) / stiffness + _room_by_faults(view, path)
+        span = path.off_path.span(approach)
 
     def gap(s: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float64]:
         return path.off_path.gap(np.clip(s, *span))  # s exceeds the span by rounding only
@@ -280,6 +282,14 @@ def _with_slices(
     if profile is not None:
         slices = slices.modified(profile(span), law, line)
     return replace(path, slices=slices)
+
+
+def _room_by_faults(view: StageView, path: GearMeshPath) -> float:
+    """Largest distance, m, by which faulty teeth of a stage let the gears of a path approach."""
+    faults = [x for x in view.case.faults if stage_of_fault(view.case, x).name == view.name]
+    if any(fault.kind == "missing_tooth" for fault in faults):
+        return path.base_pitch
+    return max((x.deepest for x in faults if x.kind in ("spall", "wear")), default=0.0)
 
 
 def _with_mean_gap(path: GearMeshPath, law: Law, profile: ProfileSolver) -> GearMeshPath:

@@ -118,9 +118,54 @@ def test_a_gear_pair_whose_only_tooth_is_missing_has_no_equilibrium_without_tips
     text = PAIR.replace("path_only = true\n", "")
     with pytest.raises(FlexgearError, match="a faulty tooth may leave none in contact; use"):
         stage(text, "per_pair", fault).assemble().static(angles)
+    with pytest.raises(FlexgearError, match=r"none in contact; use .* without path_only"):
+        stage(PAIR, "face_load", fault).assemble().static(angles)
     data = stage(text, "face_load", fault).assemble().static(angles)
     force = data["gear_mesh_force"].to_numpy()[:, 0]
     np.testing.assert_allclose(force, force[0], rtol=1e-6)
+
+
+def flank_gap(turned, teeth, module):
+    """Least distance, by rotation of a gear at its base circle, between a flank of that and one of
+    its mate; turned: rotation of the first gear from contact at the pitch point, rad; teeth of
+    both, addendum of one module, 20°."""
+    alpha = math.radians(20)
+    pitch = module * np.array(teeth) / 2
+    base, tip, least = pitch * math.cos(alpha), pitch + module, np.inf
+    turns = turned, -turned * teeth[0] / teeth[1]
+
+    def involute(radius, k):
+        roll = np.sqrt(radius**2 / base[k] ** 2 - 1)
+        return turns[k] + roll - np.arctan(roll) - math.tan(alpha) + alpha
+
+    for k in (0, 1):
+        radius = np.linspace(1.0001 * base[k], tip[k], 20_001)
+        angle = involute(radius, k)
+        x, y = pitch.sum() - radius * np.cos(angle), -radius * np.sin(angle)
+        mate = np.hypot(x, y)
+        within = (mate <= tip[1 - k]) & (mate >= base[1 - k])
+        turn = involute(mate[within], 1 - k) - np.arctan2(y, x)[within]
+        least = min(least, base[1 - k] * turn.min(initial=np.inf))
+    return least
+
+
+def test_beside_a_missing_tooth_tips_touch_wherever_involutes_do(stage):
+    """Under next to no load the gears approach by the least gap of the pairs on both sides."""
+    fault = 'kind = "missing_tooth"\ngear = "pinion"\ntooth = 3'
+    text = PAIR.replace("path_only = true\n", "")
+    pitch, angles = (
+        6.0,
+        np.linspace(10.0, 14.0, 81),
+    )  # of the gear, tooth 3 at the pitch point at 12°
+    data = stage(text, "face_load", fault).assemble().static(angles, torque=1.0)
+    approach = np.nan_to_num(data["unloaded_transmission_error"].to_numpy()[:, 0], nan=np.inf)
+    exact = np.array([
+        min(flank_gap(math.radians(2 * (angle - 12.0) + side * 2 * pitch), (30, 60), 4e-3)
+            for side in (-1, 1))
+        for angle in angles
+    ])  # fmt: skip
+    assert exact.max() > 2e-5
+    np.testing.assert_allclose(approach, exact, atol=2e-2 * exact.max())
 
 
 @pytest.mark.parametrize("model", ["per_pair", "face_load"])

@@ -337,7 +337,8 @@ def _start_slices(gear_meshes, forward, memory):
 @njit(**PART)
 def _solve_one(laws, theta, port_torques, forward, train, work, out, active_flanks):
     """Equilibrium at one position, with all coast flanks that are nearly closed; returns the
-    numbers of rows and tooth pairs, and the closure."""
+    numbers of rows and tooth pairs, and the closure, infinite where no solution satisfies the
+    laws."""
     gears, rows, motion = work.elements.gears, work.rows, work.channels[0]
     gear_meshes = gears.gear_mesh
     memory = work.memory
@@ -352,7 +353,9 @@ def _solve_one(laws, theta, port_torques, forward, train, work, out, active_flan
         if not closure <= CLOSURE:
             break
         share = 0.5 if iteration > MANY_ITERATIONS else 1.0
-        if disagree(laws, work, count, out, TOLERANCE, share):
+        last = iteration == MAX_ITERATIONS - 1
+        if disagree(laws, work, count, out, CLOSURE if last else TOLERANCE, share):
+            closure = np.inf
             continue  # gaps of coast flanks are only known where all laws are satisfied
         if _coast_flanks_agree(gears, rows, pairs, theta, motion, active_flanks):
             break
