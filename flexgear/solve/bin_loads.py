@@ -18,8 +18,8 @@ The dynamic factor from the train's motion at one speed and torque is
 
     K_v = max_{t,i} F_i(t) / max_{p,i} F_i,p
 
-with the gear-mesh forces F_i of planet i over the settled part of a transient t and over
-quasi-static positions p. It includes the vibration of the whole train with its bodies and bearings
+with the gear-mesh forces F_i of planet i over the end of a transient t and over quasi-static
+positions p. It includes the vibration of the whole train with its bodies and bearings
 and the errors of the case, but no excitation that the model lacks (by mean stiffness, or tooth
 deviations that the case does not state), whereas method B of ISO 6336-1 takes deviations from an
 accuracy grade.
@@ -48,7 +48,6 @@ from flexgear.model.train import MemberLoad, varying
 from flexgear.results.face_load import sharing_factor
 from flexgear.results.labelled_dataset import groups_of
 from flexgear.results.load_sharing import carry_together, without_rounding
-from flexgear.results.settling import window_of
 from flexgear.solve.angles import samples_of_stage, stage_motions
 from flexgear.solve.dataset import equilibrium_data
 from flexgear.solve.model import Model, assemble, rated_forces, rated_rotations
@@ -60,7 +59,7 @@ from flexgear.solve.stresses import (
     group_stresses,
     held_roots,
 )
-from flexgear.solve.transient import simulate
+from flexgear.solve.transient import settled_duration, simulate
 
 PAIRS = ("pair_load", "pair_stiffness")
 NEEDED = (  # variables of the equilibria's dataset
@@ -302,18 +301,21 @@ def _face_factors(flanks: xr.Dataset, per_cycle: int) -> Array:
     return np.array([[factor_along(w, s) for w, s in zip(c, section, strict=True)] for c in load])
 
 
-PERIODS = 40.0  # simulated periods of the slowest gear mesh
+PERIODS = 40.0  # of the slowest gear mesh, over which K_v is evaluated
 
 
 def dynamic_factors(case: Case, quasi_static: Mapping[GroupName, float]) -> dict[GroupName, float]:
     """K_v by group of gear meshes, of those in ``quasi_static`` with their largest quasi-static
-    forces, N; empty for a train at rest. If the transient has not settled all of it is used."""
+    forces, N; empty for a train at rest. Evaluated over the last ``PERIODS`` of a transient, after
+    as many or the settling time of the case, and after the decay of vibration from the start."""
     model = assemble(case)
     frequencies = [s.gear_mesh_frequency for s in model.flow.stages if s.gear_mesh_frequency]
     if not frequencies or not quasi_static:
         return {}
-    data = simulate(model, duration=PERIODS / min(frequencies)).data
-    force = abs(data["gear_mesh_force"].sel(time=slice(window_of(data).start, None)).to_numpy())
+    evaluated = PERIODS / min(frequencies)
+    span = settled_duration(model, span=evaluated + (case.solver.settle or evaluated))
+    data = simulate(model, duration=span).data
+    force = abs(data["gear_mesh_force"].sel(time=slice(span - evaluated, None)).to_numpy())
     return {
         group: float(force[:, at].max()) / quasi_static[group]
         for group, at in groups_of(model.gear_meshes.names, 1).items()

@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from trains import spur_pair, write
 
 from flexgear.model.bearings import RollingElements
 from flexgear.model.errors import FlexgearError, InputError
@@ -194,6 +195,36 @@ def test_dynamic_factor_of_the_train():
     waved = _dynamic(**{"stages.stage_3.gear_mesh.model": "rectangular"})
     assert waved["stage_3 pinion"] > 1.2
     assert max(v for name, v in waved.items() if "stage_3" not in name) < 1.05
+
+
+@pytest.mark.parametrize("share", [0.7, 1.25])
+def test_dynamic_factor_of_an_oscillator_in_steady_motion(tmp_path, share):
+    """m δ̈ + c δ̇ + k δ = F₀ + m ë with e = 0.15 F₀/k sin(w ω₀ t): K_v = 1 + 0.15 w² √(1 + (2ζw)²)/
+    √((1 − w²)² + (2ζw)²); vibration from the start, almost as large, has no part in it."""
+    gear = 'teeth = 50, equivalent_mass_kg = 2, kinematics = "torsional"'
+    static = 100.0 / (0.1 * math.cos(math.radians(20))) / 4e8  # F₀/k
+    text = spur_pair(
+        gear, gear, """model = "constant"
+contact_law = "one-sided"
+damping_law = "always"
+damping_ratio = 0.02
+sun_stiffness_n_per_m = 4e8""",
+        backlash=400, speed=share * 2e4 / (100 * math.pi) * 60, torque=100.0,
+        output='machine = { law = "torque" }',
+        sections=f"""[stages.errors]
+sun_gear_mesh_um = {0.15e6 * static}
+[damping]
+ratio = 0.0""",
+    )  # fmt: skip
+    rules = {"dynamic_factor": "train", "k_h_beta": 1.0, "k_h_alpha": 1.0, "k_f_alpha": 1.0}
+    case = load_case(write(tmp_path, text)).with_(
+        load_cases=(LoadCase(name="a", hours=1.0, torque=100.0),),
+        **{f"rating.{key}": value for key, value in rules.items()},
+    )
+    damping = 2 * 0.02 * share
+    vibration = 0.15 * share**2 * math.hypot(1, damping) / math.hypot(1 - share**2, damping)
+    (gear_mesh,) = rate(case, workers=1).gear_meshes
+    assert gear_mesh.factors[0]["K_v"].value == pytest.approx(1 + vibration, rel=5e-3)
 
 
 def test_outputs_hold_every_part_and_bin():
