@@ -105,7 +105,7 @@ def write_report(
 
     sections = [chapter for key in SECTIONS if (chapter := _section(key, sides, embed))]
     environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    environment.filters["symbols"] = symbols
+    environment.filters["typeset"] = typeset
     page = environment.from_string(source["html.j2"]).render(
         title=title,
         case=case,
@@ -144,9 +144,11 @@ def write_study(
     return write_report(folder / "report.html", f"{case.name}: {study}", case.name, [side])
 
 
-def symbols(text: str) -> Markup:
-    """Escaped text with subscripts of load factors: "K_Hβ" -> K<sub>Hβ</sub>."""
-    return Markup(re.sub(r"\bK_(\w+)", r"K<sub>\1</sub>", str(escape(text))))
+def typeset(text: str) -> Markup:
+    """Escaped text with subscripts of load factors, "K_Hβ" -> K<sub>Hβ</sub>, and no line break
+    between a number and its unit."""
+    unbroken = re.sub(r"(?<=\d) (?=[%°×µA-Za-z])", "\u00a0", str(escape(text)))
+    return Markup(re.sub(r"\bK_(\w+)", r"K<sub>\1</sub>", unbroken))
 
 
 def plotly_script() -> str | None:

@@ -25,7 +25,7 @@ from flexgear.views.report import (
     Picture,
     Side,
     plotly_script,
-    symbols,
+    typeset,
     within,
     write_report,
 )
@@ -86,7 +86,7 @@ def test_the_page_is_one_file_with_escaped_names(tmp_path: Path):
     text = page(tmp_path, side(tmp_path))
     assert "wind &lt;5&gt; MW" in text
     assert "<5>" not in text
-    for words in ("788 kN", "K = 1.023", "A caption", "1.2.3", "abc123", "root &amp; averaging"):
+    for words in ("788\u00a0kN", "K = 1.023", "A caption", "1.2.3", "abc123", "root &amp; averaging"):
         assert words in text
     assert not re.search(r'(src|href)\s*=\s*"(?!data:|#)', text)
     assert not re.search(r"@import|url\(|fetch\(|XMLHttpRequest", text)
@@ -113,7 +113,7 @@ def test_plots_stand_in_the_page_once_and_without_them_it_is_static(tmp_path: Pa
 def test_two_runs_stand_side_by_side_with_their_difference(tmp_path: Path):
     text = page(tmp_path, side(tmp_path), side(tmp_path, 394e3, "other"), interactive=False)
     row = re.search(r'<tr><th scope="row">ring</th>.*?</tr>', text)[0]
-    assert re.findall(r">([^<>]+)</t[hd]>", row) == ["ring", "788 kN", "394 kN", "-50.00 %"]
+    assert re.findall(r">([^<>]+)</t[hd]>", row) == ["ring", "788\u00a0kN", "394\u00a0kN", "-50.00\u00a0%"]
     assert text.count("data:image/webp") == 2
     assert "B: other" in text
 
@@ -242,9 +242,12 @@ def test_lines_cover_each_other_as_in_the_picture():
     assert [t["line"]["color"] for t in panel["data"]] == ["#0000ff", "#ff0000"]
 
 
-def test_symbols_of_load_factors_are_printed_as_such():
-    assert symbols("a <b>, K_Hβ and K_γ of my_K_case") == (
+def test_load_factors_have_subscripts_and_numbers_stay_with_their_units():
+    assert typeset("a <b>, K_Hβ and K_γ of my_K_case") == (
         "a &lt;b&gt;, K<sub>Hβ</sub> and K<sub>γ</sub> of my_K_case"
+    )
+    assert typeset("12.5 µm of 1.8 mm in modes 6 and 7") == (
+        "12.5\u00a0µm of 1.8\u00a0mm in modes 6\u00a0and 7"
     )
 
 
