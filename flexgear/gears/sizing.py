@@ -281,11 +281,6 @@ class Proposal:
         return 2 * self.module * self.gear_set.teeth[role].root_radius
 
     @property
-    def ring_tip_diameter(self) -> float:
-        """Tip diameter of the ring, m."""
-        return 2 * self.module * self.gear_set.teeth["ring"].tip_radius
-
-    @property
     def half_gap(self) -> float:
         """Gap between the halves of a double-helical stage, m."""
         return HALF_GAP * self.module

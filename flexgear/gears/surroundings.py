@@ -144,7 +144,7 @@ def carrier_size(p: Proposal) -> CarrierSize:
     root = p.root_diameter("planet")
     bore = min(0.7 * root, root - 5.4 * m)  # ISO 6336-3: the rim is full from 1.2 tooth heights on
     pin = 0.75 * bore
-    through = p.ring_tip_diameter - 2 * m
+    through = 2 * m * p.gear_set.teeth["ring"].tip_radius - 2 * m
     plate = max(min(2 * (a + 0.8 * pin), through), 2 * (a + 0.6 * pin))
     shaft = (16 * p.sun_torque / (math.pi * SHEAR)) ** (1 / 3)
     hub_bore = min(1.15 * shaft, 1.6 * (a - 0.55 * pin))

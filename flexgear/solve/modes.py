@@ -98,8 +98,11 @@ def contributions(model: Model, contact: ContactSprings) -> dict[str, tuple[Arra
     for support in dict.fromkeys(system.support_names):
         at = [k for k, other in enumerate(system.support_names) if other == support]
         turning = contact.others[SUPPORT]
-        springs = turning.rows[at], turning.matrix[np.ix_(at, at)]
-        shares[support] = _joined(shares[support], springs) if support in shares else springs
+        rows, matrix = turning.rows[at], turning.matrix[np.ix_(at, at)]
+        if support in shares:
+            constant_rows, constant = shares[support]
+            rows, matrix = np.vstack([constant_rows, rows]), linalg.block_diag(constant, matrix)
+        shares[support] = rows, matrix
     if BEARING in contact.others:
         bearings = contact.others[BEARING]
         shares["bearings with clearance"] = bearings.rows, bearings.matrix
@@ -109,11 +112,6 @@ def contributions(model: Model, contact: ContactSprings) -> dict[str, tuple[Arra
             place[:, system.slice_of(body.name)] = np.eye(body.size)
             shares[body.name] = (place, body.stiffness)
     return shares
-
-
-def _joined(first: tuple[Array, Array], second: tuple[Array, Array]) -> tuple[Array, Array]:
-    """Rows and matrix of two sets of springs as one set."""
-    return np.vstack([first[0], second[0]]), linalg.block_diag(first[1], second[1])
 
 
 def mode_rows(data: xr.Dataset) -> list[dict[str, Any]]:

@@ -73,13 +73,11 @@ class PortHistories:
 
     def drive(self) -> Drive:
         """The histories as functions of time for the time stepping."""
-        return Drive(self._prescribed, self._rates, lambda time: load_histories(self.loads, time))
-
-    def _prescribed(self, time: Array) -> Array:
-        return self._columns(time, lambda machine, rated: machine.at(time, rated))
-
-    def _rates(self, time: Array) -> Array:
-        return self._columns(time, lambda machine, rated: machine.rate_at(time))
+        return Drive(
+            lambda time: self._columns(time, lambda machine, rated: machine.at(time, rated)),
+            lambda time: self._columns(time, lambda machine, _: machine.rate_at(time)),
+            lambda time: load_histories(self.loads, time),
+        )
 
     def _columns(self, time: Array, values: Callable[[Machine, float], Array]) -> Array:
         """Values (k, P) at times (k,), s; values: function of a machine and its rated value."""

@@ -115,10 +115,6 @@ def silent(stage: str, fraction: float) -> None:
     """Progress callback that does nothing."""
 
 
-def _no_probes() -> Array:
-    return np.zeros((2, 0, 0))
-
-
 @dataclass(frozen=True, eq=False)
 class ReducedBody:
     """A reduced body, with the matrix that recovers the displacements of its FE mesh.
@@ -142,7 +138,7 @@ class ReducedBody:
     cells: Ints = field(repr=False)
     recovery: NDArray[np.float32] = field(repr=False)
     probe_cases: tuple[tuple[str, str], ...] = field(default=(), repr=False)
-    probe_loads: Array = field(default_factory=_no_probes, repr=False)
+    probe_loads: Array = field(default_factory=lambda: np.zeros((2, 0, 0)), repr=False)
     rim: RimFlexibility | None = field(default=None, repr=False)
 
     @cached_property
