@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
@@ -20,6 +21,7 @@ from flexgear.files.atomic import staged_folder
 from flexgear.gears.expected_lines import HARMONICS, TOOTH_FAULT, ExpectedLine
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.model.names import SHAFT
 from flexgear.model.units import RPM
 from flexgear.results.dataset_file import reopened, write_netcdf
 from flexgear.results.orders import PADDING, SOURCE, order_map, order_spectrum, side_lobes
@@ -38,6 +40,7 @@ from flexgear.results.settling import settled
 from flexgear.results.sinks import between
 from flexgear.results.synchronous_average import planet_averages, synchronous_average
 
+Lines = Sequence[tuple[ExpectedLine, float]]  # with their orders
 FILES = ("orders.nc", "orders.png", "report.html")
 TRANSIENT = "transient.nc"
 USUAL = "gear_mesh_force"
@@ -47,6 +50,7 @@ MAX_PEAKS = 400  # that are examined, the highest
 LOBE_FACTOR = 1.5  # of a line over the side lobes of all higher lines, at least
 RESOLUTION = 2.0  # lines of the transform between neighbours that a Hann window resolves
 MULTIPLE_TOLERANCE = 0.25  # lines of the transform between a peak and a multiple of a fault's line
+PASSES = {"+1 carrier turn": 1, "−1 carrier turn": -1}  # beside multiples of a fault's line
 MULTIPLE_SPACING = (
     10.0  # lines of the transform between multiples; 1 peak in 20 is at one by chance
 )
@@ -212,12 +216,10 @@ def _expected(
     return [(line, order) for line, order in lines if order <= highest]
 
 
-def strongest(
-    result: xr.DataArray, expected: list[tuple[ExpectedLine, float]]
-) -> Iterator[dict[str, Any]]:
+def strongest(result: xr.DataArray, expected: Lines) -> Iterator[dict[str, Any]]:
     """Rows of the highest peaks of all columns, without side lobes of higher peaks. Each has the
-    expected lines at its order, else the tooth faults of which it is a multiple, else the nearest
-    expected line within the resolution of the window."""
+    expected lines at its order, else the tooth faults of which it is a multiple or, of a sensor, a
+    sideband of a multiple, else the nearest expected line within the resolution of the window."""
     order, turns = result["order"].to_numpy(), float(result.attrs["turns"])
     others = [d for d in result.dims if d != "order"]
     largest = result.max(others).to_numpy()
@@ -238,20 +240,37 @@ def strongest(
             row["column"] = str(at["column"].item())
         if "block" in others:
             row["speed_rpm"] = float(at["speed"]) * RPM
-        yield row | {"expected": _labels(float(order[k]), expected, turns)}
+        passes = PASSES if result.name == "sensor_signal" else {}
+        yield row | {"expected": _labels(float(order[k]), expected, turns, passes)}
 
 
-def _labels(order: float, expected: list[tuple[ExpectedLine, float]], turns: float) -> list[str]:
+def _labels(order: float, expected: Lines, turns: float, passes: Mapping[str, int]) -> list[str]:
     """Labels of the nearest expected lines at an order in a spectrum of so many turns, or of the
-    nearest multiples of lines of tooth faults; empty where none is near."""
+    nearest multiples of lines of tooth faults and of a carrier's turn of the same order, else of
+    their sidebands, carrier turns by name in ``passes``; empty where none is near."""
     named = [(f"{words(x.stage)} {x.label}".removeprefix("stage "), at) for x, at in expected]
-    faults = [
-        (f"{round(order / at)} × {name}", round(order / at) * at)
+    carriers = {
+        line.stage: (name, at)
         for (line, at), (name, _) in zip(expected, named, strict=True)
-        if line.kind == TOOTH_FAULT and at >= MULTIPLE_SPACING / turns
-    ]
+        if (line.kind, line.label) == (SHAFT, "carrier")
+    }
+    faults, beside = list[tuple[str, float]](), list[tuple[str, float]]()
+    for (line, at), (name, _) in zip(expected, named, strict=True):
+        if line.kind != TOOTH_FAULT or at < MULTIPLE_SPACING / turns:
+            continue
+        carrier, turn = carriers.get(line.stage, ("", 0.0))
+        times = round(order / at)
+        if math.isclose(at, turn):
+            faults.append((f"{times} × {carrier}", times * at))
+        faults.append((f"{times} × {name}", times * at))
+        for text, sense in passes.items():
+            side = sense * turn
+            times = round((order - side) / at)
+            if side and times > 0:
+                beside.append((f"{times} × {name} {text}", times * at + side))
     for lines, within in (
-        (named, MULTIPLE_TOLERANCE), (faults, MULTIPLE_TOLERANCE), (named, 1.0),
+        (named, MULTIPLE_TOLERANCE), (faults, MULTIPLE_TOLERANCE), (beside, MULTIPLE_TOLERANCE),
+        (named, 1.0),
     ):  # fmt: skip
         least = min((abs(at - order) for _, at in lines), default=np.inf)
         if least <= within / turns:
@@ -279,9 +298,7 @@ def _print(case: Case, result: xr.DataArray, rows: list[dict[str, Any]]) -> None
     table(title, lines)
 
 
-def _write(
-    folder: Path, case: Case, result: xr.DataArray, expected: list[tuple[ExpectedLine, float]]
-) -> None:
+def _write(folder: Path, case: Case, result: xr.DataArray, expected: Lines) -> None:
     """Write the dataset, its picture, and a page with the picture."""
     from flexgear.views.order_charts import average_chart, order_chart, order_map_chart
     from flexgear.views.report import saved_picture, write_study

@@ -264,22 +264,59 @@ def test_a_file_that_is_none(flexgear, tmp_path):
     assert code == 2 and err.count("\n") == 1 and "is no file" in err
 
 
-def test_lines_of_a_sensor_on_the_sun_are_those_that_planets_pass_it_with(flexgear, tmp_path):
-    """Planets pass the sun at the speed of the carrier less its own. In turns of the carrier: H of
-    95 teeth, n of 1 − (1 + 95/25) = −3.8, where (95 H + n) mod 4 = 0; no tooth is at fault."""
+@pytest.fixture(scope="module")
+def sensors_run(tmp_path_factory):
+    """Fourteen turns of the carrier with accelerometers on sun and ring."""
     of_all = 'measures = "acceleration", direction = "x"'
     sensors = ", ".join(
         f'{{ name = "on_{x}", on = "stage.{x}", {of_all} }}' for x in ("sun", "ring")
     )
     settings = SETTINGS | {"sensors": f"[{sensors}]"}
     options = [x for key, value in settings.items() for x in ("--set", f"{key}={value}")]
-    file = tmp_path / "run.nc"
-    flexgear.out("simulate", "lin-parker", *options, "--duration-s", 1.75, "--out", file, "-q")
+    file = tmp_path_factory.mktemp("sensors") / "run.nc"
+    end = ["--duration-s", "4", "--out", str(file), "-q"]
+    assert run(["simulate", "lin-parker", *options, *end]) == 0
+    return file
+
+
+def test_lines_of_a_sensor_on_the_sun_are_those_that_planets_pass_it_with(flexgear, sensors_run):
+    """Planets pass the sun at the speed of the carrier less its own. In turns of the carrier: H of
+    95 teeth, n of 1 − (1 + 95/25) = −3.8, where (95 H + n) mod 4 = 0; no tooth is at fault."""
     expected = {"on_sun": {95 - 3.8: "gear mesh 1", 3 * 95 + 3.8: "gear mesh 3"},
                 "on_ring": {95 + 1.0: "gear mesh 1", 3 * 95 - 1.0: "gear mesh 3"}}  # fmt: skip
     for name, orders in expected.items():
         options = ["--of", "sensor_signal", "--only", name, "--member", "carrier"]
-        lines = flexgear.json("orders", file, *options, "--highest", 300)["lines"][:2]
+        lines = flexgear.json("orders", sensors_run, *options, "--highest", 300)["lines"][:2]
         for order, label in orders.items():
             (row,) = [row for row in lines if row["order"] == pytest.approx(order, abs=0.05)]
             assert len(row["expected"]) == 1 and row["expected"][0].startswith(label)
+
+
+def test_lines_of_faulty_teeth_that_pass_a_sensor_are_named(flexgear, sensors_run, tmp_path):
+    """Pulses of a tooth that meets all planets, or of one planet, summed up over the planets while
+    these pass a sensor on the housing, 95/25 and 95/35 times in a turn of the carrier. One planet
+    that differs leaves multiples of a carrier's turn, which need not be a tooth of the ring."""
+    data = load(sensors_run).load()
+    carrier = data["sensor_input_angle"].to_numpy()[:, 0] / (1 + 95 / 25)  # of the sun
+    places = [carrier + 0.5 * np.pi * i for i in range(4)]
+
+    def pulse(angle):
+        return np.exp(30.0 * (np.cos(angle) - 1.0))
+
+    heard = [1.0 + 0.9 * np.cos(place - 0.3) for place in places]
+    of_sun = sum(h * pulse(95 / 25 * carrier - 0.5 * np.pi * i) for i, h in enumerate(heard))
+    of_planet = heard[1] * pulse(95 / 35 * carrier)
+    uneven = sum((i == 2) * np.exp(40.0 * (np.cos(place) - 1.0)) for i, place in enumerate(places))
+    for k, (signal, word) in enumerate(
+        ((of_sun, "sun"), (of_planet, "planet"), (uneven, "carrier"))
+    ):
+        data["sensor_signal"].loc[{"sensor": "on_ring"}] = signal
+        file = tmp_path / f"{k}.nc"
+        data.to_netcdf(file)
+        options = ["--of", "sensor_signal", "--only", "on_ring", "--member", "carrier"]
+        lines = flexgear.json("orders", file, *options, "--highest", 55)["lines"][:8]
+        whole = [abs(line["order"] - round(line["order"])) < 0.05 for line in lines]
+        assert all(whole) if word == "carrier" else sum(whole) < 0.3 * len(lines)
+        for line, of_carrier in zip(lines, whole, strict=True):
+            words = (word, "carrier", "planets pass") if of_carrier else (word,)
+            assert any(text in label for text in words for label in line["expected"])
