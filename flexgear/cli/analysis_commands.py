@@ -105,6 +105,7 @@ def modes(
     if campbell and angle_deg is not None:
         problem = "is given beside --campbell, which takes the mean stiffness of gear meshes"
         raise InputError("--angle-deg", f"{angle_deg:g}", problem, "take one of them out")
+    every = limit_hz is not None
     with analysis.model(loaded=False) as (model, _):
         limit_hz = usual_limit(model) if limit_hz is None else limit_hz
         angle = None if angle_deg is None else float(_turned(model, [angle_deg])[0])
@@ -120,7 +121,7 @@ def modes(
         figures = {"variant": model.variant, "modes": rows}
         if ratios := model.damping_ratios:
             figures["damping_ratios"] = ratios
-        analysis.show(figures, partial(views.show_modes, model, rows, limit_hz))
+        analysis.show(figures, partial(views.show_modes, model, rows, limit_hz, every=every))
 
 
 def _require_positive(option: str, value: float | None, example: str) -> None:

@@ -130,13 +130,18 @@ QUICK_RIMS = (
 )
 
 
-def show_modes(model: Model, rows: list[dict[str, Any]], limit_hz: float | None) -> None:
-    """Print a line for each frequency and type."""
+MAX_MODES = 40  # that are printed where no limit is asked for
+
+
+def show_modes(
+    model: Model, rows: list[dict[str, Any]], limit_hz: float | None, *, every: bool
+) -> None:
+    """Print a line for each frequency and type, of the lowest modes unless ``every`` is set."""
     limit = "" if limit_hz is None else f" up to {limit_hz:g} Hz"
     typer.echo(f"{model.case.name}, {model.variant}: {len(rows)} modes{limit}")
     lines = [("no.", "frequency Hz", "type", "kinetic energy; strain energy")]
     at = 0
-    while at < len(rows):
+    while at < len(rows) and (every or at < MAX_MODES):
         row = rows[at]
         same = [r for r in rows[at : at + row["multiplicity"]] if r["type"] == row["type"]]
         times = f" x{len(same)}" if len(same) > 1 else ""
@@ -150,6 +155,9 @@ def show_modes(model: Model, rows: list[dict[str, Any]], limit_hz: float | None)
         ))  # fmt: skip
         at += len(same)
     columns(lines, ">><<")
+    if at < len(rows):
+        top = math.ceil(rows[-1]["frequency_hz"])
+        typer.echo(f"{len(rows) - at} more up to {top} Hz: --limit-hz {top} prints all")
     bodies = model.case.flexible_bodies.items()
     rims = {b for b, x in bodies if isinstance(x, Ring | Planet) and x.fe_mesh == "generate"}
     if rims - model.system.rigid_bodies and model.case.solver.fidelity == "quick":

@@ -27,7 +27,7 @@ from flexgear.model.read import (
     parse_toml,
     to_si,
 )
-from flexgear.model.section import accepted_keys
+from flexgear.model.section import accepted_keys, is_list, section_of
 from flexgear.model.stage import Stage
 from flexgear.model.upgrade import refuse_earlier_file, refuse_earlier_key
 
@@ -201,7 +201,13 @@ def whole_key(key: str, data: Mapping[str, Any], where: str) -> str:
         except InputError as of_stage:
             faults = [f for f in (of_case, of_stage) if f.problem != "is not a known key"]
             keys = [*accepted_keys(Stage), *accepted_keys(Case)]
-            unknown = InputError(where, key, "is not a known key", nearest(first, keys))
+            within = [
+                f"{name}{'.0' * is_list(Case, name)}.{first}"
+                for name in Case.model_fields
+                if (section := section_of(Case, name)) and first in accepted_keys(section)
+            ]
+            remedy = f"write {' or '.join(within)}" if within else nearest(first, keys)
+            unknown = InputError(where, key, "is not a known key", remedy)
             raise (faults or [unknown])[0] from None
         if len(stages) != 1:
             remedy = f"write stages.NAME.{key} or stages.0.{key}"

@@ -100,7 +100,7 @@ def match_key(
 
 def _suggest(section: type[Section], key: str) -> str:
     usual = {usual_key(section, name): name for name in section.model_fields}
-    close = get_close_matches(key, list(usual), n=1, cutoff=0.6)
+    close = get_close_matches(key, accepted_keys(section), n=1, cutoff=0.6)
     if not close:
         stem = next((key[: -len(s) - 1] for s in ALL_SUFFIXES if key.endswith(f"_{s}")), key)
         names = get_close_matches(stem, list(usual.values()), n=1, cutoff=0.6)

@@ -103,6 +103,12 @@ def runs(run: Run) -> Iterator[Subject]:
     yield Subject({"window": _window(run)})
 
 
+def runs_that_move(run: Run) -> Iterator[Subject]:
+    """The run itself if a central member leaves its axis in the transient."""
+    if any(run.summary["transient"]["displacement_um_max"].values()):
+        yield from runs(run)
+
+
 def trains(run: Run) -> Iterator[Subject]:
     """The train, with its power flow."""
     yield Subject({}, (run.flow,))

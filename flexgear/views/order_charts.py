@@ -79,14 +79,20 @@ def order_chart(spectrum: xr.DataArray, lines: Lines = ()) -> Figure:
     ax.set_xlim(0.0, float(order[-1]))
     handles = _mark(ax, lines, float(order[-1]))
     _name_harmonics(ax, lines, float(order[-1]))
-    turns, window = spectrum.attrs["turns"], spectrum.attrs["window"]
-    ax.set_xlabel(f"order of {spectrum.attrs['of']} (–); {window} window, {turns:.4g} turns")
+    ax.set_xlabel(_order_axis(spectrum))
     ax.set_ylabel(f"amplitude ({unit})")
     ax.set_title(f"Amplitude of {words(str(spectrum.name))}", pad=14)
     named = [line for line in ax.lines if not str(line.get_label()).startswith("_")]
     if named or handles:
         legend_below(figure, [*named, *handles], COLUMNS)
     return figure
+
+
+def _order_axis(spectrum: xr.DataArray) -> str:
+    """Label of an axis of orders, with the window of the transform and the turns that it covers."""
+    of, window, turns = (spectrum.attrs[name] for name in ("of", "window", "turns"))
+    counted = "cycles" if of == "the gear mesh" else "turns"
+    return f"order of {of} (–); {window} window over {turns:.4g} {counted} of {of}"
 
 
 def _mark(axes: Axes, lines: Lines, highest: float) -> list[Line2D]:
@@ -150,8 +156,7 @@ def order_map_chart(mapped: xr.DataArray, lines: Lines = (), title: str = "") ->
         if line.kind == GEAR_MESH and at <= highest and line.harmonic <= MAX_HARMONICS:
             ax.axvline(at, color="white", ls=":", lw=0.6)
     _name_harmonics(ax, [x for x in lines if x[0].harmonic <= MAX_HARMONICS], highest)
-    turns, window = mapped.attrs["turns"], mapped.attrs["window"]
-    ax.set_xlabel(f"order of {mapped.attrs['of']} (–); {window} window of {turns:.4g} turns")
+    ax.set_xlabel(_order_axis(mapped))
     of = mapped.attrs["of"].partition(" against ")[0]
     ax.set_ylabel("time (s)" if steady else f"speed of {of} (r/min)")
     name = f"Amplitude of {words(str(mapped.name))}"

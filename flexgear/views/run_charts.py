@@ -312,8 +312,12 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             "Approach of the flanks at the +z end of the face less that at the −z end, by the body "
             "or bearing that tilts; lines go from least to largest.",
             face_load_charts.misalignment_chart, "equilibrium", "gear_mesh_misalignment_by_cause"),
+    )),
+    (each.runs_that_move, (
         Chart("transient_displacements", "deflections",
             "Displacement of central members in time, {window}", MOVE, _displacements, "transient"),
+    )),
+    (each.runs, (
         Chart("equilibrium_sensors", "dynamics", "Sensors in equilibria",
             "Quasi-static displacement, strain and torque at the sensors.",
             static_sensors_chart, "equilibrium", "sensor_static"),

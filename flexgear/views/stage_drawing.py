@@ -63,7 +63,8 @@ def front_drawing(view: StageView) -> Figure:
         _circle(ax, centre, _bore(view, "planet"), fill="white")
         if _fe_carrier(view) is not None:
             _circle(ax, centre, view.carrier.pin_diameter / 2, fill=CARRIER)
-        ax.text(*(MILLI * centre), f"{k + 1}", ha="center", va="center")
+        if stage.kind == "planetary":
+            ax.text(*(MILLI * centre), f"{k + 1}", ha="center", va="center")
     ax.set_aspect("equal")
     ax.autoscale_view()
     ax.set_xlabel("X (mm)")

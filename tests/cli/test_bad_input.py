@@ -33,6 +33,11 @@ def one_line(err: str) -> str:
         (["check", "wind-5mw", "--sett", "a=1"], ["--sett"]),
         (["check", "wind-5mw", "--set", "planets"], ["--set", "KEY=VALUE"]),
         (["check", "wind-5mw", "--set", "stage.planet=4"], ["did you mean planets?", "section"]),
+        (["check", "wind-5mw", "--set", "fidelity=quick"], ["write solver.fidelity"]),
+        (
+            ["check", "wind-5mw", "--set", "stage.backlash_sun_umx=4"],
+            ["did you mean backlash_sun_um?"],
+        ),
         (["check", "wind-5mw", "--set", "solver=quick"], ["write it as [solver]"]),
         (["static", "wind-5mw", "--rigid", "sun"], ["--rigid", "sun", "carrier"]),
         (["static", "wind-5mw", "--angle-deg", "x"], ["--angle-deg"]),

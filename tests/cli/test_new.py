@@ -354,3 +354,4 @@ def test_what_it_writes_runs_without_a_warning(flexgear, tmp_path, change):
     ]  # fmt: skip
     ran = subprocess.run(command, capture_output=True, text=True, check=False)  # its own FE bodies
     assert (ran.returncode, ran.stderr) == (0, "")
+    assert "Ovalising planet rims" not in ran.stdout and "without tip relief" not in ran.stdout

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,23 @@ def test_a_pair_that_only_turns(flexgear, tmp_path):
     headlines = json.loads((out / "summary.json").read_text("utf-8"))["headlines"]
     names = {one["name"] for one in headlines}
     assert "deflections" not in names and "largest_gear_mesh_force" in names
+    flexgear("render", out)
+    drawn = {p.stem for p in (out / "pictures").iterdir()}
+    assert "transient_forces_stage_1" in drawn and "transient_displacements" not in drawn
+
+
+def test_modes_prints_the_lowest_unless_a_limit_is_asked_for(flexgear):
+    lowest = flexgear.out("modes", "nrel-5mw")
+    every = flexgear.out("modes", "nrel-5mw", "--limit-hz", "1e9")
+    *_, last, more = lowest.splitlines()
+    shown = int(last.split()[0].rpartition("-")[2])
+    assert shown in (40, 41)  # with the mode of the same frequency
+    assert re.fullmatch(rf"{60 - shown} more up to \d+ Hz: --limit-hz \d+ prints all", more)
+    limit = lowest.split()[-3]
+    assert (
+        flexgear.out("modes", "nrel-5mw", "--limit-hz", limit).splitlines()[2:]
+        == (every.splitlines()[2:])
+    )
 
 
 def test_check_of_the_pitch_drive(flexgear):

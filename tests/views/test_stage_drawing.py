@@ -61,7 +61,9 @@ def test_a_drawing_shows_bolts_planets_and_bearings(view):
 def test_lumped_stages_are_drawn_too(name):
     case = load_case(name)
     for stage in case.stages:
-        assert front_drawing(case.view(stage.name)).axes[0].patches
+        front = front_drawing(case.view(stage.name)).axes[0]
+        assert front.patches
+        assert len(front.texts) == (stage.planets if stage.kind == "planetary" else 0)
         assert section_drawing(case.view(stage.name)).axes[0].patches
 
 

@@ -213,7 +213,10 @@ def test_own_harmonics_need_no_name_beside_those_of_other_stages():
         np.ones(50), {"order": np.linspace(0, 4, 50)}, "order", "gear_mesh_force",
         {"units": "N", "turns": 10, "window": "hann", "of": "the gear mesh"},
     )  # fmt: skip
-    texts = [t.get_text() for t in order_chart(spectrum, lines).axes[0].texts]
+    axes = order_chart(spectrum, lines).axes[0]
+    label = "order of the gear mesh (–); hann window over 10 cycles of the gear mesh"
+    assert axes.get_xlabel() == label
+    texts = [t.get_text() for t in axes.texts]
     assert texts == ["1×", "2×", "helical 1×"]
 
 
