@@ -11,7 +11,7 @@ import re
 import shlex
 import tomllib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from flexgear.model.errors import InputError
@@ -108,11 +108,9 @@ def upgraded(text: str, where: str) -> str:
         if key != "kind":
             bare = isinstance(value, str) and "." not in value and _LOADED.fullmatch(key)
             present_entries[name] = f"stage.{value}" if bare and not train else value
-    blocks = _blocks(text)
-    if train:
-        blocks[0].body = [part for part in blocks[0].body if part.path != ("kind",)]
-    else:
-        blocks = _rewritten(blocks, ports)
+    first, *others = _blocks(text)
+    first.body = [_Part(p.above) if p.path == ("kind",) else p for p in first.body]
+    blocks = [first, *others] if train else _rewritten([first, *others], ports)
     remedy = "write sections under headers, each once and none in braces, and run this again"
     present, written = "", dict[str, Any]()
     for block in blocks:
@@ -143,50 +141,61 @@ def _leaves(data: Any, path: str = "") -> Iterator[tuple[str, Any]]:
             yield key, value
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Part:
-    """A statement of a file with the path of its key; blank lines and comments have no path."""
+    """A statement of a file with the comments directly above it. Blank lines, and comments that
+    belong to no statement, have no path."""
 
     text: str
     path: tuple[str, ...] = ()
-    is_header: bool = False
+    above: str = ""
 
-    @property
-    def is_comment(self) -> bool:
-        return not self.path and bool(self.text.strip())
-
-    def __str__(self) -> str:  # with present names of the headers in comments
-        return _IN_COMMENT.sub(_present_header, self.text) if self.is_comment else self.text
+    def __str__(self) -> str:
+        return self.above + self.text
 
 
 @dataclass
 class _Block:
-    """A section of a file: comments above its header, the header, keys and comments."""
+    """A section of a file: header, keys and comments."""
 
     path: str
-    header: str = ""
-    lead: list[_Part] = field(default_factory=list)
+    header: _Part = _Part("")
     body: list[_Part] = field(default_factory=list)
 
     def __str__(self) -> str:
-        lead, body = ("".join(map(str, parts)) for parts in (self.lead, self.body))
-        return f"{lead}{self.header}{body}"
+        return "".join(map(str, (self.header, *self.body)))
 
 
-def _parts(text: str) -> Iterator[_Part]:
-    """Statements of a TOML file, each the smallest number of lines that is valid TOML."""
-    pending = ""
+def _blocks(text: str) -> list[_Block]:
+    """Sections of a TOML file, with present names of the headers in comments. A statement is the
+    smallest number of lines that is valid TOML; comments between a key and a header belong to
+    neither."""
+    blocks, pending, above = [_Block("")], "", ""
     for line in text.splitlines(keepends=True):
         pending += line if line.endswith("\n") else f"{line}\n"
         try:
             data = tomllib.loads(pending)
         except tomllib.TOMLDecodeError:
             continue
-        is_header = pending.lstrip().startswith("[")
+        statement, pending = pending, ""
+        if statement.lstrip().startswith("#"):
+            above += _IN_COMMENT.sub(_present_header, statement)
+            continue
+        body, is_header = blocks[-1].body, statement.lstrip().startswith("[")
         if data and not is_header:
-            data = tomllib.loads(f"{pending.partition('=')[0]} = 0")
-        yield _Part(pending, tuple(_path_of(data)), is_header)
-        pending = ""
+            data = tomllib.loads(f"{statement.partition('=')[0]} = 0")
+        path = tuple(_path_of(data))
+        if above and (not path or (is_header and body and body[-1].path)):
+            body.append(_Part(above))
+            above = ""
+        part, above = _Part(statement, path, above), ""
+        if is_header:
+            blocks.append(_Block(".".join(path), part))
+        else:
+            body.append(part)
+    if above:
+        blocks[-1].body.append(_Part(above))
+    return blocks
 
 
 def _path_of(data: Any) -> Iterator[str]:
@@ -197,39 +206,6 @@ def _path_of(data: Any) -> Iterator[str]:
         data = data[0] if isinstance(data, list) else data
 
 
-def _blocks(text: str) -> list[_Block]:
-    """Sections of a file; comments between a blank line and a header belong to the header."""
-    blocks = [_Block("")]
-    for part in _parts(text):
-        body = blocks[-1].body
-        if not part.is_header:
-            body.append(part)
-            continue
-        start = len(body)
-        while start and body[start - 1].is_comment:
-            start -= 1
-        if start and body[start - 1].path:
-            start = len(body)
-        blocks.append(_Block(".".join(part.path), part.text, body[start:]))
-        del body[start:]
-    return blocks
-
-
-def _keyed(body: list[_Part]) -> Iterator[tuple[list[_Part], _Part]]:
-    """Each key with the comments directly above it; other comments and blank lines singly."""
-    above: list[_Part] = []
-    for part in body:
-        if part.is_comment:
-            above.append(part)
-            continue
-        if not part.path:
-            yield from (([], comment) for comment in above)
-            above = []
-        yield above, part
-        above = []
-    yield from (([], comment) for comment in above)
-
-
 def _rewritten(earlier: list[_Block], ports: Mapping[str, str]) -> list[_Block]:
     """Sections with present keys; ports: members of the ports that the file lacks."""
     targets: dict[str, _Block] = {}  # sections to which keys move, by path
@@ -238,49 +214,50 @@ def _rewritten(earlier: list[_Block], ports: Mapping[str, str]) -> list[_Block]:
         if port not in targets:
             blocks.append(targets.setdefault(port, _Block(port)))
         targets[port].body.insert(0, _Part(f'member = "{member}"\n', ("member",)))
-    sections = {block.path: block for block in reversed(blocks) if block.header}
+    sections = {block.path: block for block in reversed(blocks) if block.header.text}
     for place, block in targets.items():
         header = place.removesuffix(".0")
         if header in sections:
             body = sections[header].body
-            end = max((k for k, part in enumerate(body, 1) if part.text.strip()), default=0)
+            end = max((k for k, part in enumerate(body, 1) if str(part).strip()), default=0)
             body[end:end] = block.body
             block.body = []
         else:
-            block.header = f"[[{header}]]\n" if header != place else f"[{place}]\n"
+            block.header = _Part(f"[[{header}]]\n" if header != place else f"[{place}]\n")
             block.body.append(_Part("\n"))
-    return [block for block in blocks if block.header or block.body]
+    return [block for block in blocks if block.header.text or block.body]
 
 
 def _split(block: _Block, targets: dict[str, _Block]) -> list[_Block]:
     """A section with its present name, and the new sections to which its keys have moved. The new
     sections are also added to ``targets``."""
-    section = present_key(block.path) or block.path
-    stays, target = _Block(section, _renamed(block.header, section), block.lead), None
-    blocks, above = [stays], list[_Part]()
+    section, header = present_key(block.path) or block.path, block.header
+    stays, target = _Block(section, replace(header, text=_renamed(header.text, section))), None
+    blocks, above = [stays], ""
     keys = [f"{block.path}.{'.'.join(part.path)}" for part in block.body if part.path]
     if removed := block.path in _SPLIT and all(map(present_key, keys)):
-        written = _HEADER.fullmatch(block.header)  # its comments move with the first key
-        above = [*block.lead, *([_Part(written[5])] if written and written[5].strip() else [])]
-        stays.header, stays.lead = "", []
-    for comments, part in _keyed(block.body):
+        written = _HEADER.fullmatch(header.text)  # its comments move with the first key
+        above = header.above
+        if written and written[5].strip():
+            above += _IN_COMMENT.sub(_present_header, written[5])
+        stays.header = _Part("")
+    for part in block.body:
         full = ".".join(filter(None, (block.path, *part.path)))
         present = present_key(full) if part.path else ""
-        if full == "kind":
-            continue
         if not present or present == f"{section}{full[len(block.path) :]}":
             body = stays.body if not removed or target is None else target.body
-            if not removed or part.is_comment:
-                body += [*comments, _load(part) if full == "loads.member" else part]
+            if not removed or part.text.strip():
+                body.append(_load(part) if full == "loads.member" else part)
             continue
         at, _, name = present.rpartition(".")
         if at not in targets:
             blocks.append(targets.setdefault(at, _Block(at)))
         target = targets[at]
         value = part.text[len(part.text.partition("=")[0].rstrip()) :]
-        target.body += [*above, *comments, _Part(f"{name}{value}", (name,))]
-        above = []
-    stays.body += above
+        target.body.append(_Part(f"{name}{value}", (name,), above + part.above))
+        above = ""
+    if above:
+        stays.body.append(_Part(above))
     return blocks
 
 
@@ -288,7 +265,7 @@ def _load(part: _Part) -> _Part:
     """The member of a load with its stage, which the earlier form could omit."""
     key, _, member = part.text.partition("=")
     full_name = re.sub(r"^(\s*[\"'])([^\"'.]+)(?=[\"'])", r"\1stage.\2", member)
-    return _Part(f"{key}={full_name}", part.path)
+    return replace(part, text=f"{key}={full_name}")
 
 
 def _renamed(header: str, path: str) -> str:
