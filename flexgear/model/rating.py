@@ -155,7 +155,8 @@ class Rating(ForcedFactors):
     torque of every load case (seconds each), with the case's errors as deviations of teeth.
     gear_meshes: load factors of some gear meshes. gear_mesh_cycles: largest number of gear-mesh
     cycles of each stage for load factors, spread over a revolution of the carrier;
-    positions_per_gear_mesh: equilibria in each cycle.
+    positions_per_gear_mesh: equilibria in each cycle; 8 if left out, and 32 for spur gears with
+    load along the face, whose stress is largest at the ends of single contact.
     """
 
     edition: Literal[2006, 2019] = 2019
@@ -177,7 +178,7 @@ class Rating(ForcedFactors):
     deviations: Literal["stated", "worst", "drawn"] = "stated"
     deviation_samples: int = Field(default=10, ge=1, le=100)
     gear_mesh_cycles: int = Field(default=7, ge=1, le=10000)
-    positions_per_gear_mesh: int = Field(default=8, ge=2, le=1000)
+    positions_per_gear_mesh: int | None = Field(default=None, ge=2, le=1000)
 
     def forced(self, stage: str, kind: str) -> ForcedFactors:
         """Prescribed factors of the gear meshes "sun" or "ring" of a stage.

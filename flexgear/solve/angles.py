@@ -172,13 +172,15 @@ def _is_uneven(stiffness: Array) -> bool:
 
 
 def samples_of_stage(
-    case: Case, motions: tuple[StageMotion, ...], stage: int, cycles: int | None, linear: bool
-) -> AngleSamples:
+    case: Case, motions: tuple[StageMotion, ...], stage: int, cycles: int | None, linear: bool,
+    per_gear_mesh: int | None = None,
+) -> AngleSamples:  # fmt: skip
     """Angles of the reference member over whole gear-mesh cycles of a stage (number from 0), spread
     over the error cycle of the train.
 
     cycles: largest number of cycles; None: all up to ``ALL_CYCLES`` for a linear train, else
-    ``SOLVED_CYCLES``. FlexgearError for a stage without relative rotation.
+    ``SOLVED_CYCLES``. per_gear_mesh: positions in a cycle, by default those of the solver.
+    FlexgearError for a stage without relative rotation.
     """
     if motions[stage].theta == 0:
         raise FlexgearError(
@@ -190,7 +192,7 @@ def samples_of_stage(
         limit = ALL_CYCLES if every is not None and every <= ALL_CYCLES else SPREAD_CYCLES
     if limit is None:
         limit = SOLVED_CYCLES
-    per_gear_mesh = case.solver.positions_per_gear_mesh
+    per_gear_mesh = per_gear_mesh or case.solver.positions_per_gear_mesh
     return sample_train_angles([m.turn for m in motions], stage, per_gear_mesh, limit)
 
 

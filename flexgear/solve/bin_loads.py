@@ -61,6 +61,7 @@ from flexgear.solve.stresses import (
 )
 from flexgear.solve.transient import settled_duration, simulate
 
+POSITIONS, SPUR_POSITIONS = 8, 32  # in a gear-mesh cycle; of spur gears with load along the face
 PAIRS = ("pair_load", "pair_stiffness")
 NEEDED = (  # variables of the equilibria's dataset
     *PAIRS, "gear_mesh_force", "face_line_load", "face_section",
@@ -113,16 +114,14 @@ class BinLoads:
 
 @dataclass(frozen=True)
 class SpectrumTrain:
-    """A train and its load bins. cycles: largest number of gear-mesh cycles of a stage; positions:
-    number in a cycle. It is assembled when a bin is first solved, in each process separately."""
+    """A train and its load bins. It is assembled when a bin is first solved, in each process
+    separately."""
 
     case: Case
     bins: tuple[LoadBin, ...]
-    cycles: int
-    positions: int
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: getattr(self, name) for name in ("case", "bins", "cycles", "positions")}
+        return {name: getattr(self, name) for name in ("case", "bins")}
 
     @cached_property
     def largest_loads(self) -> dict[tuple[str, str], Array]:
@@ -138,8 +137,7 @@ class SpectrumTrain:
     def model(self) -> Model:
         """The model with a load history for each load component on members, which bins set."""
         loads = tuple(_rising(*place, size) for place, size in self.largest_loads.items())
-        key = "solver.positions_per_gear_mesh"
-        return assemble(self.case.with_(loads=loads, **{key: self.positions}))
+        return assemble(self.case.with_(loads=loads))
 
     def release(self) -> None:
         """Free the memory of the model, which is assembled again on its next use."""
@@ -148,12 +146,22 @@ class SpectrumTrain:
     @cached_property
     def samples(self) -> dict[str, AngleSamples]:
         """Positions of every stage that turns, by name."""
-        motions = stage_motions(self.model.case, self.model.flow)
+        case, cycles = self.model.case, self.case.rating.gear_mesh_cycles
+        motions = stage_motions(case, self.model.flow)
         return {
-            m.name: samples_of_stage(self.model.case, motions, k, self.cycles, False)
+            m.name: samples_of_stage(case, motions, k, cycles, False, _positions(case, m.name))
             for k, m in enumerate(motions)
             if m.theta
         }
+
+
+def _positions(case: Case, name: str) -> int:
+    """Positions in a gear-mesh cycle of a stage: that of the case, or by default enough for the
+    largest stress. A spur tooth has it at an end of single contact, which positions meet to one
+    part of a cycle: 8 of them miss up to 5 % of the stress, 32 about 1 %."""
+    stage = case.stage(name)
+    spur = stage.gear_mesh.model == "face_load" and not stage.helix_angle
+    return case.rating.positions_per_gear_mesh or (SPUR_POSITIONS if spur else POSITIONS)
 
 
 def _rising(member: str, frame: str, size: Array) -> MemberLoad:

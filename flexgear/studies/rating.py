@@ -77,11 +77,8 @@ def rate(
     if scheduler is not None:
         reach(scheduler)
     bins = tuple(bins) or bins_of(case, progress)
-    rules, cases, pairs = case.rating, deviated_cases(case), pairs_of(case)
-    trains = [
-        SpectrumTrain(each, bins, rules.gear_mesh_cycles, rules.positions_per_gear_mesh)
-        for each in cases
-    ]
+    cases, pairs = deviated_cases(case), pairs_of(case)
+    trains = [SpectrumTrain(each, bins) for each in cases]
     of_trains = []
     for train in trains:
         of_trains.append(_solved(train, workers, scheduler, progress))

@@ -6,6 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from gears.rated_gears import PLANETARY, case_of
+from scipy.optimize import brentq
+from trains import BEARING, spur_pair, write
 
 from flexgear.gears.rating.sheet import BEYOND
 from flexgear.model.gear_mesh import GearErrors
@@ -102,6 +104,35 @@ def test_with_the_stresses_of_the_norm_its_safeties_come_out(tmp_path, monkeypat
     sources = {r[5] for r in rating_rows(rating) if r[2] == "S_direct"}
     assert sources == {BEYOND}
     assert len(next(t for t in rating_tables(rating) if t.title == DIRECT).rows) == 8
+
+
+def test_pressure_of_spur_teeth_is_largest_at_the_end_of_single_contact(tmp_path):
+    """p² = w E/(2π (1 − ν²)) (1/ρ₁ + 1/ρ₂), w = T/(r_b b), one base pitch before the end of the
+    path at the pinion's tip; inv α_w = inv α + 2 (0.3 + 0.1) tan α/(18 + 90). Positions are those
+    of a rating without further keys."""
+    steel = 'steel = "case_hardened", grade = "MQ", flank_rz_um = 4, root_rz_um = 16'
+    gears = [
+        f"teeth = {z}, profile_shift = {x}, {BEARING}, rating = {{ {steel} }}"
+        for z, x in ((18, 0.3), (90, 0.1))
+    ]
+    path = 'model = "face_load"\npath_only = true\nslices = 3'
+    text = spur_pair(*gears, path, sections="[lubricant]\nviscosity_40_mm2_per_s = 220")
+    load = LoadCase(name="a", hours=1000.0, torque=500.0)
+    case = load_case(write(tmp_path, text)).with_(load_cases=(load,), **{"rating.k_v": 1.0})
+    alpha = math.radians(20)
+    involute = math.tan(alpha) - alpha + 0.8 * math.tan(alpha) / 108
+    working = brentq(lambda a: math.tan(a) - a - involute, 0.1, 1.0)
+    base, tip = np.array([36, 180]) * math.cos(alpha), np.array([36 + 5.2, 180 + 4.4])
+    roll, between = np.sqrt(tip**2 - base**2), base.sum() * math.tan(working)
+    inner = roll[0] - 4 * math.pi * math.cos(alpha)
+    outer = between - inner
+    line_load = 500e3 / base[1] / 40
+    modulus = 1e-6 * case.material.young_modulus / (1 - case.material.poisson_ratio**2)
+    pressure = math.sqrt(line_load * modulus / (2 * math.pi) * (1 / inner + 1 / outer))
+    parts = {part.name: part for part in rate(case, workers=1).parts}
+    for gear in ("pinion", "gear"):
+        largest = parts[f"stage_1.{gear} flank"].direct["σ_direct"].value
+        assert largest == pytest.approx(pressure, rel=0.012)
 
 
 def test_a_hub_moment_that_stands_loads_one_sector_of_a_ring():
