@@ -277,6 +277,7 @@ def solve_position(laws, theta, port_torques, forward, active_flanks, train, wor
 
 MAX_ITERATIONS = 60  # until coast flanks and laws are consistent with the solution
 MANY_ITERATIONS = 20  # after which laws take half steps
+BLUR = 1e-12  # m, of laws in the last solution, as a train without load has no force to compare
 DEEP = 0.01  # closing in base pitches at which all slices of a flank touch
 
 
@@ -354,7 +355,8 @@ def _solve_one(laws, theta, port_torques, forward, train, work, out, active_flan
             break
         share = 0.5 if iteration > MANY_ITERATIONS else 1.0
         last = iteration == MAX_ITERATIONS - 1
-        if disagree(laws, work, count, out, CLOSURE if last else TOLERANCE, share):
+        least, blur = (CLOSURE, BLUR) if last else (TOLERANCE, 0.0)
+        if disagree(laws, work, count, out, least, share, blur):
             closure = np.inf
             continue  # gaps of coast flanks are only known where all laws are satisfied
         if _coast_flanks_agree(gears, rows, pairs, theta, motion, active_flanks):
