@@ -40,7 +40,7 @@ def test_screen_files_and_page(flexgear, tmp_path):
     }
     assert files <= {path.name for path in out.iterdir()}
     require_sound(out / "report.html", "rating", "spectrum", "rating_gears", "bearings", "case")
-    page = (out / "report.html").read_text()
+    page = (out / "report.html").read_text().replace("\xa0", " ")
     assert page.count('<details class="folded">') == 6  # bearings of two stages, not the weakest
     assert "<summary>stage 1 planet bearings, one by one</summary>" in page
     summary = json.loads((out / "rating.json").read_text())
