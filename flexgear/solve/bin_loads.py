@@ -51,6 +51,7 @@ from flexgear.results.load_sharing import carry_together, without_rounding
 from flexgear.solve.angles import samples_of_stage, stage_motions
 from flexgear.solve.dataset import equilibrium_data
 from flexgear.solve.model import Model, assemble, rated_forces, rated_rotations
+from flexgear.solve.start_vibration import decay_duration
 from flexgear.solve.stresses import (
     OF_FLANKS,
     OF_ROOTS,
@@ -59,7 +60,7 @@ from flexgear.solve.stresses import (
     group_stresses,
     held_roots,
 )
-from flexgear.solve.transient import settled_duration, simulate
+from flexgear.solve.transient import simulate
 
 POSITIONS, SPUR_POSITIONS = 8, 32  # in a gear-mesh cycle; of spur gears with load along the face
 PAIRS = ("pair_load", "pair_stiffness")
@@ -310,20 +311,23 @@ def _face_factors(flanks: xr.Dataset, per_cycle: int) -> Array:
 
 
 PERIODS = 40.0  # of the slowest gear mesh, over which K_v is evaluated
+MAX_PERIODS = 800.0  # before them, with weak damping
 
 
 def dynamic_factors(case: Case, quasi_static: Mapping[GroupName, float]) -> dict[GroupName, float]:
     """K_v by group of gear meshes, of those in ``quasi_static`` with their largest quasi-static
     forces, N; empty for a train at rest. Evaluated over the last ``PERIODS`` of a transient, after
-    as many or the settling time of the case, and after the decay of vibration from the start."""
+    the settling time of the case, or as many periods and the decay of vibration from the start."""
     model = assemble(case)
     frequencies = [s.gear_mesh_frequency for s in model.flow.stages if s.gear_mesh_frequency]
     if not frequencies or not quasi_static:
         return {}
     evaluated = PERIODS / min(frequencies)
-    span = settled_duration(model, span=evaluated + (case.solver.settle or evaluated))
-    data = simulate(model, duration=span).data
-    force = abs(data["gear_mesh_force"].sel(time=slice(span - evaluated, None)).to_numpy())
+    before = case.solver.settle
+    if before is None:
+        before = min(decay_duration(model, evaluated, 0.0), MAX_PERIODS / min(frequencies))
+    data = simulate(model, duration=before + evaluated).data
+    force = abs(data["gear_mesh_force"].sel(time=slice(before, None)).to_numpy())
     return {
         group: float(force[:, at].max()) / quasi_static[group]
         for group, at in groups_of(model.gear_meshes.names, 1).items()

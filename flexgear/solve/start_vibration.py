@@ -35,12 +35,12 @@ from flexgear.solve.modes import usual_limit
 POSITIONS = 24  # equilibria in a gear-mesh cycle
 
 
-def decay_duration(model: Model, span: float) -> float:
+def decay_duration(model: Model, span: float, least: float = 2.0 * SHARE) -> float:
     """``span``, s, or the longer duration by the middle of which vibration from the start has
     decayed to SHARE of the steady peak-to-peak of a gear-mesh force.
 
-    It is longer only for a mode that would decay by 2 SHARE from the third to the last quarter of
-    ``span``, by which ``results.settling`` tells that a run has not settled.
+    It is longer only for a mode that would decay by more than ``least`` of that from the third to
+    the last quarter of ``span``; by 2 SHARE ``results.settling`` tells that a run has not settled.
     """
     modes = model.natural_modes(usual_limit(model))
     elastic = modes.frequencies > 0.0
@@ -51,7 +51,7 @@ def decay_duration(model: Model, span: float) -> float:
     longest = span
     for shares in _shares(model, omega, shapes, rates):
         later = np.exp(-rates * span / 4) - np.exp(-3 * rates * span / 8)
-        slow = shares * later > 2.0 * SHARE
+        slow = shares * later > least
         longest = max([longest, *(4.0 / rates[slow] * np.log(shares[slow] / SHARE))])
     return float(longest)
 

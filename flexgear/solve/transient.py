@@ -160,14 +160,12 @@ def usual_duration(case: Case, flow: PowerFlow) -> float:
     return min(case_pace(case).start_up + _slowest_turn(case, flow), _longest(case))
 
 
-def settled_duration(
-    *models: Model, drive: TorqueHistory | None = None, span: float | None = None
-) -> float:
-    """Duration of the transients of all variants of a case, s: ``span``, by default
-    ``usual_duration``, or longer where in one of them vibration from the start would not decay
-    (``start_vibration``), limited by the number of steps. drive: see ``simulate``."""
+def settled_duration(*models: Model, drive: TorqueHistory | None = None) -> float:
+    """Duration of the transients of all variants of a case, s: ``usual_duration``, or longer where
+    in one of them vibration from the start would not decay (``start_vibration``), limited by the
+    number of steps. drive: see ``simulate``."""
     case, flow = models[0].case, models[0].flow
-    span = usual_duration(case, flow) if span is None else span
+    span = usual_duration(case, flow)
     chosen = case.solver.duration is not None or case.solver.settle is not None
     if chosen or _never_steady(models[0], port_histories(case, flow, drive)):
         return span
