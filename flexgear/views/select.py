@@ -89,17 +89,13 @@ def oscillations(values: Array) -> int:
     return len(scipy.signal.find_peaks(finite, prominence=least)[0])
 
 
-def is_dense(values: Array) -> bool:
-    """Whether histories (t,) or (t, n) have more oscillations than a picture shows."""
-    return any(
-        oscillations(series) > MAX_OSCILLATIONS for series in values.reshape(len(values), -1).T
-    )
-
-
-def draw(axes: Axes, x: Array, y: Array, color: str, fill: bool = True, **style: Any) -> bool:
+def draw(
+    axes: Axes, x: Array, y: Array, color: str, fill: bool = True, beside: int = 0, **style: Any
+) -> bool:
     """Draw a history as a line or, with too many oscillations, as envelope; returns whether as
-    envelope. fill: whether the envelope is filled."""
-    count = oscillations(y)
+    envelope. fill: whether the envelope is filled; beside: oscillations of the histories in the
+    same picture, which then have the same form."""
+    count = max(oscillations(y), beside)
     if count <= MAX_OSCILLATIONS:
         axes.plot(x, y, color=color, **style)
         return False

@@ -24,7 +24,15 @@ from flexgear.results.labelled_dataset import groups_in
 from flexgear.results.report import wording
 from flexgear.results.report.wording import scale
 from flexgear.views.histories import layer
-from flexgear.views.select import close_up, draw, is_dense, note_envelope, orbit, variable
+from flexgear.views.select import (
+    MAX_OSCILLATIONS,
+    close_up,
+    draw,
+    note_envelope,
+    orbit,
+    oscillations,
+    variable,
+)
 from flexgear.views.style import (
     KILO,
     MICRO,
@@ -73,7 +81,8 @@ def _planets_chart(
     histories with too many oscillations as envelopes, with a close-up around the largest value."""
     rows = gear_mesh_groups(data, name)
     values = np.column_stack([part.to_numpy() for part in rows.values()])
-    dense = is_dense(values)
+    count = max(oscillations(series) for series in values.T)
+    dense = count > MAX_OSCILLATIONS
     window = {str(next(iter(rows.values())).dims[0]): close_up(values)} if dense else {}
     columns, height = 1 + dense, 18 + (58 if len(rows) == 1 else 36 * len(rows))
     figure, axes = panels(
@@ -81,7 +90,7 @@ def _planets_chart(
     )
     planets: set[int] = set()
     for row, (title, part) in zip(axes, rows.items(), strict=True):
-        alike = _planet_lines(row[0], data, part, factor, dense)
+        alike = _planet_lines(row[0], data, part, factor, count if dense else None)
         planets |= set() if alike else set(part["planet"].to_numpy().tolist())
         mean, largest = (factor * float(x) for x in (part.mean(), part.max()))
         sizes = f"mean {mean:.4g} {unit}, largest {largest:.4g} {unit}"
@@ -91,7 +100,7 @@ def _planets_chart(
         row[0].set_title(f"{title}{alike_words}:{chr(10) if dense else ' '}{sizes}")
         row[0].set_ylabel(f"{symbol} ({unit or '–'})")
         if dense:
-            _planet_lines(row[1], data.isel(window), part.isel(window), factor, False)
+            _planet_lines(row[1], data.isel(window), part.isel(window), factor)
             text = "close-up at the largest"
             row[1].set_title(text, weight="normal", fontsize=8, loc="right")
             note_envelope(row[0])
@@ -188,18 +197,18 @@ def gear_mesh_groups(data: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
 
 
 def _planet_lines(
-    ax: Axes, data: xr.Dataset, part: xr.DataArray, factor: float, envelope: bool
+    ax: Axes, data: xr.Dataset, part: xr.DataArray, factor: float, beside: int | None = None
 ) -> bool:
-    """Draw a line for each planet, or its envelope, or one line for equal planets; returns whether
-    they are equal."""
+    """Draw a line for each planet, or one line for equal planets; returns whether they are equal.
+    beside: oscillations in the picture if lines are envelopes."""
     values = part.to_numpy() * factor
     spread = float(np.nanmax(np.ptp(values, axis=1), initial=0.0))
     alike = values.shape[1] > 1 and spread < EQUAL * np.nanmax(np.abs(values), initial=0.0)
     lines = [(planet_colour(int(p)), v, 1.0) for p, v in zip(part["planet"], values.T, strict=True)]
     for colour, line, width in [("black", values.mean(axis=1), 1.2)] if alike else lines:
         at, y = _with_gaps(data, line)
-        if envelope:
-            draw(ax, at, y, colour, fill=False, lw=width)
+        if beside is not None:
+            draw(ax, at, y, colour, fill=False, beside=beside, lw=width)
         else:
             ax.plot(at, y, color=colour, lw=width)
     return bool(alike)

@@ -111,6 +111,18 @@ def test_forces_are_in_kilonewtons():
     assert all(ax.get_ylabel() == "force (kN)" for ax in figure.axes)
 
 
+def test_planets_of_one_picture_are_all_bands_or_all_lines():
+    """Planet 1 oscillates 300 times, the others three times."""
+    turn = np.linspace(0.0, 1.0, 6000)
+    waves = 1e4 * (2 + np.sin(2 * np.pi * turn[:, None] * [300, 3, 3] + np.arange(3)))
+    arrays = {"gear_mesh_force": waves, "input_angle": turn[:, None]}
+    labels = {"input_coordinate": ["one.sun"]}
+    data = labelled_dataset("position", np.arange(6000), arrays, {}, labels, NAMES[:3])
+    panel, _ = sharing_charts.gear_mesh_forces(data).axes
+    colours = [line.get_color() for line in panel.get_lines()]
+    assert [colours.count(planet_colour(p)) for p in (1, 2, 3)] == [2, 2, 2]
+
+
 class TestDisplacements:
     def test_orbit_and_distance_in_micrometres(self):
         figure = sharing_charts.displacements_chart(history())
