@@ -74,14 +74,16 @@ def _folds(parameter: Array, branches: Array, force: Array) -> list[tuple[int, f
 
 
 def _vertex(parameter: Array, force: Array) -> tuple[float, float]:
-    """λ and force at the vertex of the parabola λ(force) through three states; those of the middle
-    state where there is no such parabola."""
-    middle, spread = force[1], np.ptp(force)
-    if spread == 0.0 or (force[1] - force[0]) * (force[2] - force[1]) <= 0.0:
-        return float(parameter[1]), float(middle)
-    a, b, c = np.polyfit((force - middle) / spread, parameter, 2)
-    x = -b / (2 * a) if a else 0.0
-    return float(c + b * x + a * x * x), float(middle + spread * x)
+    """λ and force where λ has its extreme between three states, the middle one with the largest or
+    least λ: parabolas λ(t) and force(t), t the length of the chords with both as shares of their
+    ranges. A parabola λ(force) would run away where the force hardly changes."""
+    curve = np.stack([parameter, force], axis=1)
+    ranges = np.ptp(curve, axis=0)
+    chords = np.hypot(*(np.diff(curve, axis=0) / np.where(ranges > 0.0, ranges, 1.0)).T)
+    a, b, _ = np.polyfit([-chords[0], 0.0, chords[1]], curve - curve[1], 2)
+    t = -b[0] / (2.0 * a[0])
+    value, top = curve[1] + b * t + a * t * t
+    return float(value), float(top)
 
 
 def _targets(

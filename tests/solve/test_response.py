@@ -185,6 +185,20 @@ def test_a_sweep_may_jump_to_each_stable_state_that_waits():
     np.testing.assert_allclose(found["turning_point_target_force"], expected, rtol=1e-9)
 
 
+@pytest.mark.parametrize("first", [-2.35, -2.31, -2.3])
+def test_a_jump_is_where_the_curve_turns_although_the_force_hardly_changes(first):
+    """λ = 1 + t²/100 turns at 1, where F = 10 − (t − 0.25)² is near its largest value."""
+    t = np.arange(first, 2.5, 0.3)
+    stable = (t > 0).astype(int)
+    arrays = {
+        "response_gear_mesh_force": (10 - (t - 0.25) ** 2)[:, None, None], "stable": stable,
+        "multiplier_real": 2.0 - stable, "multiplier_imag": 0.0 * stable,
+    }  # fmt: skip
+    found = turning_points(1 + t**2 / 100, np.ones(len(t)), arrays)
+    assert found["turning_point_parameter"] == pytest.approx([1.0], abs=2e-4)
+    assert found["turning_point_force"] == pytest.approx([10 - 0.25**2], abs=0.05)
+
+
 @pytest.fixture(scope="module", params=[2e-6, 0.0])
 def parting(request, tmp_path_factory):
     """A pair whose teeth part, with an error of the gear mesh or without, and its whole curve."""
