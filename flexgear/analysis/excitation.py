@@ -276,6 +276,14 @@ class PeriodicTrain:
     centripetal: Array
     rate: float
 
+    def mode(self, number: int) -> PeriodicTrain:
+        """The train in one of its modes, by index."""
+        one = slice(number, number + 1)
+        return PeriodicTrain(
+            self.omega[one], self.stiffness[:, one, one], self.damping[:, one, one],
+            self.gyroscopic[one, one], self.centripetal[one, one], self.rate,
+        )  # fmt: skip
+
     def monodromy(self, factor: float) -> Array:
         """Monodromy matrix (2n, 2n) of (Ω q, q̇) at ``factor`` times rated speed."""
         n = len(self.omega)

@@ -24,6 +24,8 @@ SPEEDS = 121  # number of equally spaced speeds
 LOWEST = 0.1  # lowest over highest speed of the default range
 ORDERS = 8  # highest order of the gear-mesh frequency with expected bands
 EDGE = 1e-5  # relative accuracy of the ends of a band
+STRONG = 0.1  # variation of a mode's stiffness over its mean, above which the mode is tried alone
+AROUND = np.linspace(0.95, 1.05, 101)  # of l ω_z = 2 ω_i, where it is tried
 
 
 @dataclass(frozen=True)
@@ -165,11 +167,22 @@ def train_in_modes(model: Model, stage: str, shapes: Array, omega: Array) -> Per
 
 
 def _in_bands(train: PeriodicTrain, first: float, last: float, count: int) -> Array:
-    """At most ``count`` speed factors within the widest expected bands, three in each."""
+    """At most ``count`` speed factors within the widest bands expected to first order, three in
+    each, and those within the bands of single modes of strong variation, to any order."""
     centres, widths = train.expected(ORDERS)
     inside = np.flatnonzero((centres > first) & (centres < last))
     widest = inside[np.argsort(-widths[inside])][: count // 3]
-    return np.concatenate([centres[widest] + share * widths[widest] for share in (-0.5, 0.0, 0.5)])
+    factors = [centres[widest] + share * widths[widest] for share in (-0.5, 0.0, 0.5)]
+    orders = range(1, ORDERS + 1)
+    variation = np.max([np.abs(np.diag(train.variation(order))) for order in orders], axis=0)
+    for i in np.flatnonzero(variation > STRONG * train.omega**2):
+        alone = train.mode(int(i))
+        for order in orders:
+            near = 2.0 * train.omega[i] / (order * train.rate) * AROUND
+            near = near[(near > first) & (near < last)]
+            growing = near[[alone.fastest(float(f))[0] > 0.0 for f in near]]
+            factors.append(growing[[0, len(growing) // 2, -1]] if len(growing) else growing)
+    return np.concatenate(factors)
 
 
 def _bands(
