@@ -69,9 +69,11 @@ def models_of(
     models = {model.variant: model}
     if case.flexible_stages and model.variant != "rigid":
         models["rigid"] = assemble(case, bodies=model.bodies, variant=case.flexible_bodies)
+    progress("train in modes", 0.0)
     with single_threaded_blas(), ThreadPoolExecutor(WORKERS) as pool:
         for future in [pool.submit(attrgetter("modal"), model) for model in models.values()]:
             when_done(future).result()  # computed before threads share it
+    progress("train in modes", 1.0)
     if model.has_errors:
         clean = model.without_errors()
         models[clean.variant] = clean

@@ -27,7 +27,8 @@ from flexgear.structures.linalg.dense import dot, subtract, times_in_place
 
 Operator = Callable[[Array], Array]
 
-_CHECK_INTERVAL = 8  # new vectors between two checks of convergence
+_CHECK_INTERVAL = 8  # least number of new vectors between two checks of convergence
+_CHECKS = 25  # vectors of the basis over those between checks, which solve a dense problem
 _DEPENDENT = 1e-8  # eigenvalue ratio of a block's Gram matrix below which it is normalised again
 _MAX_VECTORS = 5000
 _BASIS_BYTES = 2.0e9  # size of the basis, larger only where the modes need it
@@ -108,7 +109,8 @@ def lowest_modes(
         projected[new, :filled] = column.T
         q, p, coupling = _normalised(w, mass, basis, p)
         full = filled + block > most
-        if not full and (filled < count + block or unchecked < _CHECK_INTERVAL):
+        few = unchecked < max(_CHECK_INTERVAL, filled // _CHECKS)
+        if not full and (few or filled < count + block):
             continue
         unchecked = 0
         ritz = _Ritz(projected[:filled, :filled], coupling, shift)
