@@ -10,7 +10,7 @@ import inspect
 import os
 import shutil
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -146,6 +146,14 @@ def require_new(
     """InputError for an output that exists, unless ``force``."""
     if file_target(path).exists() and not force:
         raise InputError(option, str(path), "is there already", remedy)
+
+
+def refuse_beside(option: str, others: Mapping[str, object]) -> None:
+    """InputError for an option without effect beside ``option``; others: whether they are given."""
+    for other, value in others.items():
+        if value:
+            problem = f"has no effect beside {option}"
+            raise InputError("options", other, problem, "take one of them out")
 
 
 def folder_named(text: str) -> Path:

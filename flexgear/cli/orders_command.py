@@ -103,6 +103,17 @@ class OrderAnalysis:
     as_json: options.AsJson = False
     quiet: options.Quiet = False
 
+    def refuse_unused(self) -> None:
+        """InputError for an option that a mean over turns does not use."""
+        unused = {"--map": self.block_turns, "--window": self.window != "hann"}
+        if self.planets:
+            options.refuse_beside("--planets", unused | {
+                "--average": self.average, "--member": self.member, "--against": self.against,
+                "--highest": self.highest, "--envelope-hz": self.envelope_hz,
+            })  # fmt: skip
+        elif self.average:
+            options.refuse_beside("--average", unused)
+
     def part(self, data: xr.Dataset) -> xr.Dataset:
         """The history and the rotation of the inputs from ``--from-s`` to ``--to-s``; without these
         options over the settled samples, or for a map over all."""
@@ -138,6 +149,7 @@ class OrderAnalysis:
 def orders(analysis: OrderAnalysis) -> None:
     """Order analysis of a transient at any speed: spectrum over the turns of a member with expected
     lines, run-up maps, envelopes, averages over turns."""
+    analysis.refuse_unused()
     data, out = _opened(analysis.file), analysis.out
     with complete(analysis.file):
         case, against = case_of(data), analysis.against

@@ -11,6 +11,7 @@ import numpy as np
 import typer
 import xarray as xr
 
+from flexgear.cli import options
 from flexgear.cli.analysis import Analysis
 from flexgear.cli.display import columns, table
 from flexgear.model.units import RPM
@@ -83,6 +84,11 @@ def response(
     ] = False,
 ) -> None:
     """Frequency response with all branches: peaks, jumps, lost contact over speed or torque."""
+    if linear:
+        options.refuse_beside("--linear", {
+            "--torque-range": torque_range, "--speed": speed != 1.0, "--torque": torque != 1.0,
+            "--stage": stage, "--harmonics": harmonics, "--doublings": doublings != DOUBLINGS,
+        })  # fmt: skip
     with analysis.model(pictured=True) as (model, report):
         if linear:
             data = linear_response(model, speed_range, progress=report)

@@ -132,6 +132,7 @@ def test_damaged_files_are_one_line(tmp_path, what):
         (["response", "lin-parker", "--speed-range", "1e-300", "1"], "is not within 0.001"),
         (["response", "lin-parker", "--torque-range", "1", "1e300"], "is not within 0.001"),
         (["response", "lin-parker", "--torque", "1e300"], "is not within 0.001 and 1000"),
+        (["response", "lin-parker", "--linear", "--speed", "2"], "no effect beside --linear"),
         (["stability", "lin-parker", "--speed-range", "1", "1e300"], "within 0.001 and 1000 times"),
         (["simulate", "lin-parker", "--from", "no.nc"], "no.nc: dataset: there is no such file"),
     ],

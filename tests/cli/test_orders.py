@@ -236,6 +236,9 @@ def test_multiples_of_a_fault_s_line_are_named(tmp_path):
         (["--envelope-hz", 5, 1e9], "band"),
         (["--from-s", 7], "holds no samples"),
         (["--planets", "moon"], "is no planetary stage"),
+        (["--planets", "stage", "--average"], "--average: has no effect beside --planets"),
+        (["--planets", "stage", "--highest", 9], "--highest: has no effect beside --planets"),
+        (["--average", "--map", 2], "--map: has no effect beside --average"),
     ],
 )
 def test_bad_input_is_one_line(flexgear, transient, options, text):
