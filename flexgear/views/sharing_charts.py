@@ -208,7 +208,7 @@ def _planet_lines(
     for colour, line, width in [("black", values.mean(axis=1), 1.2)] if alike else lines:
         at, y = _with_gaps(data, line)
         if beside is not None:
-            draw(ax, at, y, colour, fill=False, beside=beside, lw=width)
+            draw(ax, at, y, colour, fill=bool(alike), beside=beside, lw=width)
         else:
             ax.plot(at, y, color=colour, lw=width)
     return bool(alike)
