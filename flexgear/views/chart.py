@@ -14,6 +14,7 @@ from flexgear.results.quantities import Figure
 from flexgear.results.report.wording import of_stage, window_words, with_unit
 from flexgear.results.run_folder import Run, StageOfRun, prefix_of
 from flexgear.results.settling import window_of
+from flexgear.results.time_figures import displacement_summary
 from flexgear.results.tooth_pattern import carrying_sets
 
 
@@ -104,8 +105,13 @@ def runs(run: Run) -> Iterator[Subject]:
 
 
 def runs_that_move(run: Run) -> Iterator[Subject]:
-    """The run itself if a central member leaves its axis in the transient."""
-    if any(run.summary["transient"]["displacement_um_max"].values()):
+    """The run itself if a central member leaves its axis in the transient; of a single dataset,
+    which has no summary, in any of its samples."""
+    if "transient" in run.summary:
+        largest = run.summary["transient"]["displacement_um_max"]
+    else:
+        largest = displacement_summary(run.datasets["transient"])
+    if any(largest.values()):
         yield from runs(run)
 
 

@@ -261,7 +261,7 @@ def _reach(laws, work, element, parameters, x):
 def disagree(laws, work, count, x, least, share, blur):
     """Whether the force of a nonlinear law at the motion of an equilibrium, with the rates of rigid
     rotation, differs from that in x (R,) by more than ``least`` times the largest force, and than
-    its tangent times ``blur``, m.
+    its tangent or nominal stiffness times ``blur``, m.
 
     Such an element is linearised next at the share λ of its step (``_reach``), at most ``share``.
     For all others x is set to the force of the law, which is exactly zero without contact.
@@ -282,7 +282,9 @@ def disagree(laws, work, count, x, least, share, blur):
             trial[1, a] = work.memory[element.place, 1, a]
         laws[element.law](rows.parameters[e], trial, force, space.tangent[spare])
         for a in range(element.rows):
-            allowed = max(least * largest, blur * abs(space.tangent[spare, 0, a, a]))
+            stiffness = rows.row[element.first + a].stiffness
+            stiffness = max(stiffness, abs(space.tangent[spare, 0, a, a]))
+            allowed = max(least * largest, blur * stiffness)
             wrong = wrong or abs(force[0, a] - x[element.first + a]) > allowed
         last_motion = work.memory[element.place, 0]
         taken = min(share, _reach(laws, work, element, rows.parameters[e], x)) if wrong else 0.0
