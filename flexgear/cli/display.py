@@ -249,7 +249,8 @@ def time_text(seconds: float) -> str:
     """A duration in a suitable unit, to two digits: "3.5 min"."""
     for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
         if seconds >= 2 * size:
-            return f"{seconds / size:.2g} {unit}"
+            number = seconds / size
+            return f"{number:.2g} {unit}" if number < 99.5 else f"{number:.0f} {unit}"
     return f"{max(seconds, 1.0):.0f} s"
 
 

@@ -224,6 +224,9 @@ def test_progress_says_how_long_it_takes(capsys, monkeypatch):
         report("transient", share)
     said = ["transient", "transient: 5 %, about 114 s left", "transient: done in 60.0 s"]
     assert capsys.readouterr().err.splitlines() == said
+    for now[0], share in ((70.0, 0.0), (76.0, 0.001)):
+        report("response", share)
+    assert capsys.readouterr().err.splitlines()[-1] == "response: 0 %, about 100 min left"
 
 
 def test_chosen_variables(flexgear, tmp_path):
