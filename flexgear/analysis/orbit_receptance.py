@@ -63,7 +63,7 @@ class Range:
         return OperatingPoint(self.fixed, value)
 
     def value(self, point: OperatingPoint) -> float:
-        """λ at an operating point."""
+        """Value of λ at an operating point."""
         return point.speed if self.over == "speed" else point.load
 
     def holds(self, point: OperatingPoint) -> bool:

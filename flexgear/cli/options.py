@@ -149,7 +149,8 @@ def require_new(
 
 
 def refuse_beside(option: str, others: Mapping[str, object]) -> None:
-    """InputError for an option without effect beside ``option``; others: whether they are given."""
+    """InputError if other options are given that have no effect together with ``option``; others:
+    whether each of them is given."""
     for other, value in others.items():
         if value:
             problem = f"has no effect beside {option}"

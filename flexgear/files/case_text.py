@@ -24,6 +24,7 @@ from flexgear.model.units import RPM
 Value = float | int | str | bool | list[float] | list[str]
 _EMPTY_SECTIONS = ("[stages.carrier]",)  # written without keys, since a case needs them
 _COMMENT_COLUMN = 42
+PAIR_STIFFNESS = 14e9  # N/m², c' of a spur tooth pair, N/(mm µm) = 1e9 N/m² (ISO 6336-1)
 
 
 @dataclass(frozen=True)
@@ -194,7 +195,7 @@ def new_case_text(stages: Sequence[Proposal], rated: Rated) -> str:
 def _stage(name: str, p: Proposal, several: bool) -> dict[str, Any]:
     """Template variables of a stage. arm: distance of the roller rows from the middle of the gear,
     m. tooth_error: pitch error of a single tooth, µm. relief: deflection of a spur tooth pair that
-    carries all of a gear mesh's tangential force, with c' = 14 N/(mm µm) (ISO 6336-1), µm."""
+    carries all of a gear mesh's tangential force, with c' = ``PAIR_STIFFNESS``, µm."""
     support = around.ring_support(p)
     return {
         "name": name,
@@ -208,7 +209,7 @@ def _stage(name: str, p: Proposal, several: bool) -> dict[str, Any]:
         "hub": around.ring_hub(p, support.rim),
         "bearing": around.bearing_stiffness(p),
         "arm": 0.25 * p.gear_width,
-        "relief": 0.5 * p.pin_force / p.face_width / 14e3,
+        "relief": 1e6 * 0.5 * p.pin_force / p.face_width / PAIR_STIFFNESS,
         "tooth_error": min(1.2 * math.sqrt(1e3 * p.module) + 2, 1e3 * p.module),
     }
 

@@ -141,7 +141,7 @@ class GroupName(_Name):
 
     @property
     def role(self) -> str:
-        """Role of the gear, "ring" or "sun", which a pinion has."""
+        """Role of the gear that meshes with planets, "ring" or "sun"; that of a pinion is "sun"."""
         return "sun" if self.kind == "pinion" else self.kind
 
     @classmethod

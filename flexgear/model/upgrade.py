@@ -167,9 +167,11 @@ class _Block:
 
 
 def _blocks(text: str) -> list[_Block]:
-    """Sections of a TOML file, with present names of the headers in comments. A statement is the
-    smallest number of lines that is valid TOML; comments between a key and a header belong to
-    neither."""
+    """Divide a TOML file into its sections; headers in comments get their present names.
+
+    A statement is the smallest number of lines that is valid TOML. Comments between a key and a
+    header belong to neither.
+    """
     blocks, pending, above = [_Block("")], "", ""
     for line in text.splitlines(keepends=True):
         pending += line if line.endswith("\n") else f"{line}\n"

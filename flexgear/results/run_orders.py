@@ -98,8 +98,11 @@ def expected_orders(
 
 
 def _speed_of_axes(sensor: Sensor, speed: Mapping[str, float]) -> float:
-    """Speed of a sensor about the main axis, rad/s, on a planet that of its carrier; 0 if the
-    sensor is fixed in space, or measures speed or torque. speed: of the members."""
+    """Speed at which a sensor turns about the main axis, rad/s.
+
+    It is the speed of the member with the sensor, or of the carrier if that is a planet; 0 for
+    sensors that are fixed in space, and for those of speed or torque. speed: of the members.
+    """
     if sensor.frame == "fixed" or sensor.measures in ("speed", "torque"):
         return 0.0
     body = BodyName.parse(sensor.on)

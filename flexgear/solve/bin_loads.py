@@ -157,9 +157,12 @@ class SpectrumTrain:
 
 
 def _positions(case: Case, name: str) -> int:
-    """Positions in a gear-mesh cycle of a stage: that of the case, or by default enough for the
-    largest stress. A spur tooth has it at an end of single contact, which positions meet to one
-    part of a cycle: 8 of them miss up to 5 % of the stress, 32 about 1 %."""
+    """Number of positions in a gear-mesh cycle of a stage, as the case says or by default.
+
+    The stress of a spur tooth is largest at the ends of single contact, which equally spaced
+    positions miss by up to their spacing: in trials with 8 of them the largest stress was up to
+    5 % too low, with 32 about 1 %.
+    """
     stage = case.stage(name)
     spur = stage.gear_mesh.model == "face_load" and not stage.helix_angle
     return case.rating.positions_per_gear_mesh or (SPUR_POSITIONS if spur else POSITIONS)

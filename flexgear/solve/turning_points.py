@@ -74,9 +74,12 @@ def _folds(parameter: Array, branches: Array, force: Array) -> list[tuple[int, f
 
 
 def _vertex(parameter: Array, force: Array) -> tuple[float, float]:
-    """λ and force where λ has its extreme between three states, the middle one with the largest or
-    least λ: parabolas λ(t) and force(t), t the length of the chords with both as shares of their
-    ranges. A parabola λ(force) would run away where the force hardly changes."""
+    """Extreme of λ near the middle one of three states, and the force there.
+
+    The middle state has the largest or least λ of the three. λ(t) and force(t) are parabolas
+    through the states, t being the length of the chords between them with λ and force as shares
+    of their ranges. A parabola λ(force) would run away where the force hardly changes.
+    """
     curve = np.stack([parameter, force], axis=1)
     ranges = np.ptp(curve, axis=0)
     chords = np.hypot(*(np.diff(curve, axis=0) / np.where(ranges > 0.0, ranges, 1.0)).T)

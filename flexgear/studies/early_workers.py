@@ -111,8 +111,8 @@ class EarlyWorkers:
         self._ended.close()
 
     def ahead(self, function: Callable[[J], R], argument: J) -> Future[R] | None:
-        """Start function(argument) in a worker, for what it writes to the cache; returns its
-        future. Without workers nothing is called, and the result is None."""
+        """Call function(argument) in a worker and return its future; None, without a call, if
+        there are no workers. The function is called for the files that it adds to the cache."""
         return None if self._pool is None else self._pool.submit(function, argument)
 
     def completed(

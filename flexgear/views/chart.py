@@ -105,8 +105,8 @@ def runs(run: Run) -> Iterator[Subject]:
 
 
 def runs_that_move(run: Run) -> Iterator[Subject]:
-    """The run itself if a central member leaves its axis in the transient; of a single dataset,
-    which has no summary, in any of its samples."""
+    """The run itself, if a central member leaves its axis in the transient. For a single dataset,
+    which has no summary, all samples are searched."""
     if "transient" in run.summary:
         largest = run.summary["transient"]["displacement_um_max"]
     else:

@@ -89,7 +89,7 @@ def order_chart(spectrum: xr.DataArray, lines: Lines = ()) -> Figure:
 
 
 def _order_axis(spectrum: xr.DataArray) -> str:
-    """Label of an axis of orders, with the window of the transform and the turns that it covers."""
+    """Axis label: whose turns orders count, the window of the transform and its length in turns."""
     of, window, turns = (spectrum.attrs[name] for name in ("of", "window", "turns"))
     counted = "cycles" if of == "the gear mesh" else "turns"
     return f"order of {of} (–); {window} window over {turns:.4g} {counted} of {of}"

@@ -199,8 +199,8 @@ def gear_mesh_groups(data: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
 def _planet_lines(
     ax: Axes, data: xr.Dataset, part: xr.DataArray, factor: float, beside: int | None = None
 ) -> bool:
-    """Draw a line for each planet, or one line for equal planets; returns whether they are equal.
-    beside: oscillations in the picture if lines are envelopes."""
+    """Draw the history of each planet, or a single one if they are equal; returns whether they are.
+    beside: None for lines; for envelopes the largest number of oscillations in the picture."""
     values = part.to_numpy() * factor
     spread = float(np.nanmax(np.ptp(values, axis=1), initial=0.0))
     alike = values.shape[1] > 1 and spread < EQUAL * np.nanmax(np.abs(values), initial=0.0)

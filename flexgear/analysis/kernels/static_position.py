@@ -277,7 +277,8 @@ def solve_position(laws, theta, port_torques, forward, active_flanks, train, wor
 
 MAX_ITERATIONS = 60  # until coast flanks and laws are consistent with the solution
 MANY_ITERATIONS = 20  # after which laws take half steps
-BLUR = 1e-12  # m, of laws in the last solution, as a train without load has no force to compare
+# rounding of motions in base pitches: without load, forces of the last solution are rounding
+BLUR = 2e-11
 DEEP = 0.01  # closing in base pitches at which all slices of a flank touch
 
 
@@ -343,8 +344,10 @@ def _solve_one(laws, theta, port_torques, forward, train, work, out, active_flan
     gears, rows, motion = work.elements.gears, work.rows, work.channels[0]
     gear_meshes = gears.gear_mesh
     memory = work.memory
+    pitch = 0.0
     for m in range(gear_meshes.shape[0]):
         active_flanks[m] = gear_meshes[m].carries if forward else 1
+        pitch = max(pitch, gear_meshes[m].pitch)
     _start_slices(gear_meshes, forward, memory)
     n, pairs, closure = ZERO, ZERO, 0.0
     for iteration in range(MAX_ITERATIONS):
@@ -355,7 +358,7 @@ def _solve_one(laws, theta, port_torques, forward, train, work, out, active_flan
             break
         share = 0.5 if iteration > MANY_ITERATIONS else 1.0
         last = iteration == MAX_ITERATIONS - 1
-        least, blur = (CLOSURE, BLUR) if last else (TOLERANCE, 0.0)
+        least, blur = (CLOSURE, BLUR * pitch) if last else (TOLERANCE, 0.0)
         if disagree(laws, work, count, out, least, share, blur):
             closure = np.inf
             continue  # gaps of coast flanks are only known where all laws are satisfied

@@ -158,8 +158,8 @@ class GearPair:
         return 1.0 if stated is None or self.rules.edition == 2006 else stated
 
     def single_pair_factor(self, part: str) -> float:
-        """Single pair tooth contact factor of a gear: Z_B of the pinion, Z_D of the wheel; see
-        ``capacity``."""
+        """Factor from the pitch point to the inner point of single contact (ISO 6336-2): Z_B of the
+        pinion, Z_D of the wheel; equations in ``capacity``."""
         gear_mesh, ratio = self.geometry, 1.0
         overlap = min(gear_mesh.overlap_ratio, 1.0)
         if overlap < 1.0 and not self.gears[part].tooth.internal:
