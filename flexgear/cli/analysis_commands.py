@@ -41,7 +41,13 @@ from flexgear.solve.modes import mode_rows, usual_limit
 from flexgear.solve.modes import modes as natural_modes
 from flexgear.solve.result_warnings import large_motions, largest_motions, motion_histories
 from flexgear.solve.static import static as equilibria
-from flexgear.solve.transient import cut_short, settled_duration, stepping_of, train_histories
+from flexgear.solve.transient import (
+    cut_short,
+    lost_contacts,
+    settled_duration,
+    stepping_of,
+    train_histories,
+)
 from flexgear.solve.transient import simulate as run_transient
 
 LARGEST = 1e9  # Hz, s, or times the rated torque
@@ -173,7 +179,7 @@ def simulate(
         rings = {s: ranges(partial(views.ring_histories, s)) for s in case.fe_ring_stages}
         watching = [whole, motions, sensors, *rings.values(), *([account] if energy else [])]
         short = [] if duration_s is not None else cut_short(case, flow)
-        warn([*too_coarse(model.pace, case.solver), *short])
+        warn([*too_coarse(model.pace, case.solver), *lost_contacts(model), *short])
         run = run_transient(
             model, duration=span, torque_share=torque_share, energy=energy, progress=report,
             start=start, sink=SinkGroup([*watching, *sinks]),

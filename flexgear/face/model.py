@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import partial
@@ -15,7 +16,7 @@ from flexgear.face import accessor as accessor  # datasets have ``.fg`` from her
 from flexgear.face.notebook import Progress, html_table, progress_or_bars
 from flexgear.model.arguments import Count, Numbers, Positive, checked
 from flexgear.model.case import Case
-from flexgear.model.errors import InputError, echo
+from flexgear.model.errors import FlexgearWarning, InputError, echo
 from flexgear.model.machine import TorqueHistory
 from flexgear.model.read import nearest
 from flexgear.results.dataset_file import chosen, dataset_file, reopened
@@ -178,6 +179,8 @@ class Model(model.Model):
         of this train, also under other machines, from whose last state this one continues.
         InputError where the run would be too long, FlexgearError where the motion diverges.
         """
+        for text in transient.lost_contacts(self):
+            warnings.warn(text, FlexgearWarning, stacklevel=2)
         simulate = partial(
             transient.simulate,
             self,

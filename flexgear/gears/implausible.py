@@ -40,6 +40,7 @@ from flexgear.gears.power_flow import PowerFlow, StageFlow
 from flexgear.gears.radii import base_arm, gears_by_role
 from flexgear.gears.tool import CutterTool
 from flexgear.gears.tooth import ToothGeometry
+from flexgear.gears.tooth_faults import lost_contact
 from flexgear.model.case import Case
 from flexgear.model.stage_view import StageView
 
@@ -215,6 +216,7 @@ def _of_stage(view: StageView, stage: StageFlow) -> Iterator[str]:
     g = stage_geometry(view)
     yield from _places(view, g)
     yield from _teeth(view, g)
+    yield from lost_contact(view, stage.gear_mesh_forces)
     yield from _backlash(view, g, stage)
     yield from _stress(view, g, stage)
     yield from _shaft(view, stage)

@@ -17,11 +17,18 @@ A pair that is one spring has, from its slices,
 which is exact in force and slope at the approach δ, the deflection of the gear mesh under its mean
 load: slices over a deeper pit do not touch. If all pits on a line are deeper, T are the slices over
 the shallowest.
+
+With a total contact ratio below two a faulty tooth is alone on the path of contact for part of the
+cycle. If it is missing, or worn deeper than the gear mesh deflects, tips of the teeth beside it
+take the load; a model without contact off the path leaves the gears free there, until the next
+pair begins its path with the whole stiffness at whatever approach they have reached
+(``lost_contact``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,7 +36,7 @@ import numpy as np
 from flexgear.arrays import Array, Ints
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.paths import AVERAGED_SLICES, flank_name
+from flexgear.gears.paths import AVERAGED_SLICES, flank_name, stage_paths
 from flexgear.gears.radii import role_of
 from flexgear.gears.slices import Line, Slices, cut
 from flexgear.gears.stiffness import pair_law
@@ -113,6 +120,32 @@ def fault_report(view: StageView, paths: Sequence[GearMeshPath]) -> dict[str, st
         if stage_of_fault(view.case, fault).name == view.name
     }
     return lines | ({"not_assessed": NOT_ASSESSED} if lines else {})
+
+
+def lost_contact(view: StageView, forces: Mapping[str, float]) -> Iterator[str]:
+    """Warnings about faulty teeth beside which tips would take the load, in a model without contact
+    off the path. forces: normal force of one gear mesh of "sun" and "ring", N."""
+    if view.gear_mesh.model == "face_load" and not view.gear_mesh.path_only:
+        return
+    doubtful = dict[Numbered, str]()
+    for (kind, _), path in stage_paths(view, forces).items() if faults_of_stage(view) else ():
+        overlap = abs(path.slope) * path.half_face
+        alone = path.s_grid > path.s_hi + overlap - path.base_pitch
+        alone &= path.s_grid < path.s_lo - overlap + path.base_pitch
+        approach = abs(forces[kind.gear]) / path.mean_stiffness
+        for numbered in itertools.chain(*fault_groups(view, path).of_pairs):
+            spring = replace(path, slices=None)
+            faulty = with_faults(view, spring, forces[kind.gear], [numbered], None)
+            touches = (faulty.k_grid > 0.0) & (faulty.gap_grid < path.gap_grid + approach)
+            if path.carries and not touches[alone].all():
+                doubtful[numbered] = numbered[1].words
+    for words in doubtful.values():
+        yield (
+            f"{words}: where it is alone on the path of contact nothing touches, and forces of "
+            "transients come out many times too large when the next pair meets; take "
+            'gear_mesh.model = "face_load" without path_only, where tips of the teeth beside it '
+            "touch"
+        )
 
 
 def fault_groups(view: StageView, path: GearMeshPath) -> FaultGroups:

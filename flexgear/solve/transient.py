@@ -16,6 +16,7 @@ from flexgear.coupling.machines import Brake
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pace import case_pace, timed_drops
 from flexgear.gears.power_flow import PowerFlow
+from flexgear.gears.tooth_faults import lost_contact
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.machine import Machine, TorqueHistory, machine_of, machines_of
@@ -258,6 +259,12 @@ def stepping_of(
         start=start,
         between=clock_of(case, pace).step if case.sensors else math.inf,
     )
+
+
+def lost_contacts(model: Model) -> list[str]:
+    """``lost_contact`` of all stages of a train."""
+    views = ((model.case.view(stage.name), stage) for stage in model.flow.stages)
+    return [text for view, flow in views for text in lost_contact(view, flow.gear_mesh_forces)]
 
 
 def simulate(

@@ -1,6 +1,7 @@
 """Faults of single teeth: sound limits, closed forms, plane FE, invariances, bad input."""
 
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from trains import STAGE, spur_pair, write
 
 from flexgear import load_case
 from flexgear.analysis.orbit import orbit_elements
+from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.solve.angles import stage_motions
@@ -110,6 +112,39 @@ def test_a_missing_tooth_carries_nothing(stage, model):
     for data in (sound, faulty):  # the others take its load
         torque = data["port_torque"].to_numpy()
         assert torque[:, 1] == pytest.approx(torque[0, 1], rel=1e-9)
+
+
+MISSING = 'kind = "missing_tooth"\ngear = "sun"\ntooth = 16'
+TIP_PIT = RING_SPALL.format(3) + "\nstart_diameter_mm = 368\nend_diameter_mm = 369"
+
+
+@pytest.mark.parametrize(
+    ("text", "model", "fault", "lost"),
+    [
+        (PLANETARY, "per_pair", MISSING, True),
+        (PLANETARY, "lumped", MISSING, True),
+        (PLANETARY, "per_pair", RING_SPALL.format(3), True),  # gear meshes deflect by 10 µm
+        (PLANETARY, "per_pair", RING_SPALL.format(3).replace("25", "4"), False),
+        (PLANETARY, "per_pair", f"{RING_SPALL.format(3)}\nface_end_mm = 5", False),
+        (PLANETARY, "per_pair", TIP_PIT, False),  # where two pairs carry
+        (PLANETARY, "face_load", MISSING, False),
+        (PLANETARY.replace("slices", "path_only = true\nslices"), "face_load", MISSING, True),
+        (PLANETARY.replace("angle_deg = 0", "angle_deg = 25"), "per_pair", MISSING, False),
+    ],
+)
+def test_transients_warn_where_a_faulty_tooth_leaves_none_in_contact(
+    stage, text, model, fault, lost
+):
+    """With a contact ratio below two, no tips off the path, and a fault of the whole face where one
+    pair carries, deeper than the deflection of the gear mesh."""
+    case = stage(text, model, fault)
+    with warnings.catch_warnings(record=True) as issued:
+        warnings.simplefilter("always")
+        case.assemble().transient(2e-3)
+    texts = [str(w.message) for w in issued if "alone on the path" in str(w.message)]
+    assert len(texts) == lost
+    assert all("face_load" in said for said in texts)
+    assert texts == [said for said in implausible(case, power_flow(case)) if said in texts]
 
 
 def test_a_gear_pair_whose_only_tooth_is_missing_has_no_equilibrium_without_tips(stage):
