@@ -110,7 +110,9 @@ class GearReader:
         tools = self.tools(gears)
         out = -1.0 if internal else 1.0
         reference = rack.reference(teeth)
-        tip, root = (number(gears, f"{end}_diameter", "mm") for end in ("tip", "root"))
+        circles = [number(gears, f"{end}_diameter", "mm") for end in ("tip", "root")]
+        # internal gears may have a minus sign
+        tip, root = (circle and Datum(abs(circle.value), circle.source) for circle in circles)
         heights = [
             circle
             and Datum(

@@ -41,6 +41,13 @@ class StageWriter:
         self.distance = self._distance()
         self.shift_sums = {role: self._shift_sum(role) for role in stage.gear_meshes}
 
+    @property
+    def center_distance(self) -> float:
+        """Centre distance in the file, else the reference centre distance of the first pair, mm."""
+        if self.distance is not None:
+            return self.distance.value
+        return self.rack.reference(int(sum(self.teeth[r].value for r in self.stage.roles[:2]))) / 2
+
     def write(self) -> Rack:
         """Write [[stages]] and the sections of its gears; InputError if data are missing."""
         self._angles()

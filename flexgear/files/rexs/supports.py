@@ -218,39 +218,57 @@ class SupportWriter:
             section.put("count", min(len(bearings), 8), "bearings of one planet")
 
     def carrier_blank(self, member: Member, density: float, arm: float) -> None:
-        """Write mass and inertia of a carrier from its frame, or from its side plates and pins.
+        """Write mass and inertia of a carrier, those of its frame or of its side plates and pins.
 
-        density: kg/m³; arm: centre distance, m.
+        density: kg/m³, of parts without mass in the file; arm: centre distance, m.
         """
         section = self.case.section("[stages.carrier]")
-        stated = number(member.stage.carrier, "mass_of_component", "kg")
         frames = [c for c in member.stage.carrier if c.kind == "planet_carrier"]
+        stated = number(frames, "mass_of_component", "kg")
+        section.take("mass_kg", stated)
         plates = [p for frame in frames for p in self.document.parts(frame, "side_plate")]
-        blanks = []  # outer and inner diameter, length, distance from the carrier's axis; m
+        solids = []  # mass and inertia of each part
         for plate in plates:
-            sizes = [
+            d, bore, length = (
                 value(plate, key, "m") for key in ("outer_diameter", "inner_diameter", "length")
-            ]
-            if sizes[0] > 0 and sizes[2] > 0:
+            )
+            if d > 0 and length > 0:
                 plate.role = "the carrier"
-                blanks.append((*sizes, 0.0))
+                solids.append(_solid(plate, [(d, bore, length)], 0.0, density))
+        if not solids:
+            return
         stage = member.stage.component
         for pin in self.document.linked(stage, "planetary_stage", "shaft", "planet_pin"):
-            for _, piece in sections_of(self.document, pin):
-                outer, inner = piece.diameters(piece.start + piece.length / 2)
-                blanks.append((1e-3 * outer, 1e-3 * inner, 1e-3 * piece.length, arm))
-        d, bore, length, lever = np.array(blanks).reshape(-1, 4).T
-        masses = density * np.pi / 4 * (d**2 - bore**2) * length
-        mass = float(masses.sum())
-        inertia = float(masses @ (lever**2 + (d**2 + bore**2) / 8))
-        section.take("mass_kg", stated)
-        if plates and mass > 0:
-            why = "derived: side plates and pins of the file"
-            if stated is None:
-                section.put("mass_kg", mass, why)
-            section.put(
-                "inertia_kg_m2", inertia if stated is None else inertia * stated.value / mass, why
-            )
+            cylinders = [
+                (1e-3 * outer, 1e-3 * inner, 1e-3 * piece.length)
+                for _, piece in sections_of(self.document, pin)
+                for outer, inner in [piece.diameters(piece.start + piece.length / 2)]
+            ]
+            if cylinders:
+                solids.append(_solid(pin, cylinders, arm, density))
+        mass, inertia = np.sum(solids, axis=0).tolist()
+        why = "derived: side plates and pins of the file"
+        if stated is None:
+            section.put("mass_kg", mass, why)
+        section.put(
+            "inertia_kg_m2", inertia if stated is None else inertia * stated.value / mass, why
+        )
+
+
+def _solid(
+    part: Component, cylinders: list[tuple[float, float, float]], arm: float, density: float
+) -> tuple[float, float]:
+    """Mass (kg) and inertia (kg m²) of a part of a carrier about the carrier's axis.
+
+    cylinders: outer and inner diameter and length, m; arm: distance of their axis, m; density:
+    kg/m³, if the file does not state the mass of the part.
+    """
+    d, bore, length = np.array(cylinders).T
+    masses = density * np.pi / 4 * (d**2 - bore**2) * length
+    inertia = float(masses @ (arm**2 + (d**2 + bore**2) / 8))
+    mass, stated = float(masses.sum()), value(part, "mass_of_component", "kg")
+    scale = stated / mass if stated > 0 else 1.0
+    return scale * mass, scale * inertia
 
 
 def _is_coupling(joint: Component) -> bool:

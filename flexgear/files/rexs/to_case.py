@@ -203,16 +203,16 @@ class _Conversion:
         spatial = self.joints.has_flexible_shafts
         axial = spatial or any(is_helical(stage) for stage in named.values())
         for name, stage in named.items():
-            racks[name] = StageWriter(gears, self.case, self.where, stage, name).write()
+            writer = StageWriter(gears, self.case, self.where, stage, name)
+            racks[name] = writer.write()
             self.scales[name] = scale = self._scale(stage, racks[name])
             of_stage = [m for m in self.members if m.stage is stage]
             carriers = [m for m in of_stage if m.role == "carrier"]
             for shaft in (shaft for m, shaft in self.joints.shafts.items() if m.stage is stage):
                 shaft.write(self.case, self.supports, scale)
             for carrier in carriers:
-                self.supports.carrier_blank(
-                    carrier, self.material["density_kg_per_m3"], scale.radius
-                )
+                density = self.material["density_kg_per_m3"]
+                self.supports.carrier_blank(carrier, density, 1e-3 * writer.center_distance)
             for member in of_stage:
                 self.supports.support(member, scale, self._needs(member, axial))
             for carrier in carriers:

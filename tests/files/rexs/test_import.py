@@ -58,6 +58,34 @@ def test_springs_side_by_side(imported):
     assert stage.ring.support.torsion == pytest.approx(5e8)
 
 
+@pytest.mark.parametrize("of_parts", [False, True])
+@pytest.mark.parametrize("of_frame", [None, 90.0])
+def test_carrier_of_side_plates_and_pins(imported, of_frame, of_parts):
+    """Two plates about the carrier's axis, pins at the centre distance from it. A mass in the file
+    replaces that of the material; the mass of the frame is that of the whole carrier."""
+    m = planetary()
+    stated = {"mass_of_component": (7.0, "kg")} if of_parts else {}
+    for _ in range(2):
+        m.part(m.carrier, "side_plate", outer_diameter=(260.0, MM), inner_diameter=(60.0, MM),
+               length=(25.0, MM), **stated)  # fmt: skip
+    pins = [roles["shaft"] for kind, roles in m.relations if kind == "planet_pin"]
+    for pin in pins:
+        m.part(pin, "shaft_section", u_coordinate_on_shaft=(0.0, MM), length=(110.0, MM),
+               outer_diameter_begin=(40.0, MM))  # fmt: skip
+        m.set(pin, **stated)
+    if of_frame:
+        m.set(m.carrier, mass_of_component=(of_frame, "kg"))
+    plate = 7800 * math.pi / 4 * (0.26**2 - 0.06**2) * 0.025
+    pin = 7800 * math.pi / 4 * 0.04**2 * 0.11
+    plate, pin = (7.0, 7.0) if of_parts else (plate, pin)
+    arm = 1e-3 * ARM / math.cos(math.radians(HELIX))
+    mass = 2 * plate + 3 * pin
+    inertia = 2 * plate * (0.26**2 + 0.06**2) / 8 + 3 * pin * (arm**2 + 0.04**2 / 8)
+    carrier = imported(m)[0].stages[0].carrier
+    assert carrier.mass == pytest.approx(of_frame or mass)
+    assert carrier.inertia == pytest.approx(inertia * (of_frame or mass) / mass)
+
+
 def test_train_of_three(imported):
     """Speeds by tooth numbers; the shaft between sun and wheel is that of the file, with torsion
     G J / L under the torque of the sun."""
@@ -111,14 +139,18 @@ def test_axis_that_points_the_other_way_turns_signs(imported):
     assert flow.torque["low.carrier"] == pytest.approx(-3000)
 
 
-def test_diameters_become_coefficients(imported):
-    """Tip and root circles of the case are those of the file, with profile shift, on every gear."""
+@pytest.mark.parametrize("sign", [1, -1])
+def test_diameters_become_coefficients(imported, sign):
+    """Tip and root circles of the case are those of the file, with profile shift, on every gear;
+    those of the ring may have a minus sign."""
     m = planetary()
     shifts = {m.sun: 0.3, m.ring: 0.3, **dict.fromkeys(m.planets, -0.3)}
     tips = {m.sun: 91.9, m.ring: 276.1, **dict.fromkeys(m.planets, 106.9)}
     roots = {m.sun: 74.0, m.ring: 294.0, **dict.fromkeys(m.planets, 89.0)}
     for number, x in shifts.items():
-        m.set(number, tip_diameter=(tips[number], MM), root_diameter=(roots[number], MM))
+        side = sign if number == m.ring else 1
+        m.set(number, tip_diameter=(side * tips[number], MM),
+              root_diameter=(side * roots[number], MM))  # fmt: skip
         m.shift(number, x)
     stage = imported(m)[0].stages[0]
     for name, number in (("sun", m.sun), ("planet", m.planets[0]), ("ring", m.ring)):
