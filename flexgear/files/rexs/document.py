@@ -27,6 +27,7 @@ class Attribute:
 
     value: text of a scalar, texts of an array, None for other types such as matrices. where: name
     of its load case, "" for the model itself. used: whether the case has a key from it.
+    unknown_unit: whether a case needs it in a unit to which its unit cannot be converted.
     """
 
     id: str
@@ -34,6 +35,7 @@ class Attribute:
     value: str | tuple[str, ...] | None
     where: str = ""
     used: bool = False
+    unknown_unit: bool = False
 
 
 @dataclass(eq=False)
@@ -301,6 +303,7 @@ def _converted(component: Component, name: str, unit: str) -> float | None:
     if unit_text in ("", "none"):
         unit_text = SCHEMA_UNITS.get(name, unit_text)
     scale = factor(unit_text, unit)
+    attribute.unknown_unit = scale is None
     try:
         value = float(attribute.value)
     except ValueError:

@@ -246,6 +246,8 @@ class StageWriter:
         elif (stated := self._stated_direction(gear_mesh)) is not None:
             degrees = stated.value + (0.0 if gear_mesh.gears[0] is pinion else 180.0)
             self.section.put("position_deg", math.remainder(degrees, 360.0), stated.source)
+        else:
+            self.case.assume(self.section, "position_deg", 0, "no positions of the shafts")
 
     def _backlash(self, shifts: dict[str, Datum]) -> None:
         """Write the normal backlash of each gear mesh that the case adds to that of the shifts.

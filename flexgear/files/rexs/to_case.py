@@ -35,7 +35,7 @@ from flexgear.files.rexs.stages import (
 from flexgear.files.rexs.supports import Scale, SupportWriter
 from flexgear.files.rexs.tables import GRAVITY, MATERIAL
 from flexgear.gears.power_flow import power_flow
-from flexgear.model.errors import InputError
+from flexgear.model.errors import InputError, echo
 from flexgear.model.load import case_of_toml
 
 _FRAME_ATTRIBUTES = ("reference_component_for_position", "support_vector", "u_axis_vector")
@@ -150,6 +150,7 @@ class _Conversion:
         gears.modified.write(self._carries(named))
         written = write_load_cases(self.document, self.assembly, self.case, self.members)
         self._list_other_cases(written)
+        self._warn_of_units()
         listed = tuple(self.lost + left_out(self.document))
         return Imported(self._text(listed), tuple(self.case.assumed), listed)
 
@@ -184,6 +185,21 @@ class _Conversion:
                 self.lost.append(
                     f"load case {other.id} (spectrum {other.spectrum}), {len(other.attributes)}"
                     f" attributes: --load-case {other.id} imports it instead of the first"
+                )
+
+    def _warn_of_units(self) -> None:
+        """Warn about values that are missing in the case because of their unit."""
+        attributes = [
+            (c, a) for c in self.document.components.values() for a in c.of_model.values()
+        ]
+        for load_case in self.document.load_cases:
+            attributes += [(self.document.components[k], a) for k, a in load_case.attributes]
+        for component, attribute in attributes:
+            if attribute.unknown_unit:
+                where = f", {attribute.where}" if attribute.where else ""
+                self.case.warn(
+                    f"{component.label}, {attribute.id}{where}: {echo(attribute.unit)} is no unit"
+                    " known for it; the value is left out"
                 )
 
     def _material(self, gears: list[Component]) -> None:

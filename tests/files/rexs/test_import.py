@@ -121,14 +121,28 @@ def test_units_of_the_file_count(imported):
     for number in m.of("cylindrical_gear") + m.of("ring_gear"):
         m.set(number, face_width=(0.06, "m"), normal_module=(4.0, ""))
     m.set(m.drive, rotational_speed=(12 * 2 * math.pi / 60, "rad / s"))
-    m.set(m.fixed, rotational_stiffness=(5e8, "N m / rad"))
+    m.set(m.fixed, rotational_stiffness=(5e5, "kN m / rad"), radial_stiffness=(4e3, "N / µm"))
+    m.set(m.steel, density=(7.8, "g / cm^3"))
     m.set(m.load, torque_around_u_axis=None, power=(3000 * 12 / TURNS * 1e-3, "kW"))
     found, _ = imported(m)
     assert found.stages[0].face_width == pytest.approx(wanted.stages[0].face_width, rel=1e-12)
     assert found.stages[0].ring.support == wanted.stages[0].ring.support
+    assert found.material == wanted.material
     a, b = power_flow(found), power_flow(wanted)
     assert a.speed == pytest.approx(b.speed, rel=1e-12)
     assert a.torque == pytest.approx(b.torque, rel=1e-12)
+
+
+@pytest.mark.parametrize("unit", ["lbf / in", "N m"])
+def test_values_in_unknown_units_are_named(imported, spectrum, unit):
+    """Such a value is as good as missing, which must be seen where the file is imported."""
+    m = spectrum
+    m.set(m.fixed, radial_stiffness=(4e9, unit))
+    m.load_cases[4][m.drive] = {"rotational_speed": (6.0, "furlong")}
+    assumed = imported(m)[1].assumed
+    (line,) = (line for line in assumed if "radial_stiffness:" in line)
+    assert line.startswith(f"coupling {m.fixed},") and unit in line
+    assert any("rotational_speed, load case 4:" in line for line in assumed)
 
 
 def test_axis_that_points_the_other_way_turns_signs(imported):
