@@ -14,8 +14,6 @@ position only, loops run uncompiled. numba is not imported then: that takes as l
 imports.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import shutil

@@ -4,8 +4,6 @@ The ring is a closed chain of stiff joints between tooth nodes with bolts hung o
 a tree of joints. Both move as rigid bodies without force, as reduced bodies do.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

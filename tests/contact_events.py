@@ -7,8 +7,6 @@ between them; its elastic part is k δ, its damped part c δ̇:
     closed: k δ + c δ̇           limited: 2 k δ, as c δ̇ > k δ
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.integrate import solve_ivp
 

@@ -1,7 +1,5 @@
 """Coupled systems of the bundled stage on cheap bodies, shared by the tests."""
 
-from __future__ import annotations
-
 from cheap_bodies import cheap_carrier, cheap_ring
 
 from flexgear.coupling.build import build_system

@@ -1,7 +1,5 @@
 """Small bodies of equal sectors with ties that do and do not share their period."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A Dask cluster in a process of its own, as users start one."""
 
-from __future__ import annotations
-
 import os
 import socket
 import subprocess

@@ -4,8 +4,6 @@ m ẍ + F = F₀,   F by the one-sided law of k δ and c δ̇, δ = x + e,
 k = k̄ (1 + a cos ψ),   e = A sin(ψ + φ),   c = 2 ζ √(m k),   ψ = ωt + ψ₀.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Random sets of errors for any system."""
 
-from __future__ import annotations
-
 from dataclasses import fields, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Small trains for tests of speeds and torques: unshifted gears, what turns turns freely."""
 
-from __future__ import annotations
-
 from flexgear.model.bodies import Material
 from flexgear.model.case import Case
 from flexgear.model.stage import Stage

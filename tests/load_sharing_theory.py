@@ -14,8 +14,6 @@ carrier (x, y), in carrier axes. Equilibrium: Σ w_i F_i + K x = load. Forces, k
 material) are along the three-dimensional normal; planets of helical gears do not tilt.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

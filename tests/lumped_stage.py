@@ -6,8 +6,6 @@ the planet, N = cosβ n + sinβ e_z; compression = N·(u_gear(C) − u_planet(C)
 Data of Lin & Parker 1999, J. Vib. Acoust. 121:316.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Small structured meshes the tests make themselves, and their matrices by plain scikit-fem."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

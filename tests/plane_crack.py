@@ -4,8 +4,6 @@ The mesh is gmsh's of ``plane_teeth`` with the crack as a line in it; the tooth 
 crack are the same triangles, those of one side of the line with nodes of their own.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -4,8 +4,6 @@ The loaded tooth stands on the x axis, the load presses its +y flank. The body i
 below the teeth and at both ends of the sector. Teeth are cut by brute force (``cut_teeth``).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

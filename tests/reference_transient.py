@@ -5,8 +5,6 @@ rule, C = M Φ diag(2ζω) Φᵀ M, and the ``law`` of tooth pairs. Slow and sim
 fast step is compared with it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -5,8 +5,6 @@ stiffnesses λ (N/m) and λ³ (N m/rad), masses λ³, inertias λ⁵, times λ, 
 Which key is what the model says once, by its quantity.
 """
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

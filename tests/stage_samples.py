@@ -1,7 +1,5 @@
 """Cheap bodies with everything a run asks of a reduced body: report, mesh, recovery."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from types import SimpleNamespace
 

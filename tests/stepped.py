@@ -1,7 +1,5 @@
 """Transients in memory, and what the balance of their energy leaves over."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

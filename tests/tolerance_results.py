@@ -1,7 +1,5 @@
 """A tolerance study made up for tests of what is done with one."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Trains put together for the tests of their studies."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 

@@ -1,7 +1,5 @@
 """Small trains for tests, written as a user writes them."""
 
-from __future__ import annotations
-
 from flexgear import load_case
 from flexgear.model.load import bundled_text
 

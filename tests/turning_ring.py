@@ -1,7 +1,5 @@
 """The bundled stage on cheap bodies with any member held, shared by tests of members that turn."""
 
-from __future__ import annotations
-
 from cheap_bodies import cheap_carrier, cheap_ring
 from trains import STEEL, write
 

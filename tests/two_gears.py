@@ -1,7 +1,5 @@
 """Two gears on soft bearings, and their motion from event to event of their contact."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Every paper has rows and pictures, demanded rows hold, and all of it is on the one page."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -6,8 +6,6 @@ papers is written to results/validation/index.html, of workers (``-n 2``) by the
 out their tests.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 import uuid

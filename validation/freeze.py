@@ -18,8 +18,6 @@ widest.
 ``RENAMED`` lists variables that a change has renamed.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

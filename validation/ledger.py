@@ -4,8 +4,6 @@ What a run finds for a paper is written to `<folder>/<paper>/rows.json`, by whic
 computed it; the page is made from there, and says which papers an earlier run computed.
 """
 
-from __future__ import annotations
-
 import importlib
 import json
 import traceback

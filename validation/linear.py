@@ -7,8 +7,6 @@ positive); K and C hold the gear meshes' own B' k B and B' c B. One rigid rollin
 the loads f must balance on it. Papers' equations, corrected, are assembled into this form.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

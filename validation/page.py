@@ -1,7 +1,5 @@
 """The one page over all papers: counts, then every row and picture by paper."""
 
-from __future__ import annotations
-
 import subprocess
 from collections.abc import Iterable
 from dataclasses import astuple, dataclass

@@ -5,8 +5,6 @@ A package `validation/<paper>/` offers `statements.rows() -> Iterable[Row]` and
 shown on one page (validation/page.py). What is printed stands in its reference.csv.
 """
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Runs of a bundled train by the package, as forces of gear meshes in the papers' order."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -13,8 +13,6 @@ direction −v. Where several multipliers pass at once, as of modes in pairs, v 
 directions.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

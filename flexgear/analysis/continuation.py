@@ -18,8 +18,6 @@ Some curves enter the range only from outside, such as the one of parted teeth i
 hysteresis. They are found by following all curves up to the far ends of the resonances around it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby

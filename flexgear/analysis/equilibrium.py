@@ -12,8 +12,6 @@ unit vectors of ports. Each position is one small dense problem. Nonlinear laws 
 repeatedly until the linearised force equals that of the law.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

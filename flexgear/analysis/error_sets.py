@@ -19,8 +19,6 @@ the forces of a set do not depend on the other sets. Bearings with a law of thei
 rows: such trains are solved for one set after the other.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 

@@ -12,8 +12,6 @@ of z teeth, the band-limited interpolation between z equal angles. This interpol
 every matrix that is the same for all teeth (circulant).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 

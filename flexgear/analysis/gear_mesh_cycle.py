@@ -16,8 +16,6 @@ the ring whatever the position of its teeth, and planet and translational modes 
 frequencies. P is a multiple of N for the same reason.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

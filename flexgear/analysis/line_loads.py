@@ -27,8 +27,6 @@ slope along z of the least-squares plane through their gap g(path, z) over the p
 the slope of a helix modification, zero for crowning and relief.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple

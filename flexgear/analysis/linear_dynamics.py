@@ -17,8 +17,6 @@ q = R a + N b with Rᵀ M N = 0, and have exactly zero stiffness, so that slow e
 digits. At ω = 0, where only balanced loads have a steady state, a = 0.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass

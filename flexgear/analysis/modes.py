@@ -22,8 +22,6 @@ Source: Lin & Parker 1999, J. Vib. Acoust. 121:316 (planar); Eritenel & Parker 2
 325:397 (three-dimensional, helical).
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field

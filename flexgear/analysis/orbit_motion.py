@@ -1,7 +1,5 @@
 """Motion of the whole train over the period of a steady state, in the form of equilibria."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from flexgear.analysis.equilibrium import Equilibrium

@@ -13,8 +13,6 @@ does not depend on the size of chunks. There are no signals at the beginning and
 where a filter would need samples outside it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

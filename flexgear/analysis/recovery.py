@@ -6,8 +6,6 @@ rigid rotation of the undeflected train, q_el = q − rolling · input_angles is
 including wind-up.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property

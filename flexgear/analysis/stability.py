@@ -13,8 +13,6 @@ that leaves the unit circle a second frequency. (Hill's determinant, truncated, 
 copies of each multiplier.)
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

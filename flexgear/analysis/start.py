@@ -12,8 +12,6 @@ bases of modes differ between computations; then the memory of the laws of eleme
 states of the machines, and the energy balance.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any

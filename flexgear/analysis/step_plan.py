@@ -1,7 +1,5 @@
 """Division of a run into time intervals without jumps, and into steps."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from itertools import pairwise

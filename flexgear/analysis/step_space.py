@@ -9,8 +9,6 @@ contact problem of a step (``kernels.eliminated_springs``). The receptances are 
 angles; where they differ the springs remain rows of the contact problem.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -9,8 +9,6 @@ body, δ is the mean over the teeth in mesh, weighted by their loads, or with eq
 none is loaded.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Options, model and output that commands for one analysis of a case share."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Commands for single analyses: equilibria, modes, a transient."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

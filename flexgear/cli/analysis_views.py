@@ -1,7 +1,5 @@
 """Printout of single analyses: equilibria, modes, Campbell diagram, transients."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """``flexgear compare``: flexible and rigid variants, load sharing by analysis, cases and runs."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import tempfile

@@ -1,7 +1,5 @@
 """Output of commands: progress on stderr, tables or JSON on stdout."""
 
-from __future__ import annotations
-
 import json
 import math
 import sys

@@ -4,8 +4,6 @@ Exit codes: 0 success; 1 failed run; 2 wrong input. Only ``--debug``, for develo
 tracebacks.
 """
 
-from __future__ import annotations
-
 import errno
 import gc
 import io

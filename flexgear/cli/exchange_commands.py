@@ -1,7 +1,5 @@
 """Commands for FE meshes and reductions of bodies, and for files of other programs."""
 
-from __future__ import annotations
-
 import math
 from datetime import UTC, datetime
 from pathlib import Path

@@ -1,7 +1,5 @@
 """``flexgear modify``: flank modifications for an even load along the face, or little noise."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path

@@ -1,7 +1,5 @@
 """``flexgear new``: a case of new stages, sized by rules of thumb from a few numbers."""
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Sequence

@@ -3,8 +3,6 @@
 An output replaces only earlier results of the same case, or with --force any file.
 """
 
-from __future__ import annotations
-
 import functools
 import inspect
 import os

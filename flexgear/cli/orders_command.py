@@ -1,7 +1,5 @@
 """``flexgear orders``: order spectra, run-up maps and averages over the turns of a member."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass

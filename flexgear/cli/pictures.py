@@ -1,7 +1,5 @@
 """Pictures and report of a run, drawn by several processes."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Commands ``flexgear run``, all analyses of a case, and ``flexgear render``, its pictures."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Annotated, Any

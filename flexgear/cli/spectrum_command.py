@@ -1,7 +1,5 @@
 """``flexgear spectrum``: load bins of a case as a table for ``[spectrum]``, and load duration."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any
 

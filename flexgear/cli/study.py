@@ -1,7 +1,5 @@
 """Options of studies of one case on several processes, and the folder of their results."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass

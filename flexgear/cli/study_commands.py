@@ -1,7 +1,5 @@
 """Commands ``flexgear rate``, under load cases, and ``flexgear tolerance``, with random errors."""
 
-from __future__ import annotations
-
 import csv
 from dataclasses import replace
 from datetime import UTC, datetime

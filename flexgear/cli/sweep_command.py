@@ -1,7 +1,5 @@
 """``flexgear sweep``: parameter studies of one or two keys of a case."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any

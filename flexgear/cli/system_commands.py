@@ -1,7 +1,5 @@
 """Commands about this machine: ``flexgear cache`` and ``flexgear doctor``."""
 
-from __future__ import annotations
-
 import ctypes
 import importlib.metadata
 import os

@@ -1,8 +1,6 @@
 """Commands ``flexgear response``, steady states or the linear response over speed, and
 ``flexgear stability``, bands of parametric instability."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import partial
 from typing import Annotated, Any

@@ -1,7 +1,5 @@
 """Assembly of a train: matrices of its bodies, springs, contact nodes and angles."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from functools import cached_property

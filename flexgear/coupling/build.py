@@ -5,8 +5,6 @@ carriers: their rigid motions are those of the FE bodies, so that faults of supp
 reported before any FE body is reduced.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Mapping, Sequence
 

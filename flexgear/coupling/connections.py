@@ -1,7 +1,5 @@
 """Connections of a stage: springs between ports of its bodies, and its gear meshes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial

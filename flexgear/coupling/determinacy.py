@@ -5,8 +5,6 @@ many as the train has independent rotations; with more some body has no support,
 support prevents rotation.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Gear meshes of a train, and their arrays and tables (``PairData``) from gear theory."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Forces on a train other than at ports: weight, loads of the case, forces of rotating frames."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from flexgear.arrays import Array

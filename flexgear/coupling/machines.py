@@ -8,8 +8,6 @@ controller     T = k_p (ω_s − ω) + k_i ∫ (ω_s − ω) dt within limits, t
 The histories T, ω and ω_s are not part of the law (``analysis.transient.Drive``).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Bodies of the members of a stage: lumped bodies, finite-element bodies and shafts."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace

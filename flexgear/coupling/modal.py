@@ -27,8 +27,6 @@ the relative change of λ. Dropped modes lose their mass and keep their stiffnes
 frequencies only rise (Rayleigh). Gyroscopic terms are neglected in the estimate.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from collections.abc import Iterator
 from dataclasses import dataclass

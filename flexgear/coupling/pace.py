@@ -13,8 +13,6 @@ samples a period peaks of tooth loads are one per cent low. After a torque step 
 are computed with the finer step. So cases of any size and speed have the same steps a period.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

@@ -17,8 +17,6 @@ are constant: a time step needs two channels for each gear mesh instead of six f
 third vector, the approach along the line of centres, gives the distance of the coast flank.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -5,8 +5,6 @@ is invariant to rotation and part of the constant stiffness; the remainder is ro
 rotated at every evaluation.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Notebook output: progress bars of analyses, and HTML tables of objects."""
 
-from __future__ import annotations
-
 import sys
 import threading
 import time

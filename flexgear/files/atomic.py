@@ -9,8 +9,6 @@ folder without a lock file is being created, or holds finished work that could n
 left alone.
 """
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import json

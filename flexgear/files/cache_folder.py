@@ -1,7 +1,5 @@
 """The cache folder, which holds reduced bodies and other results that are expensive to compute."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 The reader of .outb files does not use openfast-io, which depends on pandas, deepdiff and YAML.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import re

@@ -11,8 +11,6 @@ A case of n members with c independent ties has mobility M = n − c. It needs M
 ports p − M need a torque, as the matrix of the torques is the transpose of that of the speeds.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -15,8 +15,6 @@ it is then sampled by whole gear-mesh cycles w_i = i g mod C with g prime to C a
 so that any z consecutive samples meet each of the z phases of an error exactly once.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

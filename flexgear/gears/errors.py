@@ -37,8 +37,6 @@ and coast flanks have them. Both halves of a double-helical stage have the same 
 random pitch deviations.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 from collections.abc import Mapping

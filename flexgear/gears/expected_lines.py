@@ -32,8 +32,6 @@ to a stationary outer ring, where stationary is relative to the load. In planet 
 inner ring, on the pin. A defect of an element strikes both rings, so at twice its spin.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -20,8 +20,6 @@ contact then ends at the tip circles, or has the length of the given contact rat
 In a parallel stage the pinion has the role of the sun, and the gear that of the planet.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -17,8 +17,6 @@ Maschinenelemente II. Endurance limits of the strongest case-hardened steel with
 σ_Hlim = 1650 N/mm², σ_FE = 1050 N/mm² (ISO 6336-5:2016, ME).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Load bins: speeds, torques and loads of all members of a train in each load case, by statics."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

@@ -31,8 +31,6 @@ Table over profile and face: bilinear in (ρ, z), with ρ = r_b ξ at the roll a
 √(d²/4 − r_b²) at the diameter d; constant beyond the outermost points.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

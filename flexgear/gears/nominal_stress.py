@@ -31,8 +31,6 @@ are equations 10 to 16 of the standard. For a cutter the edition of 2006 has a s
 1 ≤ q_s < 8.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -44,8 +44,6 @@ Known as corner contact: Munro, Morrish and Palmer 1999, Proc. Inst. Mech. Eng. 
 formulas follow from the involute alone.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -21,8 +21,6 @@ mirror image of the right one: z of a modification counts from the middle of a h
 outer end.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

@@ -11,8 +11,6 @@ planets (centre distance).
 In a parallel stage the pinion has the role of the sun and the gear that of the planet.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -28,8 +28,6 @@ deflection of its middle relative to the ends of the seat
 (span L between the plates, seat width c, κ = 0.9).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any

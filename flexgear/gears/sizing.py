@@ -16,8 +16,6 @@ With T_s the torque of the sun and k = z_r/z_s, the ring has k T_s and the carri
 whichever of the three is held.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

@@ -40,8 +40,6 @@ the law "weber-banaschek": ISO's c' and tables are not changed.
 Weber and Banaschek depends on it, by the logarithm of Hertz's contact.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

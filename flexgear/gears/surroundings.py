@@ -1,7 +1,5 @@
 """Rim, ring support, carrier, shaft, bearings and inertias of a proposed stage; SI."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

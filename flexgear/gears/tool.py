@@ -25,8 +25,6 @@ side of the gear's tooth on the real axis. Sources: ISO 21771:2007 for the data 
 follows from the law of gearing.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 from dataclasses import dataclass, fields, replace

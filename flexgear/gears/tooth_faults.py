@@ -25,8 +25,6 @@ pair begins its path with the whole stiffness at whatever approach they have rea
 (``lost_contact``).
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -25,8 +25,6 @@ Sources: Weber & Banaschek 1953 (Schriftenreihe Antriebstechnik 11); O'Donnell 1
 27:461 and Cornell 1981, J. Mech. Des. 103:447 for the foundation's coefficients in plane strain.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Literal

@@ -1,7 +1,5 @@
 """Type checks of the arguments of public functions, with InputError in place of tracebacks."""
 
-from __future__ import annotations
-
 import builtins
 import inspect
 from collections.abc import Callable
@@ -76,7 +74,8 @@ def checked(function: F) -> F:
     """Decorator that checks the arguments of a function against the types of its signature.
 
     InputError names the function and the first argument that is unknown or of a wrong type. In an
-    InputError about a command-line option, the argument of that name replaces the option.
+    InputError about a command-line option, the argument of that name replaces the option. The
+    types are read from source text: the module has ``from __future__ import annotations``.
     """
     parameters = inspect.signature(function).parameters
     place = f"flexgear.{function.__qualname__}()"
@@ -110,7 +109,7 @@ def _argument_validator(function: Callable[..., Any]) -> Callable[..., None]:
         """Do nothing: pydantic checks the arguments."""
 
     accept.__annotations__ = {
-        name: eval(parameter.annotation, {}, classes)  # annotations in the source of flexgear
+        name: eval(parameter.annotation, {}, classes)
         for name, parameter in signature.parameters.items()
         if name != "self"
     }

@@ -1,7 +1,5 @@
 """Springs between two 6-dof nodes; bearings, their rolling elements and ratings; the lubricant."""
 
-from __future__ import annotations
-
 import math
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """Bodies of a stage and its housing: material, FE mesh, planet, carrier, hub, shaft, housing."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, WithJsonSchema

@@ -1,7 +1,5 @@
 """Paths and digests of the files that a case names; hashes of its content."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

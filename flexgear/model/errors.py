@@ -1,7 +1,5 @@
 """Exceptions for wrong input and for failures at run time, and their texts."""
 
-from __future__ import annotations
-
 import re
 
 MAX_ECHO = 80  # characters of a value in a message

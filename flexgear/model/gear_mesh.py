@@ -1,7 +1,5 @@
 """Gear mesh of a stage: stiffness, contact, damping, and manufacturing errors of its gears."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Mapping

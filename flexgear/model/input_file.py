@@ -1,7 +1,5 @@
 """Reading of files that a user names: text, bytes, and CSV tables with units in the titles."""
 
-from __future__ import annotations
-
 import csv
 import errno
 import lzma

@@ -1,7 +1,5 @@
 """Loading of cases: TOML files, bundled cases, overrides, and stages taken from other cases."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Mapping
 from contextvars import ContextVar

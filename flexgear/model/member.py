@@ -1,7 +1,5 @@
 """Members of a stage: gears with their tools, and carriers."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any, Literal

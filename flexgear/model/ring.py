@@ -1,7 +1,5 @@
 """The ring as an FE body, and its supports: bolts, fits and splines."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import ClassVar, Literal

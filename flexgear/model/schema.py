@@ -4,8 +4,6 @@ Meanings are read from the docstrings of sections, in which "name: " after a ful
 or bracket begins the description of a field.
 """
 
-from __future__ import annotations
-
 import inspect
 import re
 from collections.abc import Iterator

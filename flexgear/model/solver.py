@@ -1,7 +1,5 @@
 """Numerical options of a case; options that are left out follow from it (``coupling/pace.py``)."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 from pydantic import Field

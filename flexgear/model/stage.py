@@ -1,7 +1,5 @@
 """One stage: planetary or parallel, of lumped members, FE bodies and shafts."""
 
-from __future__ import annotations
-
 import cmath
 import math
 from collections.abc import Mapping

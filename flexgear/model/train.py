@@ -1,7 +1,5 @@
 """Joints between stages, ports (inputs and output), and loads on members."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Literal
 

@@ -4,8 +4,6 @@ The type of a field states its dimension (``face_width: Length``), the ending of
 unit of the number (``face_width_mm``). All conversions between units are in this module.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated

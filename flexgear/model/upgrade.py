@@ -5,8 +5,6 @@ sections, which ``MOVES`` maps to keys of the stage and its ports. By default it
 input, its sun the output, and its ring was held.
 """
 
-from __future__ import annotations
-
 import re
 import shlex
 import tomllib

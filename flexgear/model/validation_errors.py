@@ -1,7 +1,5 @@
 """Conversion of pydantic's validation errors to InputError: file, key, problem, remedy."""
 
-from __future__ import annotations
-
 from typing import Any, Literal, get_args, get_origin
 
 from pydantic import ValidationError

@@ -4,8 +4,6 @@ A *gear mesh* is that of one planet with ring or sun, with both flanks. A *group
 gear meshes of all planets of a stage with the same kind and side, which share a load.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

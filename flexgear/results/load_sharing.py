@@ -14,8 +14,6 @@ Hu's eq. 19 as printed takes maxima over all planets and cycles at once, which g
 forces; its text and eq. 20 require maxima for each planet and cycle.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Literal, get_args

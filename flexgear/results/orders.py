@@ -11,8 +11,6 @@ By zero padding, a peak of the Hann window is at most 0.07 % too low. Lines are 
 orders differ by 2/turns or more (Hann).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Hashable, Sequence
 from typing import Any

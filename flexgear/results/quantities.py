@@ -5,8 +5,6 @@ equilibria. Axes and signs are those of docs/conventions.md. Only variables with
 ``missing``, which states the reason, have values that are NaN (null in JSON).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Literal, NamedTuple
 

@@ -6,8 +6,6 @@ of flanks is proportional to the square root of load, that of roots to load, and
 to a power of load.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """A rating as rows of ``rating.csv``, figures of ``rating.json``, and results of a REXS model."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from typing import Any

@@ -5,8 +5,6 @@ that of one planet with ring or sun, with both flanks; axes and signs are those 
 docs/conventions.md.
 """
 
-from __future__ import annotations
-
 from flexgear.results.quantities import UNLOADED, Quantity, quantity
 
 NODAL = (

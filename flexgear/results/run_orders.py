@@ -1,7 +1,5 @@
 """Order analysis of transients: histories over the rotation of a member, and expected lines."""
 
-from __future__ import annotations
-
 import json
 import math
 import warnings

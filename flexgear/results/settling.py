@@ -17,8 +17,6 @@ once per revolution, which is a small change over one gear-mesh period. Memory i
 duration: D, smallest and largest x of every window, and the samples of one period are stored.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any

@@ -5,8 +5,6 @@ stand for names in the case. Names end in units; values without a number are nul
 refuses incomplete summaries and numbers that are not finite.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any

@@ -12,8 +12,6 @@ per gear-mesh cycle, so that each sample belongs to one ψ. Each planet tooth me
 at the sensor within lcm(z_p, z_r)/z_r turns.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -3,8 +3,6 @@
 Quantiles, means and their confidence intervals assume no distribution of the samples.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping, Sequence

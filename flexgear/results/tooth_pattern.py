@@ -6,8 +6,6 @@ the path of contact is placed at the end of the path. Cells that no contact line
 interpolated between their neighbours.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

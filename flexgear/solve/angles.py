@@ -4,8 +4,6 @@ The reference member is the first port of given speed that is not zero. At rated
 rotations are proportional to its rotation, which so is a measure of time.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

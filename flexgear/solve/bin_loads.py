@@ -25,8 +25,6 @@ deviations that the case does not state), whereas method B of ISO 6336-1 takes d
 accuracy grade.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

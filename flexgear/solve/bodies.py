@@ -1,7 +1,5 @@
 """Reduced FE bodies of a case, shared by all its analyses."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait

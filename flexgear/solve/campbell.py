@@ -1,7 +1,5 @@
 """Campbell diagram: natural frequencies over speed, excitations, and their intersections."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

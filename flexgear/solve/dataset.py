@@ -5,8 +5,6 @@ are in fixed axes, of central members and carrier nodes in the axes of their sta
 planets in planet axes (radial, tangential, axial).
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator
 from functools import partial
 from typing import Any

@@ -1,7 +1,5 @@
 """Displacement fields of FE bodies: in equilibrium, at a sample of a transient, in a mode."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Variables of datasets for load along the face: line loads, pressure, misalignment and causes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Mapping
 from functools import cache, partial
 from typing import Any

@@ -10,8 +10,6 @@ the gears' rotations and of the gear-mesh frequency, from which the steady state
 to check the time stepping.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

@@ -15,8 +15,6 @@ v_mᵀ q_l (Özgüven & Houser 1988, J. Sound Vib. 125:71, for one gear pair). C
 orders are not coupled, and k(ψ) does not include gaps of modified flanks.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

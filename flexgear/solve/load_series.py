@@ -12,8 +12,6 @@ hours. So the bins have the hours and turns of the samples, and their damage for
 N ~ T^(−p).
 """
 
-from __future__ import annotations
-
 import math
 from collections import defaultdict
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Natural modes of a train by type and energy."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

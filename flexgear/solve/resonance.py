@@ -1,7 +1,5 @@
 """Excitations near natural frequencies at the operating speeds of a case: figures and verdict."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby

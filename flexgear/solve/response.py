@@ -4,8 +4,6 @@ Curves of steady states with the period of the gear mesh (``analysis.continuatio
 with twice the period that branch off, as a dataset.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Figures of steady states over speed or torque: peaks, jumps, changes of stability, ranges."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import Any

@@ -15,8 +15,6 @@ teeth, which deflect by t, reduce the excess K − 1 in equilibria by at most a 
 inside planets do not count: their mean deflection is that of the carrier in the model.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 Transients run in threads, concurrently with the other analyses.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor

@@ -1,7 +1,5 @@
 """Summary of a run from its analyses: sections, warnings and headlines."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ products release the interpreter lock. The thread of the other analyses counts a
 workers: three threads on two cores would take longer than two.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future
 from contextlib import contextmanager

@@ -12,8 +12,6 @@ measures the displacement of the points of the body that are at its place, and t
 of this signal.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Sensors of a case on its coupled system: rows for the motion at their positions, and signals."""
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Collection, Iterator

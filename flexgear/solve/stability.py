@@ -1,7 +1,5 @@
 """Parametric instability of a train over speed: growth rates, bands of speed, and their modes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

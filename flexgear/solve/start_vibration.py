@@ -17,8 +17,6 @@ which ``results.settling`` compares with the peak-to-peak of the steady force. O
 their mean stiffness. First order in the variation, one mode at a time, without loss of contact.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Figures of steady states: stability, forces, transmission errors, bearings and sensors."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

@@ -7,8 +7,6 @@ is linear in its errors is computed at all positions of the error cycle, that of
 number of whole gear-mesh cycles, spread over the error cycle.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

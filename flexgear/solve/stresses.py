@@ -5,8 +5,6 @@ in contact together have all loads that one tooth has from its first to its last
 divided into places along the path of contact and along the face, fillets along the face.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import cache

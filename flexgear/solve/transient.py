@@ -1,7 +1,5 @@
 """Transients of a case: machines and loads over time, steady running, drives and torque drops."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Turning points and changes of stability of curves of steady states; targets of jumps."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 

@@ -14,8 +14,6 @@ A spring connects one interface node to the body's surroundings, in axes turned 
 a bolt point outward along the radius, tangentially and along z.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 

@@ -6,8 +6,6 @@ folder named by the SHA-256 of all that it depends on. Files and folders with ot
 other programs or are being written; they are neither listed nor removed.
 """
 
-from __future__ import annotations
-
 import hashlib
 import io
 import json

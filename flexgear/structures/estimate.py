@@ -22,8 +22,6 @@ A = (K + B^T S B)^{-1} M, gives the full model's frequencies. An error e of the 
 the order e (f / f_fixed)^4 (the tests compare with Lanczos on the full matrices).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any

@@ -25,8 +25,6 @@ so that the constraint modes Psi (dofs times interface dofs) are never stored wh
 Source: Craig, Bampton 1968, AIAA J. 6:1313; constraint form: Farhat, Geradin 1994.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 

@@ -7,8 +7,6 @@ so that it includes rotary inertia and shear.
 Shear coefficient κ of a hollow circle after Cowper (1966).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ temporary name and renamed when complete; header and arrays carry checksums, and
 wrong checksum is deleted and computed again. The recovery array stays on disk as a memory map.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

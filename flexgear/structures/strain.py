@@ -15,8 +15,6 @@ Components come in the order of ``COMPONENTS``; shear components of strain are t
 half of gamma. A notch is resolved only as well as the mesh resolves it.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray

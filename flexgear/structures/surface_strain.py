@@ -11,8 +11,6 @@ from which strain by rounding errors under rigid motion is removed. Base vectors
 e_1 along the surface across the axis, e_2 along the surface towards +z, e_3 the outward normal.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

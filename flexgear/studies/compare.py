@@ -1,7 +1,5 @@
 """Comparison of load sharing by several analyses of one train, and of two trains."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

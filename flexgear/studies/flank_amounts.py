@@ -8,8 +8,6 @@ turns the flank (``gears.profile_contact``). The coefficients are tabulated once
 with the increase p_i of amount i and its coefficients g_i and q_i.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

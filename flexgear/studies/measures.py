@@ -1,7 +1,5 @@
 """Measures of a parameter study: modes, power flow, bearing life, load sharing, loads, motions."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial

@@ -6,8 +6,6 @@ line load is a maximum of many values and therefore not smooth. The proposed amo
 once more from the keys of the case, so that the figures are exactly those of the proposed case.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal

@@ -1,7 +1,5 @@
 """A case of proposed stages that ``check`` accepts without a warning."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Sequence
 from dataclasses import replace

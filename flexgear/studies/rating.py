@@ -14,8 +14,6 @@ that the case states. Each gear mesh takes the load factors of the train in whic
 the bearings of a stage the forces of the train with the largest force.
 """
 
-from __future__ import annotations
-
 import itertools
 import json
 import math

@@ -10,8 +10,6 @@ by rows (ISO/TS 16281), any other bearing by its basic life from C (ISO 281); wi
 where the lubricant is known.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple

@@ -6,8 +6,6 @@ Drive and coast flanks accumulate damage separately. Under a reversed torque the
 that is in contact with the sun under rated torque is in contact with the ring, and vice versa.
 """
 
-from __future__ import annotations
-
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence

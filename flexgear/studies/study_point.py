@@ -1,7 +1,5 @@
 """A case at one point of a parameter study, with the results that measures share."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 

@@ -5,8 +5,6 @@ VALUES is ``1,2,3`` (numbers or words; lists in brackets), ``start:stop:count`` 
 ``stage.errors.pin_tangential_um.0=0:50:6`` moves only the pin of the first planet.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterable, Sequence

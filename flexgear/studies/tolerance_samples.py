@@ -6,8 +6,6 @@ as easy as 1, 2, 3"). So samples and errors do not depend on which others are dr
 order. Sizes are uniform numbers transformed by the inverse of the cumulative distribution.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Declaration of pictures of a run, and their subjects: the run, a stage, an FE ring, a flank …"""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

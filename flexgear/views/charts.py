@@ -1,7 +1,5 @@
 """Charts of radial harmonics, the energy balance, and figures of stages as bars."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -6,8 +6,6 @@ Datasets are equilibria whose pairs have slices (``face_line_load``, ``line_load
 ``solve.static.gear_mesh_cycles``: curves show the first cycle, orders are those of all cycles.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

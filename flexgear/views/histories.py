@@ -4,8 +4,6 @@ torque drops, displacements of tooth nodes, sun and planets (Tan 2023, Figures 7
 Stiffness split (eq. 23): F_l = k_l / Σ k · Σ F over the pairs l of one planet's gear mesh.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from operator import itemgetter
 from typing import Any

@@ -4,8 +4,6 @@ Each axes becomes one panel {"data": [...], "layout": {...}} of plotly, so that 
 only one drawing function.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

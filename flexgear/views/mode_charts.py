@@ -1,7 +1,5 @@
 """Charts of natural modes by frequency, type and energy, and the Campbell diagram."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Charts of order spectra with expected lines, run-up maps, averages over a turn, and sensors."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Any
 

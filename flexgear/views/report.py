@@ -5,8 +5,6 @@ deflated. Static pictures are shown in print, without scripts, and in browsers t
 data.
 """
 
-from __future__ import annotations
-
 import base64
 import io
 import json

@@ -3,8 +3,6 @@
 ``RUN_CHARTS`` is in the order of the report. A new picture is one entry.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any

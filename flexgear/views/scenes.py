@@ -1,7 +1,5 @@
 """Plotly panels of deformed bodies, of their natural modes, and of the animated ring."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -4,8 +4,6 @@ Oscillations are counted by prominent crests. A line with many oscillations woul
 so its envelope is drawn: the least and largest values in pieces of a few oscillations each.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -4,8 +4,6 @@ Datasets have ``gear_mesh_force`` and ``planet_load_factor`` by gear mesh (with 
 and planet) and ``body_displacement`` by body and degree of freedom, over positions or time.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -5,8 +5,6 @@ mesh with the ring, the sun so that it meshes with planet 1. If another planet t
 of the sun, the stage cannot be assembled. Frames are those of docs/conventions.md.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import Any

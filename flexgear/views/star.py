@@ -8,8 +8,6 @@ with the exaggeration f printed in the picture. Displacements are global and in 
 counted from the X axis, the carrier turns counter-clockwise (docs/conventions.md).
 """
 
-from __future__ import annotations
-
 import math
 import os
 from dataclasses import dataclass

@@ -1,8 +1,6 @@
 """Charts of ratings, with load duration, damage and reserves, and of tolerance studies, with
 histogram and distribution of samples."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

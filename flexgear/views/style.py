@@ -7,8 +7,6 @@ Palettes: planets after Okabe & Ito (2008), variants after P. Tol's "high contra
 schemes (SRON/EPS/TN/09-002); both are safe for the common forms of colour blindness.
 """
 
-from __future__ import annotations
-
 import itertools
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence

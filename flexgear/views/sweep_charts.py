@@ -4,8 +4,6 @@ Keys are the dimensions whose coordinate has the attribute "logarithmic". Of the
 a variable the last labels lines, all before it label panels.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any

@@ -3,8 +3,6 @@
 Lines with more points than a screen are reduced to their envelope.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Sequence
 from typing import Any

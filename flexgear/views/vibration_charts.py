@@ -1,8 +1,6 @@
 """Charts of vibration over speed: steady states with all branches, linear response, and parametric
 instability."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Iterable
 from typing import Any

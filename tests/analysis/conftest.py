@@ -1,7 +1,5 @@
 """The bundled stage on cheap bodies: everything but the FE reduction."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from coupled import make_system

@@ -1,7 +1,5 @@
 """Steady states of an oscillator with clearance against its equation of motion in time."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Whirl modes, the Campbell diagram and harmonic steady states against closed forms."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """Many sets of errors at once against one revolution for each."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import load_sharing_theory as theory

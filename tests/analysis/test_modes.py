@@ -1,7 +1,5 @@
 """Modes up to a limit; types, multiplicities and energies of stages whose modes are known."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import replace
 

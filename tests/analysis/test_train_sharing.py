@@ -1,7 +1,5 @@
 """Load sharing of a train's stage: the theorem of three planets, and independent compatibility."""
 
-from __future__ import annotations
-
 import math
 
 import load_sharing_theory as theory

@@ -1,7 +1,5 @@
 """An FE housing given as reduced matrices: rigid limit, springs in series, weight, refusals."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from cheap_bodies import Joints

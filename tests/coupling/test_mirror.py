@@ -8,8 +8,6 @@ their carrier, and with rigid gears the whole stage is only turned, by j / (r_b,
 an FE ring have nodes that do not turn, so there the other flanks are thinned.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

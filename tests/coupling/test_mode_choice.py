@@ -1,7 +1,5 @@
 """Modes kept for a wanted accuracy: against full matrices, over counts and limits, in a drop."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from coupled import TORQUE, make_case, make_system

@@ -4,8 +4,6 @@ Turned as a whole about its axes by φ, a train with its loads, its weight and i
 not alike all round is the same machine: the pinion's gear stands at φ, a carrier is φ further.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

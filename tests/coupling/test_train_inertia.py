@@ -1,7 +1,5 @@
 """Inertia at ports and joints counts once: kinetic energy of the rolling train in closed form."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from coupled import make_bodies

@@ -1,7 +1,5 @@
 """A train is one system: limits between kinds of bodies, joints, clearance, weight, mixing."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

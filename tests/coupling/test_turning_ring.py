@@ -1,7 +1,5 @@
 """An FE ring that turns, a carrier that is held: the same stage seen from another frame."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from coupled import make_case, make_system

@@ -1,7 +1,5 @@
 """What cannot work is said at once, with the right stage, key and remedy."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -7,8 +7,6 @@ centre of a cutter. The rounding is put into its corner by solving for its centr
 the gear's space is as wide as the widest of all positions makes it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,8 +1,6 @@
 """Gears of a case for the brute-force cutter: what the case states, and the rules for what it does
 not, written again."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from cut_teeth.gear import Gear

@@ -1,7 +1,5 @@
 """Half of a cut tooth as points, and where it is as thick as ISO 6336-3 takes its root."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import lru_cache

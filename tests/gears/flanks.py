@@ -3,8 +3,6 @@
 Independent of ``flexgear.gears.contact``: angles of tooth centres, half angles at a radius, helix.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

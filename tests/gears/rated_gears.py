@@ -1,7 +1,5 @@
 """Cases with all data for the rating of gears, as TOML text, and shortcuts to their ratings."""
 
-from __future__ import annotations
-
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.rating.pair import gear_pair, pair_load

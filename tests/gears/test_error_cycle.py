@@ -1,7 +1,5 @@
 """Error cycles against brute force over teeth, and how evenly samples meet phases."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from fractions import Fraction

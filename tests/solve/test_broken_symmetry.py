@@ -1,7 +1,5 @@
 """Motion in which equal planets differ, against the equations of a planet mode."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

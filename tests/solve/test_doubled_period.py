@@ -1,7 +1,5 @@
 """States that repeat after several gear-mesh periods, against the equation of motion in time."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

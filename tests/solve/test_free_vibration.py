@@ -4,8 +4,6 @@ Supports of members that turn are springs to what turns on at the steady speed, 
 Parker 2012 (Vibration properties of high-speed planetary gears with gyroscopic effects).
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from lumped_stage import lin_parker

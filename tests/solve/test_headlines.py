@@ -1,7 +1,5 @@
 """What the first screen of a report says of a summary; stresses and lives beside their limits."""
 
-from __future__ import annotations
-
 import copy
 import re
 from typing import Any

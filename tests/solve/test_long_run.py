@@ -1,7 +1,5 @@
 """Runs of any length: the same in a file as in memory, memory that does not grow, an end."""
 
-from __future__ import annotations
-
 import os
 import sys
 from pathlib import Path

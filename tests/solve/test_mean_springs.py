@@ -1,7 +1,5 @@
 """Modes with the mean stiffness of gear meshes over their cycles, against motion in time."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A stage alone and the train of that one stage: every figure of every result is the same."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from stage_samples import cheap_stage

@@ -1,8 +1,6 @@
 """What meets natural frequencies: orders, nodal indices, and who excites what, against motion in
 time and against the rule of Parker."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

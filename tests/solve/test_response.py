@@ -1,7 +1,5 @@
 """Frequency responses through the public face: planets, symmetry, transients, what is refused."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -4,8 +4,6 @@ Two planetary stages: "low" helical, "high" spur; rings cut by shapers, six kind
 N/mm², µm, r/min.
 """
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from math import asin, atan, cos, log, pi, radians, sin, sqrt, tan

@@ -4,8 +4,6 @@ A quick run, or one of some groups only, writes beside its results instead, so t
 is always of one whole run.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path

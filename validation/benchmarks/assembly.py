@@ -1,7 +1,5 @@
 """Assembly of stiffness and mass against plain scikit-fem forms on the same FE mesh."""
 
-from __future__ import annotations
-
 import numpy as np
 import scipy.sparse as sp
 from plain_meshes import plain_matrices

@@ -8,8 +8,6 @@ No search for loaded pairs, no damping, no moving teeth, no update of velocities
 rows V, their blocks and their number are those of one position of the same stage.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

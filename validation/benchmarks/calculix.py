@@ -1,7 +1,5 @@
 """Frequencies of the same FE mesh by CalculiX: a cross-check, and its time beside ours."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -4,8 +4,6 @@ The last release is the commit that ``FLEXGEAR_RELEASE`` names, else the newest 
 that raised the version. Its package is taken out of git into a folder of its own.
 """
 
-from __future__ import annotations
-
 import io
 import os
 import shutil

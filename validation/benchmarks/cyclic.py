@@ -1,7 +1,5 @@
 """Reduction sector by sector against the general path, over the size of the ring."""
 
-from __future__ import annotations
-
 import inspect
 from statistics import median
 

@@ -7,8 +7,6 @@ pairs; "woodbury": the inverse of the constant part is kept dense and updated by
 Same rule, rows and sets as flexgear's step (`tests/reference_transient.py`).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Hurty-Craig-Bampton modes of Exudyn's FEMinterface: rigid patches, the same K, M and nodes."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 from typing import Any

@@ -1,7 +1,5 @@
 """Load along the face: what slices cost beside single pairs, and against all slices at once."""
 
-from __future__ import annotations
-
 from statistics import median
 
 import numpy as np

@@ -4,8 +4,6 @@ A run is timed with all its steps and with a fifth of them; the difference leave
 takes before its first step (receptances, work space).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from benchmarks.record import Curve, Report

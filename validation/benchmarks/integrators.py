@@ -4,8 +4,6 @@ The right-hand side is compiled (flexgear's own contact solution at a given stat
 compared is the number of its evaluations and the work of the integrator, not Python against numba.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.integrate import solve_ivp
 

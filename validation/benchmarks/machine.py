@@ -1,7 +1,5 @@
 """Where a run took place: processor, cores, memory, versions, load; no names of hosts or paths."""
 
-from __future__ import annotations
-
 import datetime
 import os
 import platform

@@ -1,7 +1,5 @@
 """docs/benchmarks.md, written by the run."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from benchmarks.record import Comparison, Report, plain

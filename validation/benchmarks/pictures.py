@@ -1,7 +1,5 @@
 """The pictures of the page."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

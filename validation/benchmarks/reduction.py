@@ -8,8 +8,6 @@ which gives constraint modes (g = 0, q = I) and, inside SciPy's Lanczos, fixed-i
 (q = 0).
 """
 
-from __future__ import annotations
-
 from statistics import median
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A quasi-static revolution of 1 000 positions against a dense solution at each position."""
 
-from __future__ import annotations
-
 from statistics import median
 
 import numpy as np

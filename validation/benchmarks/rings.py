@@ -1,7 +1,5 @@
 """The ring of wind-5mw on FE meshes of several sizes: same section, more layers; or finer."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 

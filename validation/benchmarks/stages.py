@@ -1,7 +1,5 @@
 """Coupled stages for the benchmarks of time stepping: cheap bodies of the tests, real ones."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 

@@ -1,7 +1,5 @@
 """The step kernel of a transient against other ways to take the same steps."""
 
-from __future__ import annotations
-
 from statistics import median
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The closed form of the free motion against its equation in time."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

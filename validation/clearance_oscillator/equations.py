@@ -4,8 +4,6 @@ in closed form, and its forced motion by the first-order harmonic balance.
 Lengths over x_s = F₀/k, forces over F₀, frequencies over ω₀ = √(k/m).
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Resonances of a pair with clearance over the free motion and the first-order balance."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Closed forms of an oscillator with clearance beside steady states of a gear pair."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache

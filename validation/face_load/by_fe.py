@@ -6,8 +6,6 @@ Of rigid and flexible bodies in 15 slices, and of flexible ones in twice as many
 `make validate` computes it again.
 """
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 

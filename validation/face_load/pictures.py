@@ -1,7 +1,5 @@
 """Line loads before and after the proposed flanks, and what misaligns them before."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from rows import Drawn, Picture

@@ -7,8 +7,6 @@ the face; line contact is linear, the secant at the mean load. Rows: pairs feel 
 resultants of each, as in a case; all: every slice moves every other.
 """
 
-from __future__ import annotations
-
 import csv
 from dataclasses import dataclass
 from pathlib import Path

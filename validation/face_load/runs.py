@@ -1,8 +1,6 @@
 """Equilibria over gear-mesh cycles with slices: the planetary stages of wind-5mw and grc-750kw,
 flexible and rigid."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 from typing import Any

@@ -1,7 +1,5 @@
 """K_Hβ of the bundled cases, by what tilts their gears, and what a proposal gains."""
 
-from __future__ import annotations
-
 from rows import FLEXGEAR, Row
 
 from face_load import by_fe, rim

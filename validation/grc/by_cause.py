@@ -4,8 +4,6 @@
 writes causes.csv and the table of source.md.
 """
 
-from __future__ import annotations
-
 import csv
 import math
 import re

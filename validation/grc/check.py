@@ -1,7 +1,5 @@
 """Load sharing of the GRC gearbox: the table of its page is what is stored."""
 
-from __future__ import annotations
-
 from grc.by_cause import PAGE, TABLE, stored, table
 from grc.causes import every_cause
 

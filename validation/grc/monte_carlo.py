@@ -4,8 +4,6 @@ Bearings with clearance would be solved sample by sample (hours); as linear spri
 a position follow from one product. `python -m grc.monte_carlo` in validation/ writes samples.csv.
 """
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Load sharing and rows over the clearance of the carrier bearings, and by cause."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Published load sharing beside the computed one, and what each cause does to it."""
 
-from __future__ import annotations
-
 from dataclasses import astuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The bundled case `pitch-drive` as numbers for the plain equations."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

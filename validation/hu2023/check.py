@@ -1,7 +1,5 @@
 """Hu et al. 2023: the plain equations by themselves."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

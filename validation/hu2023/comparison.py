@@ -1,7 +1,5 @@
 """The package on the bundled case `pitch-drive`: runs that rows and pictures share."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import cache
 

@@ -13,8 +13,6 @@ Forces follow by virtual work, so they balance, which those of eqs. 3, 5, 12-15 
 one holds u_c.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

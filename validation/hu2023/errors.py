@@ -14,8 +14,6 @@ keeps the carrier's tangential part only. Table 4's tooth errors are taken at ge
 with the phases z φ_i: constants, as eq. 1 has them, would shift all planets alike.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

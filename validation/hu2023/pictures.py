@@ -1,7 +1,5 @@
 """The paper's Figures 4, 5, 9 to 12 and Table 5, printed figures beside ours."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

@@ -1,7 +1,5 @@
 """Load sharing and displacements of the drive's equations over the period of a stage."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

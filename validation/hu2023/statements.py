@@ -1,7 +1,5 @@
 """The paper's figures and findings against the package and the corrected equations."""
 
-from __future__ import annotations
-
 from functools import cache, partial
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Parameter studies of Figures 10 to 12 with the plain equations."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache

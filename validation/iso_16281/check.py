@@ -1,7 +1,5 @@
 """Balls and rollers by the plain equations: equilibrium and life written down without flexgear."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from rows import published

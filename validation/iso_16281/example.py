@@ -1,7 +1,5 @@
 """The ball bearing of the worked example, and what flexgear makes of its five loads."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Load zones over their extent, and loads of the balls of the worked example."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Published load zones and the worked example of a ball bearing beside flexgear."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """ISO 6336-6, annex C: cycles to failure of every bin, and the sum of damage."""
 
-from __future__ import annotations
-
 from rows import failures
 
 from iso_6336_6.statements import rows

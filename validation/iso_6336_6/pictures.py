@@ -1,7 +1,5 @@
 """The life curve, and the bins of the spectrum beside it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Printed numbers of cycles and the sum of damage beside those of ``flexgear.gears.rating``."""
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 

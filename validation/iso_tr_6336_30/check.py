@@ -1,7 +1,5 @@
 """ISO/TR 6336-30, example 1: every printed figure, and what the print needs to be met."""
 
-from __future__ import annotations
-
 import pytest
 from rows import failures, reference
 

@@ -1,7 +1,5 @@
 """Differences from the printed figures, and the curves of permissible stress."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Printed factors and safeties beside those of ``flexgear.gears.rating``."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Lin & Parker's modes: the plain equations by themselves."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

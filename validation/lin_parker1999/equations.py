@@ -10,8 +10,6 @@ the frame of the carrier, which stands still. Compressions with ψ_n = 2π(n −
 K = Σ k δ'δ + supports. u of the equivalent masses I/r² makes radii drop out.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

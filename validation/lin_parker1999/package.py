@@ -1,7 +1,5 @@
 """Modes of the bundled case `lin-parker` by the package, sorted by type."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass
 from functools import cache

@@ -1,7 +1,5 @@
 """Printed against computed frequencies, and how they go on with more planets."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Printed frequencies, types and multiplicities against the package and the plain equations."""
 
-from __future__ import annotations
-
 import numpy as np
 from rows import INDEPENDENT, Row, compared, gathered, number, reference
 

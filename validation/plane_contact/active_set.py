@@ -8,8 +8,6 @@ Solved by a primal-dual active set (Hintermüller, Ito and Kunisch 2002), which 
 conditions exact.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

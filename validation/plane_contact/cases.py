@@ -1,7 +1,5 @@
 """What is computed: sun and ring of `case.toml` with a planet, at shares of the rated line load."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path

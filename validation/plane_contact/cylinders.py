@@ -8,8 +8,6 @@ Half width and, for a cylinder pressed from two opposite sides, approach of its 
 without friction.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

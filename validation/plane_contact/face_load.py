@@ -4,8 +4,6 @@ carry what the torque asks, at the angles at which their pairs stand at given pl
 Transmission error is the approach of the bodies along the line of action at the middle of the face.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Loaded gear pair: compliance of both bodies, contact at a place of the path, what comes of it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

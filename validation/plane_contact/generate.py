@@ -1,7 +1,5 @@
 """Make reference.json again: `cd validation && python -m plane_contact.generate` (some minutes)."""
 
-from __future__ import annotations
-
 import json
 import re
 from dataclasses import asdict, replace

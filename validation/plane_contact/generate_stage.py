@@ -1,7 +1,5 @@
 """Make stage.json again: `cd validation && python -m plane_contact.generate_stage` (minutes)."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any

@@ -11,8 +11,6 @@ circle, which is normal to the mate's flank; with R, θ of P about the mate's ce
 half angle δ, in the mate's frame, gap = r_b (±θ − δ(R)) exactly.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -8,8 +8,6 @@ a given angle. Everything per metre of face.
 Frames: planet axes as in ``rolling`` for the ring; for the sun their mirror image in x.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

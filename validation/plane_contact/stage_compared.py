@@ -1,7 +1,5 @@
 """The plane stage of stage.json beside flexgear's equilibria of the same case."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 from functools import cache

@@ -1,7 +1,5 @@
 """reference.json as arrays, and what of it is compared."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 from functools import cache

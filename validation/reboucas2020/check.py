@@ -1,7 +1,5 @@
 """KISSsoft's protocols of three stages: every printed figure that needs no other input is met."""
 
-from __future__ import annotations
-
 from rows import failures
 
 from reboucas2020.statements import rows

@@ -1,7 +1,5 @@
 """Differences from the printed figures."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from matplotlib.figure import Figure

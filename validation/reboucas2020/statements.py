@@ -1,7 +1,5 @@
 """Printed figures of three stages beside those of ``flexgear rate``."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Ren et al. 2021: the plain equations by themselves."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

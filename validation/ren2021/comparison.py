@@ -1,7 +1,5 @@
 """The package on the bundled case `herringbone`: against the plain equations, and by itself."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache, partial
 

@@ -14,8 +14,6 @@ gear meshes in eqs. 15 and 16, but the same in eq. 20. Tooth errors are E sin(ω
 γ_i = z φ_i/2π; phases β are zero, as the paper names none.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The paper's Figures 9 to 12 from its corrected equations, printed coefficients beside them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

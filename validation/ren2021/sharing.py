@@ -1,7 +1,5 @@
 """Load sharing of the stage by the paper's formulas, by samples and in closed form."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The paper's findings against its corrected equations: list of rows."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

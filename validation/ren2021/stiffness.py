@@ -8,8 +8,6 @@ with C_M = 0.8, C_R = 1, C_B of a rack of dedendum 1.25 m_n and 20°, z_n = z/(c
 1/cos² β_b larger.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ren2021.equations import Stage

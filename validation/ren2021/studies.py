@@ -3,8 +3,6 @@
 Quasi-static; the paper's own time stepping differs from it by less than its rounding (statements).
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 

@@ -1,8 +1,6 @@
 """Root stress of a plane tooth by other means than flexgear's: teeth cut by brute force
 (``cut_teeth``), triangles of gmsh, scikit-fem; of flexgear only the sparse Cholesky factor."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What CalculiX is run for: planet and ring of `plane_contact/case.toml`, one pair at mid-path."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -8,8 +8,6 @@ force is 2 E_p/d_p. Both flanks are whole surfaces: with one for each slice (Cal
 the points are lost, and an even load comes out uneven by 2 %.
 """
 
-from __future__ import annotations
-
 import io
 import os
 import subprocess

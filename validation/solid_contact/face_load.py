@@ -5,8 +5,6 @@ other pair touches. They bend each other by FE influence ("fe"), or are springs 
 ("width": Weber and Banaschek's stiffness per width).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 

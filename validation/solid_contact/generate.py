@@ -4,8 +4,6 @@ Takes a quarter of an hour on a free core; needs CalculiX (Debian: apt-get insta
 Each run is written when it is done; names of runs make only these again.
 """
 
-from __future__ import annotations
-
 import fcntl
 import json
 import shutil

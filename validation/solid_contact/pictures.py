@@ -1,7 +1,5 @@
 """Line load along the face by CalculiX and by flexgear."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -4,8 +4,6 @@ The section is that of ``plane_contact.sector``, meshed with recombined triangle
 into quadrilaterals once more; vertices of the loaded flank lie on the involute.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

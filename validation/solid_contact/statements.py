@@ -1,7 +1,5 @@
 """Load along the face of one tooth pair: CalculiX in three dimensions beside flexgear's slices."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from rows import INDEPENDENT, Row

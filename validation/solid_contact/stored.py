@@ -1,7 +1,5 @@
 """reference.json as arrays."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 from functools import cache

@@ -1,7 +1,5 @@
 """Tan et al. 2023: what the paper says of every figure is among the statements."""
 
-from __future__ import annotations
-
 from tan2023.pictures import PICTURES
 from tan2023.statements import STATEMENTS
 

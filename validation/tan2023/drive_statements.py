@@ -1,7 +1,5 @@
 """Statements about speed and load sharing: Figures 10, 19, 25."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 

@@ -1,7 +1,5 @@
 """What the paper states, and how each statement is measured: the list that becomes rows."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial

@@ -1,7 +1,5 @@
 """Statements about tooth loads: Figures 11, 12, 17, 18, 23, 24."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise

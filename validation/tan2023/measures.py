@@ -1,7 +1,5 @@
 """Figures taken out of the runs: tooth passages, humps of a tooth node, star, negative loads."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

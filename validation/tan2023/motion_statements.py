@@ -1,7 +1,5 @@
 """Statements about vibration of sun, planet and ring tooth: Figures 14-16 and 20-22."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

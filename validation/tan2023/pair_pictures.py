@@ -1,7 +1,5 @@
 """Loads of numbered tooth pairs, stiffness and error of a pair: the paper's Figures 7, 12."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The paper's Figures 7-25, redrawn from the shared runs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from math import pi

@@ -4,8 +4,6 @@ A point r of a rigid component is drawn at r + f (u + θ × r) with the componen
 f; θ_z is left out (spin does not show), and so is the rotation of the carrier's drive node.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import pi

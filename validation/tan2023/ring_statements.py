@@ -1,7 +1,5 @@
 """Statements about deformation at equilibrium: Figures 7, 8, 9, 13."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from flexgear.arrays import Array

@@ -1,7 +1,5 @@
 """The runs that figures and statements share, each made once and only when it is asked for."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from collections.abc import Callable

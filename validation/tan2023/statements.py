@@ -1,7 +1,5 @@
 """Every statement of the paper as a row, and the studies behind them as reported ones."""
 
-from __future__ import annotations
-
 from rows import Row
 
 from tan2023 import drive_statements, load_statements, motion_statements, ring_statements

@@ -1,7 +1,5 @@
 """Every figure of the tables is compared; what stands behind them is a balance at 5 MW."""
 
-from __future__ import annotations
-
 import pytest
 
 from flexgear.gears.power_flow import power_flow

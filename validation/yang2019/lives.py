@@ -1,7 +1,5 @@
 """Life ratios of planet bearings by the printed, mixed rules and by one rule for both turbines."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from flexgear.gears.bearings.basic_life import ROLLER, rating_life_hours

@@ -1,7 +1,5 @@
 """The paper's Figures 7 to 11: published points against power flow, single rotor beside double."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 
 from matplotlib.axes import Axes

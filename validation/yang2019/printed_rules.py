@@ -5,8 +5,6 @@ the figures themselves (source.md). Speeds rad/s, rotors positive in their own s
 forces N.
 """
 
-from __future__ import annotations
-
 PLANETS = 3
 P_1, P_2 = 2.947, 5.167  # z_b/z_a as rounded with Table 2's ratios, 3.947 and 6.167
 RADIUS_1 = 0.810  # m, half the sum of reference diameters; the planets sit at 0.863 m

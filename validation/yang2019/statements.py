@@ -1,7 +1,5 @@
 """Tables and statements of the paper beside power flow and bearing life: list of rows."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 from statistics import mean

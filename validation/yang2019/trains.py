@@ -4,8 +4,6 @@ The upwind rotor (UR) drives the ring of stage 1, the downwind rotor (DR) its ca
 other: carrier speeds are positive here, ring speeds negative. φ = P_UR / P_DR.
 """
 
-from __future__ import annotations
-
 import math
 from functools import cache, partial
 from typing import Literal

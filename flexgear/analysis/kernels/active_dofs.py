@@ -9,8 +9,6 @@ replaces one that no row acts on any more, such as that of a tooth that has left
 is none, or if there are many, all dofs are gathered anew.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

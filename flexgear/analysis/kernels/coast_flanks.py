@@ -8,8 +8,6 @@ until the next check, at the largest recent speed. A flank included too late, wi
 have elastic energy that no work has supplied.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

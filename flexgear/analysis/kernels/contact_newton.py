@@ -17,8 +17,6 @@ that the solution is unique. After some iterations only the first such element i
 cannot cycle between branches (Murty's rule).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

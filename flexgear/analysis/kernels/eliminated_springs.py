@@ -13,8 +13,6 @@ as free displacement, and displacement and rate under unit forces (see ``contact
 contact problem the springs' rows come last; in the records of a step only machines follow them.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -18,8 +18,6 @@ either motion would leave ¼ Δuᵀ(K_old − K_new)Δu). The flexibility betwee
 its energy, are taken with the rows' own forces at both motions.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Gear-mesh forces of many sets of errors at once, position by position: see ``error_sets``."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -21,8 +21,6 @@ if it has several. Euler forces, m ω̇ E u, are neglected: their ratio to the C
 motion of frequency f is ω̇/(4πf ω).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -13,8 +13,6 @@ with half its size. After several successive steps with an error below a sixteen
 multiples of their size and do not pass a saved sample.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

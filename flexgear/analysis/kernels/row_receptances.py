@@ -1,7 +1,5 @@
 """Contact rows at the active dofs: motions and forces of rows, receptances between rows."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from flexgear.analysis.kernels.active_dofs import ONE, SIX, TWO, reach_of

@@ -1,8 +1,6 @@
 """Compiled loops over samples: saved loads of tooth pairs, forces and errors of rows at many
 angles, laws of all force elements over a period."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

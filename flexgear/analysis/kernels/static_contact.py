@@ -5,8 +5,6 @@ definite, so that the set of loaded rows is unique. It is found by adding and dr
 none is in tension and no unloaded row overlaps.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

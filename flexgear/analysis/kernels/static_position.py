@@ -12,8 +12,6 @@ all its flanks as possible. Each position is solved again until its coast flanks
 are consistent with the solution.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

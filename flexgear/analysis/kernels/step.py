@@ -18,8 +18,6 @@ Forces of a rotating frame, G v − C q, act with motion extrapolated to the new
 order. Step sizes may differ by powers of two: see ``refinement``.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from flexgear.analysis.kernels.active_dofs import (

@@ -1,7 +1,5 @@
 """Arrays of a compiled step: constants of step sizes, state, work space, samples."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -4,8 +4,6 @@ NumPy's own assignments and products bring broadcasting, error texts and BLAS in
 function that uses them, which multiplies the time that compilation takes.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

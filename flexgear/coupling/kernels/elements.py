@@ -9,8 +9,6 @@ two after: a linear massless flexibility between rows, B from ``gears.slices``, 
 ``yields``.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -10,8 +10,6 @@ deviations between teeth) have no rate, as no body approaches another when load 
 pair.
 """
 
-from __future__ import annotations
-
 import math
 
 from flexgear.compiled import INNER, UNCOUNTED, njit

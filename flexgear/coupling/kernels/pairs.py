@@ -18,8 +18,6 @@ Compiled with numba, as these loops run at every time step. ``Elements`` are con
 work arrays (``elements``).
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

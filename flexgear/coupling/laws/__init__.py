@@ -17,8 +17,6 @@ Laws of bearings act on some of the six components of the motion of inner relati
 add a law: write its file, and enter it in ``LAWS``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 from flexgear.coupling.laws.basic import (

@@ -13,8 +13,6 @@ in most publications on oscillators with clearance; it may pull separating flank
 zero.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from flexgear.compiled import INNER, njit

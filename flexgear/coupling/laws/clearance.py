@@ -4,8 +4,6 @@ k is the radial stiffness without the fraction ``CENTERING``, which remains a li
 with zero clearance this is the linear bearing.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -15,8 +15,6 @@ the lower triangle of C by rows, m/N; then, if there is room, the forces of the 
 start values of the next one.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -5,8 +5,6 @@ Rates are those in the frame of the inner ring, so Ω × u is neglected beside u
 Parameters: c (6,), N s/m and N m s/rad.
 """
 
-from __future__ import annotations
-
 from flexgear.coupling.laws.basic import clear
 from flexgear.coupling.laws.law import Law, compiled_law
 from flexgear.model.bearings import Bearing

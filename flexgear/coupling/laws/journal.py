@@ -28,8 +28,6 @@ Parameters: η Pa·s, R, L, c, h_min m, radial stiffness N/m.
 Source: Reynolds' equation of short bearings by Ocvirk (NACA TN 2808, 1952); integrals derived here.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

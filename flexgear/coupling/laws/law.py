@@ -1,7 +1,5 @@
 """Law of force elements, and compilation with the signature of all laws."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache

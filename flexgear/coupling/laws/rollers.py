@@ -28,8 +28,6 @@ Sources: Harris, Kotzalas 2006, Essential Concepts of Bearing Technology, ch. 6 
 16281:2008; the drop is the geometry of two circles.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

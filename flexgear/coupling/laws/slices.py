@@ -15,8 +15,6 @@ exceeds it, and with one slice is that of the one-sided law. Parameters: number 
 constant damper on each row (``basic``), N s/m, then t, k N/m and g m of all slices.
 """
 
-from __future__ import annotations
-
 from flexgear.coupling.laws.basic import add_damper, clear
 from flexgear.coupling.laws.law import Law, compiled_law
 

@@ -5,8 +5,6 @@ CalculiX, npz. The name of a matrix in the file, or else the name of the file, s
 k… or …stiff… is stiffness, m… or …mass… is mass.
 """
 
-from __future__ import annotations
-
 import io
 import re
 import zipfile

@@ -9,8 +9,6 @@ inner and outer part of couplings, fits, keys and splines. A carrier consists of
 side plates. Bearings do not connect parts in rotation. The body of the casing does not rotate.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from dataclasses import dataclass
 from itertools import pairwise

@@ -4,8 +4,6 @@ Attributes and relations are marked when they are used for the case, so that all
 listed.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Container, Iterable, Iterator, Sequence
 from contextlib import contextmanager

@@ -4,8 +4,6 @@ Axes: u, v, w are z, x, y of the case. Speeds, torques and powers of steady oper
 a load case.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 from collections import defaultdict

@@ -10,8 +10,6 @@ The length on the path of contact of a relief that starts at the diameter d_s is
 √(r_a² − r_b²) − √(r_s² − r_b²).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

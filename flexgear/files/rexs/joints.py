@@ -5,8 +5,6 @@ the joint has the torsional stiffness of shaft sections and couplings in series,
 directions the stiffness that the couplings state.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
 

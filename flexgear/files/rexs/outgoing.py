@@ -1,7 +1,5 @@
 """A REXS model to which components are added one by one, and its XML (REXS 2.0)."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -9,8 +9,6 @@ The duration of a load case is ``operating_time`` of the gear unit (``load_durat
 duration of zero marks an extreme load.
 """
 
-from __future__ import annotations
-
 import itertools
 import tomllib
 from collections.abc import Iterator, Mapping

@@ -6,8 +6,6 @@ converted to the data of a .rexsj file, which are then interpreted. Arrays may b
 numbers in base64.
 """
 
-from __future__ import annotations
-
 import base64
 import binascii
 import io

@@ -6,8 +6,6 @@ member, or the load. A bearing acts at the gear or, if the sun is a port and the
 to the end, on the body behind the spline.
 """
 
-from __future__ import annotations
-
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import pi

@@ -1,7 +1,5 @@
 """Keys of one stage: module, angles, face width, centre distance, profile shifts, backlash."""
 
-from __future__ import annotations
-
 import math
 
 from flexgear.files.case_text import CaseText, Datum

@@ -4,8 +4,6 @@ The datum face of every gear is at its −z end, the negative end of its u axis.
 the pinion has the role of the sun and the gear that of the planet.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field

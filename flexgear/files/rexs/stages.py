@@ -5,8 +5,6 @@ planets with sun and ring: the ring is the internal gear, planets mesh with the 
 planets. Double-helical stages have two gears of opposite hand on each shaft.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from dataclasses import dataclass, field
 

@@ -7,8 +7,6 @@ stiffness of the size of the machine: E b is about ten times the stiffness of a 
 width b (ISO 6336-1: c_γ ≈ 20 N/(mm µm)).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -20,8 +20,6 @@ REXS leaves the signs of slopes to the standards. Here, as for a case (``gears.m
 and amounts are those at the ends of the active profile and of the face.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field

@@ -5,8 +5,6 @@ attribute, or why its value is assumed. Content of the file that is not in the c
 end.
 """
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections import Counter, defaultdict

@@ -18,8 +18,6 @@ Palmgren's line contact δ = 7.68e-5 Q^0.9 / l^0.8 (mm, N) of the most loaded ro
 Q = 4.08 F/(Z rows): tangent dF/dδ = F/(0.9 δ). Source: Harris, Rolling Bearing Analysis.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

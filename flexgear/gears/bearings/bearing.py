@@ -21,8 +21,6 @@ Ratings that a case leaves out are estimated, in N and mm:
          for D_pw > 100 mm times (100/D_pw)^0.3 and (100/D_pw)^0.5
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -18,8 +18,6 @@ with K > 0 towards the bearing, S' of the other one. Sources: ISO 281:2007, tabl
 table 8 (rollers); P_0: ISO 76:2006; pairs: catalogues of bearing manufacturers.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -13,8 +13,6 @@ its rotation, and T the torque of the rest of the train on it:
 Between two trains with the same bearings C cancels: L/L' = (ω'/ω) (P'/P)^p.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -55,8 +55,6 @@ Life modification factor of radial bearings, y and z by range of κ (``_Y_Z``), 
     roller  a_ISO = 0.1 [1 − (1.5859 − y/κ^z) (e_C C_u/P)^0.4]^(−9.185)
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -37,8 +37,6 @@ Sources: Hertz 1881; Harris, Kotzalas 2006, Essential Concepts of Bearing Techno
 ISO/TS 16281:2008 writes √2 π/3 as 1.48.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from functools import cached_property

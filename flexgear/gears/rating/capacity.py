@@ -46,8 +46,6 @@ case gives σ_0.2, static load is also checked against yield of the fillet, σ_F
 If data are missing, a ``LimitState`` has no curve, and ``missing`` names their keys.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

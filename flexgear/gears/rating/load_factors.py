@@ -30,8 +30,6 @@ Face load factor of the root (7.2): K_Fβ = K_Hβ^{N_F}, N_F = 1/(1 + h/b + (h/b
 larger of both gears. c', c_γα fall with (w/100 N/mm)^{1/4} below that load (9.3), everywhere.
 """
 
-from __future__ import annotations
-
 import bisect
 import math
 from typing import Literal

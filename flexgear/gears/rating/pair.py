@@ -12,8 +12,6 @@ The root of a planet is loaded once a turn in both directions: one full alternat
 In a parallel stage pinion and gear are loaded once a turn.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Lines of a rating sheet: unit, meaning and source of each symbol."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping

@@ -9,8 +9,6 @@ Life factors Z_NT and Y_NT are straight lines between knees in logarithms (ISO 6
 6336-3, table 1). Slip-layer thickness ρ' and roughness formulas: ISO 6336-3, 13.2 and 13.3.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ Keys end in their unit and may contain the name of a gear or gear mesh. A key wi
 is printed as its words.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence

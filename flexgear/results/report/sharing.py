@@ -4,8 +4,6 @@ It is computed from equilibria, with errors and deflections, and from transients
 adds to the planets' forces. The standard's value (IEC 61400-4) is for equilibria.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Verdicts and tables of a rating and of a tolerance study."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Tables of a report, from the case, its power flow and the summary of a run."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Text of numbers with units and of names for readers: 788 kN, 21.3 µm, "sun gear mesh"."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterable, Mapping

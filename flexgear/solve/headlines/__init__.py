@@ -1,7 +1,5 @@
 """Headlines of a run: the figures and verdicts on the first screen of its report, worst first."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import asdict

@@ -4,8 +4,6 @@ The first screen of the report, the last lines of ``flexgear run`` and ``headlin
 ``summary.json`` are made from these declarations.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property

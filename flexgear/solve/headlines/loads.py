@@ -1,7 +1,5 @@
 """Headlines of loads and motions: forces, sharing, deflections, neglected effects, resonance."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Headlines of ratings: stresses in teeth compared with allowable ones, lives of bearings."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass

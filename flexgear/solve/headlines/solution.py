@@ -5,8 +5,6 @@ energy balance with zero, errors of reductions with the promised one, the harmon
 transient.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -11,8 +11,6 @@ only where few large sectors meet. Fields are in sector form, (3n z, k), dofs of
 after another, see `cyclic/sectors.py`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property

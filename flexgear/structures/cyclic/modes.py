@@ -26,8 +26,6 @@ the number of modes below sigma (Sturm's count). If the iteration has missed one
 without a shift, where the lowest modes come first.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

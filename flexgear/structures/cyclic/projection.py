@@ -12,8 +12,6 @@ ends only and no field of Y: with E one sector's part of M,
     x^T M y = sum_s e_x^T g_y + c_x^T (U^T E R e_y + U^T E U c_y),   g = R^T E R e + R^T E U c.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -23,8 +23,6 @@ mu = G^{-1} (q0 - q_o),
 No matrix of the size of the body times the interface is ever stored.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise

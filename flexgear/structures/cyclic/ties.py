@@ -7,8 +7,6 @@ are sums over the sectors that they touch, q along the body's axes,
     q = sum_s C_s x(s).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -6,8 +6,6 @@ is exactly N-fold periodic and mirror-symmetric. Otherwise there is a half secto
 gap; all of them have the same mesh in the plane θ = 0, where they are joined.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise

@@ -13,8 +13,6 @@ Numbering in the whole package:
   surface points out of the body; normals of an interior section have one sense within a patch.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property

@@ -10,8 +10,6 @@ Named patches
 A facet in two patches is written twice. Lengths are written in m.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import os

@@ -25,8 +25,6 @@ More patches of a ring
   outer                outer cylinder
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property

@@ -5,8 +5,6 @@ Frame of the case: origin on the axis at mid-face, z the axis (docs/conventions.
 the groups: gears.py and carrier.py.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import ceil, log10

@@ -5,8 +5,6 @@ that CalculiX refuses. Solid elements are right-handed; a named patch is a surfa
 face) pairs, which may be inside the body.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path

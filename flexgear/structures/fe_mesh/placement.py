@@ -7,8 +7,6 @@ pitch across the axis or of the face width along it, and where a single group is
 _GROUP of these. If the motion corrects all groups, the message states the keys that apply it.
 """
 
-from __future__ import annotations
-
 import re
 import warnings
 from collections.abc import Sequence

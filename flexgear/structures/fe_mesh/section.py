@@ -33,8 +33,6 @@ O-grid)::
     +--+--+--+--+
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import ceil, pi

@@ -1,7 +1,5 @@
 """A context for gmsh, without output, usable in any thread, and always finalised."""
 
-from __future__ import annotations
-
 import ctypes
 import math
 import os

@@ -5,8 +5,6 @@ processor's cache. BLAS itself uses one thread here: several processes on one ma
 threaded BLAS, would wait for one another far longer than they compute.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor

@@ -27,8 +27,6 @@ then has entries in these rows only, W = C^{-1} R with the block C of L on them,
 W^T W is symmetric and positive semidefinite by construction.
 """
 
-from __future__ import annotations
-
 from threading import Lock
 from typing import Any
 

@@ -4,8 +4,6 @@ Their table of nodes has the names of generated bodies' nodes, and their positio
 the case. Without an FE mesh such a body is flexible, but cannot be drawn.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """FE bodies of a stage; each member has the module of its name in this package."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import Any
 

@@ -3,8 +3,6 @@
 Nodes, in order: tooth_001.. (``sources.gears``), bore on the axis at mid-face.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

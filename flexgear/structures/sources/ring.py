@@ -4,8 +4,6 @@ Nodes, in order: tooth_001.. (``sources.gears``), fit_1.. and spline_1.. on the 
 the bolt circles in the bolted faces.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

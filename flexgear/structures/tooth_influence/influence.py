@@ -45,8 +45,6 @@ table for every slope and every set of slices; interpolation in a table over two
 would be neither symmetric nor definite.)
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self

@@ -21,8 +21,6 @@ displacements are local and nearly the same for all teeth (0.1 % apart between t
 ``wind-5mw``); ΔT is the mean over some teeth.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
