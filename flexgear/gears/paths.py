@@ -57,6 +57,7 @@ from flexgear.gears.stiffness import (
     stiffness_wave,
 )
 from flexgear.model.faults import stage_of_fault
+from flexgear.model.gear_mesh import equal_spacing
 from flexgear.model.section import Refusal
 from flexgear.model.stage_view import StageView
 
@@ -212,8 +213,21 @@ def assembly_misfit(view: StageView, g: StageGeometry) -> float:
 
 def require_assembly(view: StageView, g: StageGeometry) -> None:
     """Raises InputError if planets do not assemble, unless the case allows that."""
-    if view.stage.allow_unassemblable or assembly_misfit(view, g) <= ASSEMBLY_TOLERANCE:
+    stage = view.stage
+    if stage.allow_unassemblable or assembly_misfit(view, g) <= ASSEMBLY_TOLERANCE:
         return
+    if not np.allclose(stage.planet_angles, equal_spacing(stage.planets)):
+        first, *_ = angles = np.degrees(stage.planet_angles)
+        misfit = np.abs(assembly_mismatch(g, np.radians(angles)))
+        planet, step = int(np.argmax(misfit)), 360.0 / (g.sun.teeth + g.ring.teeth)
+        nearest = first + step * np.rint((angles[planet] - first) / step)
+        raise view.refuse(
+            f"planet_positions_deg[{planet}]",
+            f"the planets do not assemble: at {angles[planet]:.6g}° a tooth is "
+            f"{misfit[planet]:.3g} pitches off the gap of the sun",
+            f"take {nearest:.8g}°; planets assemble at multiples of 360°/(z_s + z_r) = {step:.6g}° "
+            "from the first; or set allow_unassemblable = true",
+        )
     raise view.refuse(
         "planets",
         f"the planets do not assemble: (z_s + z_r)/N = {g.assembly:.4g}",
