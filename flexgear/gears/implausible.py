@@ -351,8 +351,8 @@ def _bearings(view: StageView, stage: StageFlow) -> Iterator[str]:
 
 
 def _thrust(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]:
-    """Warnings about bearings of gears that helical teeth push along the axis by N F sin β_b, and
-    that cannot move along it, where the case gives the bearing an axial stiffness or a rating."""
+    """Warnings about bearings with an axial stiffness or a rating whose gear cannot move along its
+    axis: they carry nothing of the thrust N F sin β_b of its helical teeth."""
     if view.stage.double_helical:
         return
     for role in g.gear_meshes:

@@ -160,7 +160,8 @@ class TimeHistory(Section):
         return self._curve(t)[1] if self.is_series else np.zeros(t.shape)
 
     def _curve(self, t: Array) -> tuple[Array, Array]:
-        """Values and rates of a ramp, soft or csv history at times t (…), without kinks."""
+        """Values and rates of change of a ramp, soft or csv history at times t (…), s, none of
+        which is a kink."""
         times, values = np.asarray(self.times), np.asarray(self.values)
         within = (t > times[0]) & (t < times[-1])
         if self._smooth:

@@ -208,8 +208,8 @@ def check_rating(case: Case) -> None:
 
 
 def check_thrust(case: Case) -> None:
-    """Raise Refusal for a bearing with a direction of thrust whose member has no single other one
-    for the opposite direction."""
+    """Raise Refusal for a bearing that takes thrust in one direction, unless its member has exactly
+    one bearing for the other direction."""
     for places in (case.view(stage.name).bearings for stage in case.stages):
         for place in filter(lambda each: each.direction, places):
             directions = [p.direction for p in places if p.part == place.part and p.direction]

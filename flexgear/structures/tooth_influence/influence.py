@@ -101,8 +101,9 @@ class FlankPlaces:
         return _means(np.stack(nodes), weights * _serendipity(x, y), len(self.flipped_nodes()))
 
     def coarse_averages(self, roll: Array, z: Array, width: Array) -> sp.csr_matrix:
-        """Means (K, m) over slices of functions on the vertices of the first, middle and last row,
-        quadratic in roll² and linear along the face; arguments as of ``averages``."""
+        """Means (K, m) over slices of the shape functions of a coarser flank, whose nodes are the
+        vertices of the first, middle and last row: quadratic in roll², linear along the face.
+        Arguments as of ``averages``."""
         columns = len(self.z)
         row, x, column, y, weights = self._places(roll, z, width)
         at, last = row + 0.5 * (1 + x), len(self.roll) - 1
