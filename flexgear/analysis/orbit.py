@@ -16,11 +16,9 @@ the period of a turn (runout, pitch deviations of single teeth, loads that turn 
 neglected and listed in ``left_out``.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -91,7 +89,7 @@ class OrbitElements:
         """Number N of samples."""
         return len(self.rows)
 
-    def repeated(self, times: int) -> OrbitElements:
+    def repeated(self, times: int) -> Self:
         """The elements over a period that is ``times`` as long."""
         elements = np.tile(self.elements, (times, 1))
         elements[:, 1] += np.repeat(self.samples * np.arange(times), len(self.elements))

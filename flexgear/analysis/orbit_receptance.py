@@ -22,12 +22,10 @@ motion by constant forces, Y the stiffness of the linear rows against the rigid 
 constant forces on them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,7 +87,7 @@ class Receptance:
     rigid_force: Array
     static_motion: Array
 
-    def restricted(self, at: Ints) -> Receptance:
+    def restricted(self, at: Ints) -> Self:
         """Receptance of the channels ``at`` alone, without the constant parts g and e."""
         return replace(
             self,

@@ -5,11 +5,10 @@ splines. Gear meshes and supports that are not invariant to rotation are rows of
 which act on the contact blocks.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import takewhile
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -247,7 +246,7 @@ class System(BodyCoordinates):
         spin = rigid_rows(self.body(body).position(node))[:, 5]
         return self.node_rows(body, node) - np.outer(spin, self.ring_turn(body))
 
-    def with_(self, **changes: object) -> System:
+    def with_(self, **changes: object) -> Self:
         """Copy with changed fields."""
         return replace(self, **changes)  # type: ignore[arg-type]
 

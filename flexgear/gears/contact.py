@@ -18,11 +18,10 @@ Derived from the involutes; the modulo rule of Tan et al. 2023, eqs. 11–14 is 
 and stiffness may be a wave over the base pitch in place of single pairs.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Self
 
 import numpy as np
 
@@ -43,7 +42,7 @@ class GearMeshKind(StrEnum):
     SUN_COAST = "sun_coast"
 
     @classmethod
-    def both(cls, gear: str) -> tuple[GearMeshKind, GearMeshKind]:
+    def both(cls, gear: str) -> tuple[Self, Self]:
         """Kinds of the drive and of the coast flanks of a gear, "ring" or "sun"."""
         drive, coast = (kind for kind in cls if kind.gear == gear)
         return drive, coast

@@ -30,12 +30,10 @@ Sources: Hertz; the first variation of complementary energy, dδ = ∫ (∂p/∂
 Contact Mechanics, ch. 5).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -189,7 +187,7 @@ class _Search(NamedTuple):
     high: Array
 
     @classmethod
-    def of(cls, pair: FlankPair, s: Array, z: Array) -> _Search:
+    def of(cls, pair: FlankPair, s: Array, z: Array) -> Self:
         off = pair.off_path
         rolls, planet, gear = off.rolls(s), off.planet, off.gear
         ends = [off.rolls(end) for end in (off.s_lo, off.s_hi)]

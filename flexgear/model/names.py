@@ -1,7 +1,5 @@
 """Names of members, bodies, nodes and gear meshes: text with fields."""
 
-from __future__ import annotations
-
 import re
 from typing import Annotated, Any, Self
 
@@ -122,7 +120,7 @@ class NodeName(_Name):
         kind, side, number = match.groups("") if match else (text, "", 0)
         return cls(text, kind=kind, side=side, number=int(number))
 
-    def of_half(self, side: str) -> NodeName:
+    def of_half(self, side: str) -> Self:
         """Name of the node in a body of both halves: "tooth_001" -> "tooth_left_001"."""
         return self.parse(f"{self.kind}_{side}{self.removeprefix(self.kind)}")
 

@@ -6,11 +6,9 @@ of a run, and the netCDF library in C crashes if two threads use it, even for cl
 can be used by any thread. Both engines read the files written here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import h5py
 import numpy as np
@@ -222,7 +220,7 @@ class _Stored(BackendArray):  # type: ignore[misc]
     def __init__(self, stored: h5py.Dataset) -> None:
         self._stored, self.shape, self.dtype = stored, stored.shape, stored.dtype
 
-    def __deepcopy__(self, memo: Any) -> _Stored:
+    def __deepcopy__(self, memo: Any) -> Self:
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:

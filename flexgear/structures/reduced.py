@@ -36,12 +36,10 @@ orthogonal to the node's motion, and rigid motion has zero amplitudes:
 Loads B_sᵀ f act on the base section alone and have no resultant.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import scipy.sparse as sp
@@ -159,7 +157,7 @@ class ReducedBody:
             raise KeyError(f"{self.name} has no interface node '{name}'") from None
         return slice(start, start + 6)
 
-    def with_(self, **changes: Any) -> ReducedBody:
+    def with_(self, **changes: Any) -> Self:
         """A copy with some attributes replaced."""
         return replace(self, **changes)
 

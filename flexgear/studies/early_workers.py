@@ -5,8 +5,6 @@ all modules that this process has imported. Elsewhere they start as new processe
 this one. Workers ignore Ctrl-C, print nothing, and end when this process ends for any reason.
 """
 
-from __future__ import annotations
-
 import contextlib
 import multiprocessing
 import os
@@ -18,7 +16,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Self, TypeVar
 
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
@@ -94,7 +92,7 @@ class EarlyWorkers:
         self._ended = contextlib.ExitStack()
         self._pool: ProcessPoolExecutor | None = None
 
-    def __enter__(self) -> EarlyWorkers:
+    def __enter__(self) -> Self:
         # a fork has no other threads, but has the locks that they hold
         if self._count > 0 and threading.active_count() == 1:
             method = multiprocessing.get_context("fork" if sys.platform == "linux" else "spawn")

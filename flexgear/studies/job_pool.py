@@ -10,8 +10,6 @@ folder of the cache, named by the content of the study, holds a file for each pa
 whole. It is removed after the results of the study are written.
 """
 
-from __future__ import annotations
-
 import contextlib
 import multiprocessing
 import pickle
@@ -25,7 +23,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Self, TypeVar
 
 from loky.process_executor import BrokenProcessPool, ProcessPoolExecutor
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
@@ -147,7 +145,7 @@ class _Workers:
         self._pools: list[ProcessPoolExecutor] = []
         self._child_end, self._parent_end = multiprocessing.Pipe(duplex=False)
 
-    def __enter__(self) -> _Workers:
+    def __enter__(self) -> Self:
         # loky warns when it replaces a worker whose memory has grown, which costs no job
         warnings.filterwarnings("ignore", category=UserWarning, module="loky")
         return self

@@ -8,15 +8,13 @@ Columns of the table of nodes (CSV): row (first of the six consecutive matrix ro
 coordinates.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import scipy.linalg
@@ -68,7 +66,7 @@ class ReducedMatrices:
             motion[6 * k : 6 * k + 3, 3:] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
         return motion
 
-    def in_si(self, units: str) -> ReducedMatrices:
+    def in_si(self, units: str) -> Self:
         """The body in SI, converted from matrices in N, mm, t, s ("mm") or in SI ("m").
 
         Positions are in m already. In the "mm" system the energies qᵀ K q and vᵀ M v are in mJ;

@@ -32,8 +32,6 @@ The gearbox survives if all parts do: R = Π R_i over every flank, root and bear
 Source: Bertsche 2008, Reliability in Automotive and Mechanical Engineering, ch. 6.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -111,7 +109,7 @@ class Spectrum:
     cycles: Array
 
     @classmethod
-    def of(cls, curves: Sequence[LifeCurve], stress: ArrayLike, cycles: ArrayLike) -> Spectrum:
+    def of(cls, curves: Sequence[LifeCurve], stress: ArrayLike, cycles: ArrayLike) -> Self:
         """Spectrum of B ≥ 1 bins with the life curve, stress (…), Pa, and cycles of each. Raises
         ValueError if knees or numbers of bins differ."""
         sigma, n = np.asarray(stress, dtype=float), np.asarray(cycles, dtype=float)

@@ -14,11 +14,9 @@ planets' tips by web_clearance or more, and by a flat at web_inner_radius. In a 
 of equally spaced planets it has the same shape as there, in the middle of the gap.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from math import acos, asin, cos, hypot, pi, sin, sqrt
-from typing import Any, Literal, NoReturn
+from typing import Any, Literal, NoReturn, Self
 
 import numpy as np
 
@@ -121,7 +119,7 @@ class CarrierFeMeshParameters:
     fidelity: Fidelity = "standard"
     where: str = "case"
 
-    def in_units_of(self, unit: float) -> CarrierFeMeshParameters:
+    def in_units_of(self, unit: float) -> Self:
         """The carrier with all lengths (numbers but counts and angles) divided by a unit, m."""
         lengths: dict[str, Any] = {
             k: v / unit for k, v in vars(self).items() if isinstance(v, float)

@@ -17,12 +17,11 @@ Dofs are node-major: dof = 3 node + (0, 1, 2) for x, y, z. Units SI. Source: any
 elements.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations_with_replacement
+from typing import Self
 
 import numpy as np
 import scipy.sparse as sp
@@ -91,7 +90,7 @@ class FeModel:
     density: float
 
     @classmethod
-    def of(cls, fe_mesh: FeMesh, material: Material) -> FeModel:
+    def of(cls, fe_mesh: FeMesh, material: Material) -> Self:
         """Model of an FE mesh with a case's material."""
         return cls(fe_mesh, material.young_modulus, material.poisson_ratio, material.density)
 
@@ -148,7 +147,7 @@ class FeModel:
         """Mass M (3n, 3n), CSR, kg: scalar_mass (x) I_3."""
         return sp.kron(self.scalar_mass, sp.identity(3), format="csr")
 
-    def part(self, cells: Ints) -> tuple[FeModel, Ints]:
+    def part(self, cells: Ints) -> tuple[Self, Ints]:
         """Model of the cells with these numbers, and numbers of its nodes in this model (k,)."""
         corners = np.asarray(self.fe_mesh.cells)[cells]
         vertices, numbers = np.unique(corners, return_inverse=True)

@@ -18,10 +18,9 @@ Rigid tie (RBE2). All dofs on a patch follow its node, u = H q, and are eliminat
 u = T [u_free, q]. Nodes shared by two rigid patches belong to neither.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Self
 
 import numpy as np
 import scipy.sparse as sp
@@ -108,7 +107,7 @@ class _Patch:
     motion: Array
 
     @classmethod
-    def of(cls, sample: Sample, centre: Array | None = None) -> _Patch:
+    def of(cls, sample: Sample, centre: Array | None = None) -> Self:
         """Patch of a sample about a centre (3,) m, by default its centroid."""
         share = sample.weights / sample.weights.sum()
         centre = share @ sample.points if centre is None else centre

@@ -12,8 +12,6 @@ by any model. Assumptions: the crack is open under all loads of the flank on its
 grow, its faces carry no load, and it has no effect on neighbouring teeth.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -180,7 +178,7 @@ class PairBending:
     scale: Array
     limit: Array
 
-    def with_rim(self, flexibility: Array, beside: Array) -> PairBending:
+    def with_rim(self, flexibility: Array, beside: Array) -> Self:
         """The pair with the additional flexibility of the rim of an FE gear (``rim_bending``)."""
         more = self.flexibility + flexibility, self.beside + beside
         return replace(self, flexibility=more[0], beside=more[1])

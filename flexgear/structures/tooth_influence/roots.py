@@ -24,10 +24,9 @@ corrected to zero under rigid motion, where rounding errors remain. At the depth
 error of the body's FE mesh, which has coarse teeth, is negligible.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 import scipy.sparse as sp
@@ -106,12 +105,12 @@ class RootInfluence(FlankPlaces):
         of_nodes = self.stress.reshape(-1, self.stress.shape[-1]).T
         return np.asarray(means @ of_nodes).reshape(*shape, *self.stress.shape[:-1])
 
-    def turned(self) -> RootInfluence:
+    def turned(self) -> Self:
         """Stress per load on +θ flanks, by half a turn about the tooth's radial axis. The fillet
         beside the loaded flank is the first; cut and points remain those of the −θ fillet."""
         return replace(self, stress=self.stress[::-1]).mirrored()
 
-    def mirrored(self) -> RootInfluence:
+    def mirrored(self) -> Self:
         """Stress per load for the other hand of helix, z -> −z; cut and points are unchanged."""
         stress = self.stress[:, :, :, ::-1, self.flipped_nodes()]
         return replace(self, stress=stress, slope=-self.slope)
