@@ -34,6 +34,7 @@ import numpy as np
 from flexgear.arrays import Array, Ints
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.off_path import SAME_LENGTH
 from flexgear.gears.paths import AVERAGED_SLICES, flank_name, stage_paths
 from flexgear.gears.radii import role_of
 from flexgear.gears.slices import Line, Slices, cut
@@ -242,12 +243,13 @@ def _depth(view: StageView, path: GearMeshPath, lines: Slices, fault: Fault) -> 
     role = "planet" if fault.gear == view.part("planet") else path.kind.gear
     tooth, total = tooth_of(path, role), np.zeros_like(lines.z)
     first, last = sorted(map(tooth.roll_length, _radii(tooth, fault)))
+    least, most = first * (1.0 - SAME_LENGTH), last * (1.0 + SAME_LENGTH)  # with the tip edge
     low, high = _ends_along_face(path, fault)
     for k in range(POINTS_IN_SLICE):
         z = lines.z + lines.width * ((k + 0.5) / POINTS_IN_SLICE - 0.5)
         s = np.clip(lines.s[:, None] + path.slope * z, *lines.span)
         roll = np.nan_to_num(path.off_path.rolls(s)[0 if role == "planet" else 1], nan=-1.0)
-        inside = (roll >= first) & (roll <= last) & (z >= low) & (z <= high)
+        inside = (roll >= least) & (roll <= most) & (z >= low) & (z <= high)
         shape = np.ones_like(roll)
         if fault.kind == "wear":
             shape = 1.0 - ((2.0 * roll - first - last) / (last - first)) ** 2

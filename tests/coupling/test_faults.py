@@ -229,6 +229,19 @@ def test_a_pit_takes_load_off_its_pair_as_two_springs_say(stage, model, gear):
     assert seen > 3 and place.any()
 
 
+def test_a_pit_of_a_whole_flank_is_the_same_on_either_tooth_of_a_pair(stage):
+    """Also while tips touch before and after the path: the tip edge is as deep as the flank."""
+    angles = np.linspace(-12.0, 12.0, 193)  # of the gear: two pitches about the pitch point
+    text, loads = PAIR.replace("path_only = true\n", ""), []
+    for gear in ("pinion", "gear"):
+        fault = RING_SPALL.format(1).replace('"ring"', f'"{gear}"')
+        data = stage(text, "face_load", fault).assemble().static(angles, torque=200.0)
+        both = (data["pair_tooth"] == 1) & (data["pair_planet_tooth"] == 1)
+        loads.append(np.where(both, data["pair_load"], 0.0).sum(axis=(1, 2)))
+        assert data["unloaded_transmission_error"].max() > 5e-6  # others do not carry everywhere
+    assert loads[0] == pytest.approx(loads[1], abs=1e-6 * loads[1].max())
+
+
 @pytest.mark.slow
 def test_a_crack_softens_its_pair_as_plane_finite_elements_say(stage):
     """Change of the compliance of the pair at the pitch point; the same crack in triangles, of a
