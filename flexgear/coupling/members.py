@@ -27,10 +27,10 @@ RIM_MODULES = 4.0  # default rim of a ring outside its root circle, modules
 class Port:
     """Point of a body at which springs and gear meshes act.
 
-    node: that moves; axes: angle of the axes of the motion about z, rad; arm, rise: distances of
-    the point from the node along x and z of these axes, rigidly connected, m; floats: whether the
-    node has only elastic displacement, in a rotating frame, to which the rigid motion of the body's
-    first node adds.
+    node: whose motion it follows; axes: angle of the axes of the motion about z, rad; arm, rise:
+    distances of the point from the node along x and z of these axes, rigidly connected, m; floats:
+    whether the node has only elastic displacement, in a rotating frame, to which the rigid motion
+    of the body's first node adds.
     """
 
     node: str

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy import linalg
 
 from flexgear.arrays import Array
 from flexgear.gears.geometry import stage_geometry
@@ -123,11 +124,6 @@ def rank(matrix: Array) -> int:
     return int((values > RANK_TOLERANCE * values[0]).sum())
 
 
-def null_space(matrix: Array) -> Array:
-    """Orthonormal basis of x with matrix x = 0, (columns, dimension)."""
-    return np.linalg.svd(matrix)[2][rank(matrix) :].T
-
-
 def require_free_ties(members: Members) -> int:
     """Mobility of the members. Raises InputError where ties are redundant or nothing can turn."""
     rows = members.tie_rows
@@ -151,7 +147,7 @@ def require_free_ties(members: Members) -> int:
 def _first_loop(rows: Array) -> list[int]:
     """Indices of the rows in the first linear dependence: its last row follows from the others."""
     for end in range(1, len(rows) + 1):
-        repeated = null_space(rows[:end].T)
+        repeated = linalg.null_space(rows[:end].T, rcond=RANK_TOLERANCE)
         if repeated.shape[1]:
             return [k for k, c in enumerate(repeated[:, 0]) if abs(c) > 1e-6]
     return []
@@ -169,7 +165,7 @@ def require_speeds(members: Members, mobility: int) -> None:
         raise InputError(members.source, driven[-1].key, problem, remedy)
     if independent == len(members.names):
         return
-    free = null_space(conditions)
+    free = linalg.null_space(conditions, rcond=RANK_TOLERANCE)
     spread = np.linalg.norm(free, axis=1)
     open_members = [m for m, s in zip(members.names, spread, strict=True) if s > 1e-6]
     ports = [p.member for p in members.ports if p.speed is None and p.member in open_members]

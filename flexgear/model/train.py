@@ -85,9 +85,9 @@ class Port(Section):
 
 
 class Input(Port):
-    """A driven member. Speed and torque of the drive on the member are positive about +z. Of P
-    ports, the inputs and the output, of a train with F degrees of freedom, F have a speed and P - F
-    a torque or power. [drive] is the machine of the first input.
+    """A driven member. Speed and torque of the drive on the member are positive about +z. Of the P
+    ports, inputs and output, of a train with mobility M (degrees of freedom), M have a speed and
+    P - M a torque or power. [drive] is the machine of the first input.
 
     power: into the train, in place of the torque power / speed; needs the speed.
     """

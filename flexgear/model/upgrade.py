@@ -165,7 +165,7 @@ class _Block:
 
 
 def _blocks(text: str) -> list[_Block]:
-    """Divide a TOML file into its sections; headers in comments get their present names.
+    """Divide a TOML file into its sections; headers in comments are renamed as well.
 
     A statement is the smallest number of lines that is valid TOML. Comments between a key and a
     header belong to neither.

@@ -239,7 +239,7 @@ def roots_in_bin(
     train: SpectrumTrain, load_bin: LoadBin, group: GroupName, at: tuple[int, int], member: int
 ) -> HeldRoots:
     """Root stress of a gear's teeth on a fixed body, at the planet and cycle ``at`` (from 0) of a
-    group; member: 0 gear, 1 planet."""
+    group; member: 0 the planet, 1 the gear that it meshes with."""
     model, samples = model_in_bin(train, load_bin), train.samples[group.stage]
     first = at[1] * samples.per_gear_mesh
     lead = samples.angles[first : first + samples.per_gear_mesh]

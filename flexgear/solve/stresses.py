@@ -332,7 +332,7 @@ class HeldRoots:
 
 def held_roots(tables: RootTables, result: Equilibrium, flank: int, member: int) -> HeldRoots:
     """Root stress with a fixed body from equilibria over a gear-mesh cycle; flank: index in the
-    system; member: 0 the planet, 1 the gear."""
+    system; member: 0 the planet, 1 the gear that it meshes with."""
     system = result.modal.system
     label = system.gear_meshes[flank]
     loads = line_loads(result)

@@ -147,7 +147,7 @@ def _same(common: bytes) -> bytes:
 
 
 def _run(common: bytes, job: bytes, expected: str) -> bytes:
-    """One job on a worker."""
+    """Run one job on a worker."""
     if version() != expected:
         message = f"the worker has flexgear {version()}, not {expected}: install that"
         return pickle.dumps(Outcome(None, message))
