@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from typer import Option
 
 from flexgear.cli import analysis_views as views
+from flexgear.cli import options
 from flexgear.cli.analysis import Analysis, assembled
 from flexgear.cli.display import progress, size_text, warn
 from flexgear.coupling.pace import too_coarse
@@ -106,9 +107,9 @@ def modes(
 ) -> None:
     """Natural modes of the coupled train: frequencies, types, moving components."""
     _require_positive("--limit-hz", limit_hz, "500")
-    if campbell and angle_deg is not None:
-        problem = "is given beside --campbell, which takes the mean stiffness of gear meshes"
-        raise InputError("--angle-deg", f"{angle_deg:g}", problem, "take one of them out")
+    if campbell:
+        option = "--campbell, which takes the mean stiffness of gear meshes"
+        options.refuse_beside(option, {"--angle-deg": angle_deg is not None})
     every = limit_hz is not None
     with analysis.model(loaded=False) as (model, _):
         limit_hz = usual_limit(model) if limit_hz is None else limit_hz

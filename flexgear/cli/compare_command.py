@@ -63,10 +63,29 @@ class Comparison(options.CaseOptions):
     )
     interactive: options.Interactive = True
 
+    def refuse_unused(self) -> None:
+        """InputError for an option that the chosen kind of comparison does not use."""
+        angles = {"--positions": self.positions, "--cycles": self.cycles}
+        page = {"--out": self.out, "--no-interactive": not self.interactive}
+        if self.other is not None:
+            options.refuse_beside("folders of two runs", angles | {
+                "--against": self.against, "--life": self.life, "--set": self.settings,
+                "--json": self.as_json,
+            })  # fmt: skip
+            return
+        options.refuse_without("folders of two runs", page)
+        if self.against is not None:
+            options.refuse_beside("--against", angles)
+            return
+        options.refuse_without("--against", {"--life": self.life})
+        if self.cycles is not None:
+            options.refuse_beside("--cycles", {"--positions": self.positions})
+
 
 def compare(comparison: Comparison) -> None:
     """Flexible and rigid variants side by side; of a train its load sharing by every analysis; the
     folders of two runs in one report."""
+    comparison.refuse_unused()
     if comparison.other is not None:
         compare_runs(comparison, comparison.other)
         return
@@ -74,8 +93,6 @@ def compare(comparison: Comparison) -> None:
     if comparison.against is not None:
         _against(source, options.read_case(comparison.against, None), comparison)
         return
-    if comparison.life:
-        raise InputError("compare", "--life", "is given without --against", "name another case")
     if comparison.positions is not None:
         options.require_flexible(source, "--positions")
     if comparison.cycles is None and source.fe_ring_stages:

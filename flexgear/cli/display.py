@@ -118,11 +118,10 @@ class PlainProgress:
             if share >= 1.0:
                 self._shown[stage] = float("inf")
                 self._print(f"{stage}: done in {now - self._started[stage]:.1f} s")
-            elif now - self._shown[stage] >= PLAIN_INTERVAL:
+            elif share > 0.0 and now - self._shown[stage] >= PLAIN_INTERVAL:
                 self._shown[stage] = now
-                left = (now - self._started[stage]) * (1.0 - share) / share if share else 0.0
-                after = f", about {time_text(left)} left" if left else ""
-                self._print(f"{stage}: {100 * share:.0f} %{after}")
+                left = time_text((now - self._started[stage]) * (1.0 - share) / share)
+                self._print(f"{stage}: {100 * share:.0f} %, about {left} left")
 
     @staticmethod
     def _print(line: str) -> None:

@@ -155,6 +155,14 @@ def refuse_beside(option: str, others: Mapping[str, object]) -> None:
             raise InputError("options", other, problem, "take one of them out")
 
 
+def refuse_without(option: str, others: Mapping[str, object]) -> None:
+    """InputError if other options are given that have an effect only with ``option``, which is
+    not; others: whether each of them is given."""
+    for other, value in others.items():
+        if value:
+            raise InputError("options", other, f"has no effect without {option}", "leave it out")
+
+
 def folder_named(text: str) -> Path:
     """Path of the folder that --out names; InputError for an empty name."""
     if not text:

@@ -102,14 +102,16 @@ class OrderAnalysis:
     quiet: options.Quiet = False
 
     def refuse_unused(self) -> None:
-        """InputError for an option that a mean over turns does not use."""
+        """InputError for an option that the chosen kind of analysis does not use."""
         unused = {"--map": self.block_turns, "--window": self.window != "hann"}
         if self.planets:
             options.refuse_beside("--planets", unused | {
                 "--average": self.average, "--member": self.member, "--against": self.against,
                 "--highest": self.highest, "--envelope-hz": self.envelope_hz,
             })  # fmt: skip
-        elif self.average:
+            return
+        options.refuse_without("--planets", {"--sensor-angle-deg": self.sensor_angle_deg})
+        if self.average:
             options.refuse_beside("--average", unused)
 
     def part(self, data: xr.Dataset) -> xr.Dataset:

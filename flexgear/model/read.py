@@ -4,6 +4,7 @@
 later messages can name it.
 """
 
+import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -124,7 +125,8 @@ def to_si(
     """
     if not isinstance(data, Mapping):
         name = path.rstrip(".") or "case"
-        raise InputError(where, name, "is not a section", f"write it as [{name}] with keys below")
+        remedy = f"write it as {table_header(name)} with keys below"
+        raise InputError(where, name, "is not a section", remedy)
     converted: dict[str, Any] = {}
     for key, value in data.items():
         full = f"{path}{key}"
@@ -137,7 +139,8 @@ def to_si(
         single = isinstance(value, Mapping) and takes_one(section, name)
         if inner is not None and is_list(section, name) and not single:
             if not isinstance(value, list):
-                raise InputError(where, full, "is not a list", f"write [[{full}]] for each")
+                remedy = f"write {table_header(full, is_list=True)} for each"
+                raise InputError(where, full, "is not a list", remedy)
             converted[name] = tuple(
                 to_si(inner, v, where, written, f"{full}[{k}].", f"{at}{name}.{k}.", bare_si)
                 for k, v in enumerate(value)
@@ -160,8 +163,19 @@ def _not_a_section(section: type[Section], key: str, full: str, where: str) -> I
     names = [n for n in section.model_fields if section_of(section, n) is None]
     similar = get_close_matches(key, names, n=1, cutoff=0.8)
     suggestion = f"did you mean {usual_key(section, similar[0])}? Or " if similar else ""
-    remedy = f"{suggestion}write it as [{full}] with keys below"
+    remedy = f"{suggestion}write it as {table_header(full)} with keys below"
     return InputError(where, full, "is not a section", remedy)
+
+
+def table_header(path: str, is_list: bool = False) -> str:
+    """Header by which TOML begins the table, or each table of a list, at the path of a key: for
+    "stages[2].sun" "[stages.sun] below [[stages]] number 3"."""
+    name, element = re.sub(r"\[\d+\]", "", path), re.search(r"\[(\d+)\]$", path)
+    header = f"[[{name}]]" if is_list or element else f"[{name}]"
+    if element:
+        header += f" number {int(element[1]) + 1}"
+    outer = re.match(r".*\](?=.)", path)
+    return f"{header} below {table_header(outer[0])}" if outer else header
 
 
 def _tuples(value: Any, where: str, key: str) -> Any:
@@ -342,8 +356,15 @@ def numbered(key: str, data: Mapping[str, Any], where: str) -> list[str]:
     return parts
 
 
+_ONLY_STAGE = {
+    "stages[0]": "stage", "stages.0": "stage", " below [[stages]] number 1": "",
+    "[stages.": "[stage.",
+}  # fmt: skip
+
+
 def of_only_stage(fault: InputError) -> InputError:
     """The InputError with "stage" for "stages[0]", for files with [stage]."""
-    texts = (fault.key, fault.problem, fault.remedy)
-    renamed = (t.replace("stages[0]", "stage").replace("stages.0", "stage") for t in texts)
-    return InputError(fault.where, *renamed)
+    texts = [fault.key, fault.problem, fault.remedy]
+    for old, new in _ONLY_STAGE.items():
+        texts = [text.replace(old, new) for text in texts]
+    return InputError(fault.where, *texts)

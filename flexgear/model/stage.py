@@ -208,9 +208,11 @@ class Stage(Section):
     def required(cls, data: Mapping[str, Any]) -> list[Missing]:
         """Parts and number of planets by the kind of the stage, the hand of helical gears."""
         kind = data.get("kind", "planetary")
+        if kind not in list(_PARTS):  # the field refuses it
+            return []
         missing = [
             Missing(name, f"is missing in a {kind} stage", f"add a section for the {name}")
-            for name in _PARTS["parallel" if kind == "parallel" else "planetary"]
+            for name in _PARTS[kind]
             if data.get(name) is None
         ]
         if kind == "planetary" and "planets" not in data:

@@ -5,7 +5,7 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic import ValidationError
 
 from flexgear.model.errors import InputError, echo
-from flexgear.model.read import Written, lists_of, nearest
+from flexgear.model.read import Written, lists_of, nearest, table_header
 from flexgear.model.section import (
     Missing,
     Refusal,
@@ -123,8 +123,7 @@ def _addition(root: type[Section], key: str) -> str:
             return f"{name} = …, one of {', '.join(map(str, get_args(annotation)))}"
     if owner is None or name not in owner.model_fields or section_of(owner, name) is None:
         return f"{name} = …"
-    several = is_list(owner, name) and not takes_one(owner, name)
-    return f"[[{name}]]" if several else f"[{key}]"
+    return table_header(key, is_list(owner, name) and not takes_one(owner, name))
 
 
 def _spelled(root: type[Section], loc: list[Any]) -> tuple[str, type[Section], Quantity | None]:

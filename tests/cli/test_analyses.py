@@ -227,6 +227,9 @@ def test_progress_says_how_long_it_takes(capsys, monkeypatch):
     for now[0], share in ((70.0, 0.0), (76.0, 0.001)):
         report("response", share)
     assert capsys.readouterr().err.splitlines()[-1] == "response: 0 %, about 100 min left"
+    for now[0] in (100.0, 106.0, 112.0):  # without a share there is nothing new to print
+        report("FE mesh", 0.0)
+    assert capsys.readouterr().err == "FE mesh\n"
 
 
 def test_chosen_variables(flexgear, tmp_path):

@@ -239,6 +239,7 @@ def test_multiples_of_a_fault_s_line_are_named(tmp_path):
         (["--planets", "stage", "--average"], "--average: has no effect beside --planets"),
         (["--planets", "stage", "--highest", 9], "--highest: has no effect beside --planets"),
         (["--average", "--map", 2], "--map: has no effect beside --average"),
+        (["--sensor-angle-deg", 30], "--sensor-angle-deg: has no effect without --planets"),
     ],
 )
 def test_bad_input_is_one_line(flexgear, transient, options, text):
