@@ -66,11 +66,11 @@ def ends_at(longer: CondensedTrain, span: Range, end: Orbit, start: Orbit) -> bo
 def _direction(balance: Balance, start: Orbit, doubles: bool) -> Array:
     """v (m,) in the order of the unknowns: null vector of J, or of J_odd where the period doubles,
     on the loaded channels, by inverse iteration; zero elsewhere."""
-    at = np.flatnonzero(start.tangents.any(axis=(0, 1, 2)))
+    at = balance.loaded(start.tangents, np.zeros(balance.q))
     places, part = balance.restricted(at)
-    harmonic = np.r_[np.zeros(len(at)), np.repeat(1 + np.arange(balance.harmonics), 2 * len(at))]
+    harmonic = np.r_[np.zeros(part.q), np.repeat(1 + np.arange(part.harmonics), 2 * part.q)]
     changed = np.flatnonzero(harmonic % 2 == 1) if doubles else np.arange(len(places))
-    jacobian = part.jacobian(start.tangents[:, :, at[:, None], at])
+    jacobian = part.jacobian(start.tangents[:, :, at])
     factors = Factors(jacobian[np.ix_(changed, changed)])
     v = np.random.default_rng(0).normal(size=len(changed))  # a symmetric one might miss v
     for _ in range(ITERATIONS):

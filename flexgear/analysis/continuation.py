@@ -32,9 +32,8 @@ from flexgear.arrays import Array
 FORCE_WEIGHT = 4.0  # w
 FIRST, LONGEST, SHORTEST = 0.004, 0.02, 1e-7  # steps over L; the longest also over the range
 MAX_CORRECTIONS = 8  # Newton steps before a shorter step is tried
-MAX_SLOPES = 2  # Newton steps with a new ∂/∂λ
 FEW_CORRECTIONS = 4  # with so many or fewer the next step is longer
-LEAST_COSINE = 0.92  # between the tangents of neighbouring states
+LARGEST_TURN, TURN = 0.55, 0.35  # of the tangent in a step, rad: accepted, and aimed at
 KINK = 1e-3  # step below which the tangent may turn at once, as where a sample loses contact
 MAX_STATES = 4000  # of a curve
 MAX_RISE = 10.0  # of forces over the largest at the first state, added to the force over backlash
@@ -276,7 +275,7 @@ class _CurveFollower:
                 step *= 0.5
                 if step < SHORTEST:
                     return Cut(before, "steps")
-            successor, corrections = following
+            successor, corrections, turn = following
             if self._rejoins(current.orbit, successor.orbit):
                 return None
             edge = self._edge(before, self.span.value(successor.orbit.point))
@@ -295,6 +294,7 @@ class _CurveFollower:
                 return Cut(self.span.value(successor.orbit.point), "forces")
             bend, current = (successor.tangent - current.tangent) / step, successor
             step *= 1.4 if corrections <= FEW_CORRECTIONS else 0.8
+            step *= max(TURN / max(turn, TURN), 0.5)
         return Cut(self.span.value(current.orbit.point), "states")
 
     def _rejoins(self, before: Orbit, after: Orbit) -> bool:
@@ -328,9 +328,9 @@ class _CurveFollower:
 
     def _next(
         self, current: _CurvePoint, bend: Array, step: float
-    ) -> tuple[_CurvePoint, int] | None:
-        """The point one step ahead and the number of Newton steps; None without convergence, or
-        where the tangent turns too far."""
+    ) -> tuple[_CurvePoint, int, float] | None:
+        """The point one step ahead, the number of Newton steps and the angle, rad, by which the
+        tangent turns; None without convergence, or where it turns too far."""
         corrected = self._corrected(current, bend, step)
         if corrected is None:
             return None
@@ -338,7 +338,8 @@ class _CurveFollower:
         successor = self._curve_point(orbit, balance, current.tangent)
         before = successor.weight * current.tangent
         cosine = float((successor.weight * successor.tangent) @ before / np.linalg.norm(before))
-        return None if step > KINK and cosine < LEAST_COSINE else (successor, corrections)
+        turn = float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+        return None if step > KINK and turn > LARGEST_TURN else (successor, corrections, turn)
 
     def _weight(self, orbit: Orbit) -> Array:
         """Weights (m + 1,) of the unknowns and λ in the arc length; zero for the amplitudes of
@@ -371,7 +372,7 @@ class _CurveFollower:
         size = len(current.orbit.unknown)
         predicted = np.r_[current.orbit.unknown, self.span.value(current.orbit.point)]
         predicted += step * current.tangent + 0.5 * step**2 * bend
-        x, normal, slope = predicted.copy(), current.weight**2 * current.tangent, np.zeros(size)
+        x, normal = predicted.copy(), current.weight**2 * current.tangent
         for iteration in range(1, MAX_CORRECTIONS + 1):
             value = float(x[-1])
             if value <= 0.0:
@@ -380,8 +381,7 @@ class _CurveFollower:
             imbalance, state = balance.residual(x[:size])
             if state.residual <= TOLERANCE and iteration > 1:
                 return replace(state, point=self.span.point(value)), balance, iteration
-            if iteration <= MAX_SLOPES:
-                slope = self._slope(balance, state, value)
+            slope = self._slope(balance, state, value)
             right = np.r_[imbalance, normal @ (x - predicted)]
             change = self.solver.solve(balance, state, right, slope, normal)
             if not np.isfinite(change).all():

@@ -27,7 +27,7 @@ import numpy as np
 from scipy import linalg
 from scipy.sparse.linalg import LinearOperator, gmres
 
-from flexgear.analysis.orbit import OrbitElements, products
+from flexgear.analysis.orbit import OrbitElements, gathered, group_products
 from flexgear.analysis.orbit_receptance import OperatingPoint, Receptance
 from flexgear.arrays import Array, Complex, Ints
 
@@ -35,7 +35,7 @@ SAMPLES = 16  # of a period, for every harmonic: forces of one-sided contact dec
 TOLERANCE = 1e-9  # residual of the equations over the largest force of a channel
 MAX_ITERATIONS = 40  # Newton steps
 MAX_FACTORED = 600  # unknowns up to which every Jacobian is factored
-GMRES_PRODUCTS, GMRES_TOLERANCE = 30, 1e-8  # products before factors are renewed; rel. residual
+GMRES_PRODUCTS, GMRES_TOLERANCE = 16, 1e-4  # products before factors are renewed; rel. residual
 MAX_HALVINGS = 4  # of a step that does not reduce the residual
 
 
@@ -51,7 +51,8 @@ class Orbit:
     """A steady state.
 
     unknown (m,): real f_0, then real and imaginary parts of f_1 … f_H, then a; force (N, n) N and
-    displacement (N, n) m of the rows; tangents (2, N, q, q): ∂(Wᵀ F)/∂u and ∂(Wᵀ F)/∂u̇;
+    displacement (N, n) m of the rows; tangents (2, N, G, p, p): ∂(Wᵀ F)/∂u and ∂(Wᵀ F)/∂u̇ by groups
+    of channels;
     by_frequency (N, q): ∂(Wᵀ F)/∂ω by the rate of errors; residual: largest unbalanced force over
     the largest force of a channel.
     """
@@ -68,17 +69,21 @@ class Orbit:
     @property
     def without_histories(self) -> Orbit:
         """The state with its waves, but without forces, displacements and tangents over time."""
-        none = np.zeros((2, 0, 0, 0))
+        none = np.zeros((2, 0, 0, 0, 0))
         return replace(
             self, force=none[0], displacement=none[0], tangents=none, by_frequency=none[0]
         )
 
 
 class Balance:
-    """Equations of the steady state of force elements at one operating point."""
+    """Equations of the steady state of force elements at one operating point; groups: of the
+    channels, those of the elements if left out."""
 
-    def __init__(self, elements: OrbitElements, receptance: Receptance) -> None:
+    def __init__(
+        self, elements: OrbitElements, receptance: Receptance, groups: Ints | None = None
+    ) -> None:
         self.elements, self.receptance = elements, receptance
+        self.groups = elements.groups if groups is None else groups
         self.q, self.harmonics = receptance.static_motion.size, len(receptance.dynamic)
         self.forces = self.q * (2 * self.harmonics + 1)
         self.size = self.forces + len(receptance.rigid_force)
@@ -117,7 +122,7 @@ class Balance:
         largest = float(np.abs(unknown[: self.forces]).max(initial=0.0)) or 1.0
         relative = float(np.abs(out[: self.forces]).max(initial=0.0)) / largest
         tangents = np.array([e.on_channels(t) for t in tangent])
-        by_frequency = e.channel_forces(products(tangent[1], e.error_slope))
+        by_frequency = e.by_rate_of_errors(tangent[1])
         no_point = OperatingPoint(0.0, 0.0)
         return out, Orbit(
             no_point, unknown, waves, force, displacement, tangents, by_frequency, relative
@@ -138,43 +143,54 @@ class Balance:
         motion, rate = other_waves.motion - orbit.waves.motion, other_waves.rate - orbit.waves.rate
         (k, c), none = orbit.tangents, np.zeros_like(motion)
         d_omega = other.receptance.omega - self.receptance.omega
-        forces = products(k, motion) + products(c, rate) + d_omega * orbit.by_frequency
+        forces = group_products(k, motion, self.groups) + group_products(c, rate, self.groups)
+        forces += d_omega * orbit.by_frequency
         return other._imbalance(orbit.unknown, forces) - self._imbalance(orbit.unknown, none)
 
+    def loaded(self, tangents: Array, forces: Array) -> Ints:
+        """Groups with tangents (2, N, G, p, p), or with forces (q,) other than zero."""
+        of_group = gathered(forces[None] != 0.0, self.groups)[0].any(axis=1)
+        return np.flatnonzero(of_group | tangents.any(axis=(0, 1, 3, 4)))
+
     def restricted(self, at: Ints) -> tuple[Ints, Balance]:
-        """Indices (k,) of the unknowns of the channels ``at`` and of rigid motions, and the linear
-        part of the equations in these unknowns."""
-        places = self.q * np.arange(2 * self.harmonics + 1)[:, None] + at
+        """Indices (k,) of the unknowns of the channels of the groups ``at`` and of rigid motions,
+        and the linear part of the equations in these unknowns."""
+        channels = np.unique(self.groups[at])
+        channels = channels[channels < self.q]
+        places = self.q * np.arange(2 * self.harmonics + 1)[:, None] + channels
         rigid = np.arange(self.forces, self.size)
-        part = Balance(self.elements, self.receptance.restricted(at))
+        groups = np.searchsorted(channels, self.groups[at])
+        part = Balance(self.elements, self.receptance.restricted(channels), groups)
         return np.r_[places.ravel(), rigid].astype(np.int64), part
 
     def product(self, tangents: Array, unknown: Array) -> Array:
         """Jacobian times ``unknown`` (m,), for equations without constant part."""
-        motion, rate = self.waves(unknown)
-        return self._imbalance(unknown, products(tangents[0], motion) + products(tangents[1], rate))
+        (motion, rate), (k, c) = self.waves(unknown), tangents
+        forces = group_products(k, motion, self.groups) + group_products(c, rate, self.groups)
+        return self._imbalance(unknown, forces)
 
     def jacobian(self, tangents: Array) -> Array:
-        """∂ residual / ∂ unknown (m, m) from tangents (2, N, q, q)."""
+        """∂ residual / ∂ unknown (m, m) from tangents (2, N, G, p, p)."""
         r, q, h = self.receptance, self.q, self.harmonics
         k, c = (_coefficients(t, 2 * h) for t in tangents)
         out = np.eye(self.size)
         at = np.arange(1, h + 1)
         difference, total = at[:, None] - at + 2 * h, at[:, None] + at + 2 * h
-        forward = k[difference] @ r.dynamic + c[difference] @ r.rate  # factor of f_k
-        mirrored = k[total] @ r.dynamic.conj() + c[total] @ r.rate.conj()  # of its conjugate
+        forward = self._onto(k[difference], r.dynamic) + self._onto(c[difference], r.rate)
+        # factor of the conjugate of f_k
+        mirrored = self._onto(k[total], r.dynamic.conj()) + self._onto(c[total], r.rate.conj())
         plus, minus = forward + mirrored, forward - mirrored
         blocks: Array = np.array([[plus.real, -minus.imag], [plus.imag, minus.real]])
         varying = blocks.transpose(2, 0, 4, 3, 1, 5).reshape(2 * h * q, 2 * h * q)
         out[q : self.forces, q : self.forces] += varying
-        mean = k[2 * h - at] @ r.dynamic + c[2 * h - at] @ r.rate  # (H, q, q)
+        mean = self._onto(k[2 * h - at], r.dynamic) + self._onto(c[2 * h - at], r.rate)  # (H, q, q)
         out[:q, q : self.forces] += (
             np.stack([mean.real, -mean.imag], axis=1).transpose(2, 0, 1, 3).reshape(q, 2 * h * q)
         )
         mean_motion = np.hstack([r.static, r.rigid])  # (q, q + r)
-        by_mean = 2.0 * k[2 * h + at] @ mean_motion  # (H, q, q + r)
+        by_mean = 2.0 * self._onto(k[2 * h + at], mean_motion)  # (H, q, q + r)
         varying_by_mean = np.stack([by_mean.real, by_mean.imag], axis=1).reshape(2 * h * q, -1)
-        constant: Array = k[2 * h].real @ mean_motion
+        constant = self._onto(k[2 * h], mean_motion).real
         out[:q, :q] += constant[:, :q]
         out[:q, self.forces :] += constant[:, q:]
         out[q : self.forces, :q] += varying_by_mean[:, :q]
@@ -183,6 +199,14 @@ class Balance:
         out[self.forces :, self.forces :] = -r.rigid_stiffness
         return out
 
+    def _onto(self, tangents: Complex, motion: Array | Complex) -> Complex:
+        """Products (…, q, c) of tangents (…, G, p, p) with motions (…, q, c) of the channels."""
+        padded = np.concatenate([motion, np.zeros_like(motion[..., :1, :])], axis=-2)
+        by_group = tangents @ padded[..., self.groups, :]
+        out = np.zeros((*by_group.shape[:-3], self.q + 1, by_group.shape[-1]), dtype=complex)
+        out[..., self.groups, :] = by_group
+        return out[..., :-1, :]
+
     def start(self) -> Array:
         """Initial unknowns (m,): the solution with all pairs as linear, two-sided springs."""
         e = self.elements
@@ -190,10 +214,11 @@ class Balance:
         by_offset = e.channel_forces(e.nominal[0] * e.offset)
         out = np.zeros(self.size)
         motion = self.waves(out).motion
-        imbalance = self._imbalance(out, by_offset + products(tangents[0], motion))
-        at = np.flatnonzero(tangents.any(axis=(0, 1, 2)))
+        by_motion = group_products(tangents[0], motion, self.groups)
+        imbalance = self._imbalance(out, by_offset + by_motion)
+        at = self.loaded(tangents, np.zeros(self.q))
         places, part = self.restricted(at)
-        matrix = part.jacobian(tangents[:, :, at[:, None], at])
+        matrix = part.jacobian(tangents[:, :, at])
         out[places] = -Factors(matrix).solve(imbalance[places])
         return out
 
@@ -207,7 +232,7 @@ def in_time(harmonics: Complex, samples: int) -> Array:
 
 
 def _coefficients(values: Array, highest: int) -> Complex:
-    """K̂_m, m = −highest … highest, of samples (N, q, q)."""
+    """K̂_m, m = −highest … highest, of samples (N, G, p, p)."""
     spectrum = np.fft.rfft(values, axis=0)[: highest + 1] / len(values)
     return np.concatenate([spectrum[:0:-1].conj(), spectrum])
 
@@ -250,10 +275,9 @@ class Solver:
     ) -> Array:
         """(x, λ) (m + 1,) with J x + column λ = right and row · (x, λ) = right_m at a state; J is
         the identity for channels without force."""
-        loaded = balance.parts(orbit.unknown)[0].any(axis=0)
-        at = np.flatnonzero(loaded | orbit.tangents.any(axis=(0, 1, 2)))
+        at = balance.loaded(orbit.tangents, np.abs(balance.parts(orbit.unknown)[0]).max(axis=0))
         inner, part = balance.restricted(at)
-        places, tangents = np.r_[inner, balance.size], orbit.tangents[:, :, at[:, None], at]
+        places, tangents = np.r_[inner, balance.size], orbit.tangents[:, :, at]
         out, column, row = right.copy(), column[inner], row[places]
         if len(places) > MAX_FACTORED and np.array_equal(places, self._places):
 

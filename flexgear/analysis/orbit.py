@@ -22,23 +22,19 @@ from typing import Any, Self
 
 import numpy as np
 
-from flexgear.analysis.flank_ends import FlankEnds
 from flexgear.analysis.gear_mesh_cycle import cycle_angles, mean_channel_springs
 from flexgear.analysis.kernels.contact_newton import first_memory
 from flexgear.analysis.kernels.samples import evaluate_laws
+from flexgear.analysis.orbit_rows import RowCollector
 from flexgear.arrays import Array, Ints
-from flexgear.coupling.kernels.elements import Rows, between_rows, law_functions, packed, pair_rows
-from flexgear.coupling.kernels.pair_errors import error_rates
-from flexgear.coupling.kernels.pairs import fill_rows
+from flexgear.coupling.kernels.elements import law_functions
 from flexgear.coupling.laws import LAW_NUMBERS
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pair_data import LOAD, SUPPORT, PairData
+from flexgear.coupling.pair_data import PairData
 from flexgear.model.errors import FlexgearError
 
-LEAST_SINGULAR = 1e-9  # singular values over the largest, below which directions are dropped
-# where teeth are blocks: flexibility, proportional to the square, is then exact to 1e-4
-LEAST_SINGULAR_OF_TEETH = 1e-2
-WITHIN = 8  # positions within a step over which tangents are averaged
+WITHIN = 64  # positions within a step over which tangents are averaged
+JUMP = 0.02  # change of a tangent within a step over the largest one, beyond which it is averaged
 MAX_ITERATIONS = 40  # for the forces of rows of one sample that are coupled by flexibility
 
 
@@ -55,12 +51,17 @@ class ChannelSprings:
 class OrbitElements:
     """Force elements at N samples of a period, with at most n rows at a sample.
 
-    channels (q, n_c): B; source (q,): flank of each channel, or −1 − number of a bearing row; rows
-    (N, n, q): W; offset (N, n): e, m; error_slope (N, n): e', m/rad of the angle of the period;
-    owner (N, n): flank of a row, −1 for bearings, −2 without a row; nominal (2, N, n): stiffness
-    N/m and damping N s/m of rows of carrying flanks and bearings; elements (E, 4), parameters
-    (E, p): see ``evaluate_laws``; between (N, n, n): flexibility B' between neighbouring rows, m/N,
-    or (0, 0, 0); springs: linear rows; load (2, n_c): constant forces on the channels, and forces
+    Channels are in G groups, of a flank or bearing each, of at most p channels and r rows; rows act
+    on the channels of their group alone, n = G r.
+
+    channels (q, n_c): B; source (q,): flank of each channel, or −1 − number of a bearing row;
+    groups (G, p): channels of each group, q where it has fewer; rows (N, G, r, p): W; offset
+    (N, n): e, m; error_slope (N, n): e', m/rad of the angle of the period; owner (N, n): flank of a
+    row, −1 for bearings, −2 without a row; nominal (2, N, n): stiffness N/m and damping N s/m of
+    rows of carrying flanks and bearings; elements (E, 4), parameters (E, ·): see ``evaluate_laws``,
+    with a sample for every group; between (N, G, r, r): flexibility B' between neighbouring rows,
+    m/N, or
+    (0, 0, 0, 0); springs: linear rows; load (2, n_c): constant forces on the channels, and forces
     proportional to the square of speed, at rated speed; frequency: of the period at rated speed,
     Hz; flanks (M,): 1 for flanks with rows; gear_meshes: number of gear-mesh periods in the period.
     """
@@ -69,6 +70,7 @@ class OrbitElements:
     stage: int
     channels: Array
     source: Ints
+    groups: Ints
     rows: Array
     offset: Array
     error_slope: Array
@@ -92,17 +94,18 @@ class OrbitElements:
     def repeated(self, times: int) -> Self:
         """The elements over a period that is ``times`` as long."""
         elements = np.tile(self.elements, (times, 1))
-        elements[:, 1] += np.repeat(self.samples * np.arange(times), len(self.elements))
+        samples = self.samples * len(self.groups)
+        elements[:, 1] += np.repeat(samples * np.arange(times), len(self.elements))
         return replace(
             self,
-            rows=np.tile(self.rows, (times, 1, 1)),
+            rows=np.tile(self.rows, (times, 1, 1, 1)),
             offset=np.tile(self.offset, (times, 1)),
             error_slope=np.tile(times * self.error_slope, (times, 1)),
             owner=np.tile(self.owner, (times, 1)),
             nominal=np.tile(self.nominal, (1, times, 1)),
             elements=elements,
             parameters=np.tile(self.parameters, (times, 1)),
-            between=np.tile(self.between, (times, 1, 1)),
+            between=np.tile(self.between, (times, 1, 1, 1)),
             frequency=self.frequency / times,
             gear_meshes=times * self.gear_meshes,
         )
@@ -125,32 +128,41 @@ class OrbitElements:
 
     def mean_row(self, m: int) -> Array:
         """Mean row (q,) of the tooth pairs of flank m over the period: closing of the gear mesh."""
-        rows = self.owner == m
-        return np.asarray(self.rows[rows].mean(axis=0))
+        of_flank = self.owner.reshape(self.rows.shape[:3]) == m
+        total = np.einsum("jgr,jgrp->gp", of_flank, self.rows)
+        return scattered(total[None] / max(of_flank.sum(), 1), self.groups, len(self.channels))[0]
+
+    def row_motions(self, motion: Array) -> Array:
+        """W u (N, n) of motions u (N, q) of the channels."""
+        products = self.rows @ gathered(motion, self.groups)[..., None]
+        return np.asarray(products.reshape(self.offset.shape))
 
     def row_forces(self, motion: Array, rate: Array, omega: float) -> tuple[Array, Array, Array]:
-        """Forces F (N, n) N, tangents ∂F/∂δ and ∂F/∂δ̇ (2, N, n, n), and displacements δ (N, n) of
-        the rows for the motion u and its rate (N, q); omega: frequency of the period, rad/s."""
-        closing_rate = products(self.rows, rate) + omega * self.error_slope
-        delta = np.stack([products(self.rows, motion) + self.offset, closing_rate], axis=2)
+        """Forces F (N, n) N, tangents ∂F/∂δ and ∂F/∂δ̇ (2, N, G, r, r), and displacements δ (N, n)
+        of the rows for the motion u and its rate (N, q); omega: frequency of the period, rad/s."""
+        closing_rate = self.row_motions(rate) + omega * self.error_slope
+        free = self.row_motions(motion) + self.offset
+        shape = self.rows.shape[:3]
+        delta = np.stack([x.reshape(-1, shape[2]) for x in (free, closing_rate)], axis=2)
         force, tangent = self._laws(delta)
-        if not self.between.size:
-            return force, tangent, delta[:, :, 0]
-        free, eye = delta[:, :, 0].copy(), np.eye(delta.shape[1])
-        for _ in range(MAX_ITERATIONS):
-            gap = delta[:, :, 0] - free + products(self.between, force)
-            matrix = eye + self.between @ tangent[0]
-            delta[:, :, 0] -= np.linalg.solve(matrix, gap[:, :, None])[:, :, 0]
-            before = force
-            force, tangent = self._laws(delta)
-            if np.abs(force - before).max() <= 1e-13 * np.abs(force).max():
-                break
-        condensed = np.linalg.inv(eye + tangent[0] @ self.between)
-        return force, condensed @ tangent, delta[:, :, 0]
+        if self.between.size:
+            between = self.between.reshape(-1, *self.between.shape[2:])
+            initial, eye = delta[:, :, 0].copy(), np.eye(shape[2])
+            for _ in range(MAX_ITERATIONS):
+                gap = delta[:, :, 0] - initial + products(between, force)
+                matrix = eye + between @ tangent[0]
+                delta[:, :, 0] -= np.linalg.solve(matrix, gap[:, :, None])[:, :, 0]
+                before = force
+                force, tangent = self._laws(delta)
+                if np.abs(force - before).max() <= 1e-13 * np.abs(force).max():
+                    break
+            tangent = np.linalg.inv(eye + tangent[0] @ between) @ tangent
+        tangent = tangent.reshape(2, *shape, shape[2])
+        return force.reshape(free.shape), tangent, delta[:, :, 0].reshape(free.shape)
 
     def _laws(self, delta: Array) -> tuple[Array, Array]:
-        count, n = self.offset.shape
-        force, tangent = np.zeros((count, n)), np.zeros((2, count, n, n))
+        count, r, _ = delta.shape
+        force, tangent = np.zeros((count, r)), np.zeros((2, count, r, r))
         evaluate_laws(
             self._functions, self.elements, self.parameters, delta, force, tangent, self._space
         )
@@ -158,29 +170,81 @@ class OrbitElements:
 
     @cached_property
     def linear_tangents(self) -> Array:
-        """Tangents (2, N, q, q) on the channels with all pairs on the path of the carrying flanks
-        in contact, and bearings with their nominal stiffness."""
-        stiffness, damping = (np.einsum("jn,nm->jnm", x, np.eye(x.shape[1])) for x in self.nominal)
+        """Tangents (2, N, G, p, p) on the channels with all pairs on the path of the carrying
+        flanks in contact, and bearings with their nominal stiffness."""
+        shape = self.rows.shape[:3]
+        stiffness, damping = (x.reshape(shape)[..., None] * np.eye(shape[2]) for x in self.nominal)
         if self.between.size:
-            condensed = np.linalg.inv(np.eye(len(stiffness[0])) + stiffness @ self.between)
+            condensed = np.linalg.inv(np.eye(shape[2]) + stiffness @ self.between)
             stiffness, damping = condensed @ stiffness, condensed @ damping
         return np.array([self.on_channels(stiffness), self.on_channels(damping)])
 
     def on_channels(self, tangent: Array) -> Array:
-        """Wᵀ T W (N, q, q) of tangents T (N, n, n) between rows."""
-        return np.asarray(self.rows.transpose(0, 2, 1) @ (tangent @ self.rows))
+        """Wᵀ T W (N, G, p, p) of tangents T (N, G, r, r) between rows."""
+        return np.asarray(self.rows.swapaxes(2, 3) @ (tangent @ self.rows))
 
     def tangents_around(self, motion: Array, rate: Array, period: float) -> Array:
-        """Tangents (2, N, q, q) on the channels for u and its rate (N, q) over a period, s, each
-        averaged over a step around its sample, within which contact may begin or end."""
-        around = period / self.samples * ((np.arange(WITHIN) + 0.5) / WITHIN - 0.5)
-        omega = 2 * np.pi / period
-        tangents = [self.row_forces(motion + t * rate, rate, omega)[1] for t in around]
-        return np.array([self.on_channels(t) for t in np.mean(tangents, axis=0)])
+        """Tangents (2, N, G, p, p) on the channels for u and its rate (N, q) over a period, s;
+        where contact begins or ends within a step around a sample, their mean over the step."""
+        step, omega = period / self.samples, 2 * np.pi / period
+        tangent = self.row_forces(motion, rate, omega)[1]
+        begin, end = (self.row_forces(motion + t * rate, rate, omega)[1]
+                      for t in (-0.5 * step, 0.5 * step))  # fmt: skip
+        largest = np.abs(tangent).max(axis=(1, 2, 3, 4), keepdims=True)
+        at = np.flatnonzero((np.abs(end - begin) > JUMP * largest).any(axis=(0, 2, 3, 4)))
+        part, around = self.at_samples(at), step * ((np.arange(WITHIN) + 0.5) / WITHIN - 0.5)
+        tangent[:, at] = np.mean(
+            [part.row_forces(motion[at] + t * rate[at], rate[at], omega)[1] for t in around], axis=0
+        )
+        return np.array([self.on_channels(t) for t in tangent])
+
+    def at_samples(self, at: Ints) -> Self:
+        """The elements at the samples numbered ``at`` alone."""
+        groups, place = len(self.groups), np.full(self.samples, -1)
+        place[at] = np.arange(len(at))
+        sample, group = np.divmod(self.elements[:, 1], groups)
+        elements = self.elements.copy()
+        elements[:, 1] = groups * place[sample] + group
+        selected = place[sample] >= 0
+        return replace(
+            self,
+            rows=self.rows[at],
+            offset=self.offset[at],
+            error_slope=self.error_slope[at],
+            owner=self.owner[at],
+            nominal=self.nominal[:, at],
+            elements=elements[selected],
+            parameters=self.parameters[selected],
+            between=self.between[at] if self.between.size else self.between,
+        )
 
     def channel_forces(self, force: Array) -> Array:
         """Wᵀ F (N, q): forces of the rows (N, n) on the channels, against the motion u."""
-        return np.einsum("jnq,jn->jq", self.rows, force)
+        by_group = force.reshape(self.rows.shape[:3])[..., None, :] @ self.rows
+        return scattered(by_group[..., 0, :], self.groups, len(self.channels))
+
+    def by_rate_of_errors(self, tangent: Array) -> Array:
+        """∂(Wᵀ F)/∂ω (N, q) of tangents ∂F/∂δ̇ (N, G, r, r) by the rate ω e' of errors."""
+        slope = self.error_slope.reshape(self.rows.shape[:3])[..., None]
+        return self.channel_forces((tangent @ slope).reshape(self.offset.shape))
+
+
+def gathered(values: Array, groups: Ints) -> Array:
+    """Values (N, G, p) of the channels of each group, 0 beyond, of values (N, q) of all."""
+    return np.concatenate([values, np.zeros((len(values), 1))], axis=1)[:, groups]
+
+
+def scattered(values: Array, groups: Ints, count: int) -> Array:
+    """Values (N, q) of ``count`` channels, from those of each group (N, G, p)."""
+    out = np.zeros((len(values), count + 1))
+    out[:, groups] = values
+    return out[:, :count]
+
+
+def group_products(tangents: Array, values: Array, groups: Ints) -> Array:
+    """Products (N, q) of tangents (N, G, p, p) of groups with values (N, q) of their channels."""
+    by_group = (tangents @ gathered(values, groups)[..., None])[..., 0]
+    return scattered(by_group, groups, values.shape[1])
 
 
 def products(matrices: Array, vectors: Array) -> Array:
@@ -204,25 +268,27 @@ def orbit_elements(
     m = int(np.flatnonzero(in_stage)[0])
     rated = system.theta(system.rated_input_speeds)[pairs.angle[m]]
     theta = cycle_angles(system, in_stage, samples, -1.0 if rated < 0.0 else 1.0)
-    collected = _RowCollector(modal, pairs, flanks, (theta[1] - theta[0]) * samples / (2 * np.pi))
+    collected = RowCollector(modal, pairs, flanks, (theta[1] - theta[0]) * samples / (2 * np.pi))
     for j in range(samples):
         collected.add(j, np.ascontiguousarray(theta[j]), theta[0])
-    channels, rows, owner, (offset, slope, *nominal) = collected.condensed()
+    condensed = collected.condensed()
+    offset, slope, *nominal = condensed.numbers
     return OrbitElements(
         modal=modal,
         stage=stage,
-        channels=channels,
+        channels=condensed.channels,
         source=np.array(
             [*collected.source, *(-1 - row for row in collected.bearing_rows)], np.int64
         ),
-        rows=rows,
+        groups=condensed.groups,
+        rows=condensed.rows,
         offset=offset,
         error_slope=slope,
-        owner=owner,
+        owner=condensed.owner,
         nominal=np.array(nominal),
-        elements=np.vstack(collected.elements).astype(np.int64),
+        elements=condensed.elements,
         parameters=np.vstack(collected.parameters),
-        between=collected.between(rows.shape[1]),
+        between=condensed.between,
         springs=_springs(modal, collected, stage),
         load=_loads(modal, pairs),
         frequency=abs(float(rated * pairs.rate[m] / pairs.pitch[m])),
@@ -272,122 +338,7 @@ def _left_out(modal: ModalSystem, stage: int) -> tuple[str, ...]:
     return tuple(words)
 
 
-class _RowCollector:
-    """Collects the rows of all samples, then reduces them to channels; speeds (A,): derivatives of
-    the train's angles by the gear-mesh angle."""
-
-    def __init__(self, modal: ModalSystem, pairs: PairData, flanks: Ints, speeds: Array) -> None:
-        self.modal, self.pairs, self.flanks, self.speeds = modal, pairs, flanks, speeds
-        self.data, self.work = packed(pairs), pair_rows(pairs)
-        self.ends = {int(m): FlankEnds(pairs, int(m)) for m in np.flatnonzero(flanks)}
-        self.elements: list[Array] = []
-        self.parameters: list[Array] = []
-        self.coefficients: dict[int, list[Array]] = {m: [] for m in self.ends}
-        # per sample: flank or −3 − bearing row (n,); offset, slope of error, stiffness, damping
-        self.row_data: list[tuple[Ints, Array]] = []
-        self.source: list[int] = []  # flank of every channel
-        self.bearing_rows: dict[int, Array] = {}
-        self.support_rows: list[tuple[Array, float]] = []  # row and stiffness
-        self._flexibilities: list[Array] = []  # between neighbouring rows, per sample
-
-    def add(self, j: int, angles: Array, start: Array) -> None:
-        """Add sample j at angles (A,); start (A,): angles of sample 0."""
-        work = self.work
-        n, count, _ = fill_rows(self.data, angles, self.flanks, work)
-        kinds = work.row["kind"][:n]
-        taken = np.flatnonzero((kinds != SUPPORT) & (kinds != LOAD))
-        row, of_teeth = work.row[taken], kinds[taken] >= 0
-        owner = row["owner"].astype(np.int64)
-        flank, slopes = np.where(of_teeth, owner, 0), np.zeros(len(self.flanks))
-        error_rates(self.data.gears, angles, self.speeds, slopes)
-        carries = np.where(of_teeth, self.pairs.carries[flank], 1.0)
-        springs = carries * np.array([row["stiffness"], row["damping"]])
-        numbers = np.vstack([row["offset"], of_teeth * slopes[flank], springs])
-        self.row_data.append((np.where(of_teeth, owner, -3 - owner), numbers))
-        for m in np.unique(owner[of_teeth]).tolist():
-            at = taken[of_teeth & (owner == m)]
-            self.coefficients[m].append(self.ends[m].coefficients(work, at, angles, start))
-        for i, number in zip(taken[~of_teeth], owner[~of_teeth].tolist(), strict=True):
-            self.bearing_rows.setdefault(number, self._on_channels(work, int(i)))
-        element = work.element[:count]
-        selected = np.isin(element["first"], taken)
-        first = np.searchsorted(taken, element["first"])
-        columns = np.column_stack([element["law"], 0 * first + j, first, element["rows"]])
-        self.elements.append(columns[selected])
-        self.parameters.append(work.parameters[:count][selected])
-        if work.row["following"][:n].any():
-            self._flexibilities.append(between_rows(work, n)[np.ix_(taken, taken)])
-        if j == 0:
-            for i in np.flatnonzero(kinds == SUPPORT):
-                row = self._on_channels(work, int(i))
-                self.support_rows.append((row, float(work.row["stiffness"][i])))
-
-    def _on_channels(self, work: Rows, i: int) -> Array:
-        row = np.zeros(len(self.modal.channels))
-        for a in range(int(work.row["width"][i])):
-            at = 6 * int(work.blocks[i, a])
-            row[at : at + 6] += work.coef[i, a]
-        return row
-
-    def between(self, n: int) -> Array:
-        """Flexibility (N, n, n) m/N between neighbouring rows; (0, 0, 0) without coupling."""
-        if not self._flexibilities:
-            return np.zeros((0, 0, 0))
-        out = np.zeros((len(self._flexibilities), n, n))
-        for matrix, part in zip(out, self._flexibilities, strict=True):
-            matrix[: len(part), : len(part)] = part
-        return out
-
-    def _directions(self, m: int, rows: Array) -> Array:
-        """Orthonormal U (r, k) with rows ≈ U Uᵀ rows, for the rows (r, c) of flank m.
-
-        Where teeth are blocks, rows are weighted by the motion that their forces cause: U are the
-        first singular vectors of [rows S^½, rows Z], S the elastic flexibility of the channels, Z
-        their rigid motions.
-        """
-        if not self.ends[m].teeth:
-            u, s, _ = np.linalg.svd(rows, full_matrices=False)
-            return np.asarray(u[:, s > LEAST_SINGULAR * s[0]])
-        at, r = self.ends[m].columns, self.modal.rigid_count
-        p = self.modal.channel_modes[at]
-        flexible = (p[:, r:] / self.modal.omega[r:] ** 2) @ p[:, r:].T
-        flexible += self.modal.residual[np.ix_(at, at)]
-        values, vectors = np.linalg.eigh(flexible)
-        elastic = rows @ (vectors * np.sqrt(np.maximum(values, 0.0)))
-        rigid = rows @ p[:, :r]
-        size = np.linalg.norm(elastic) / (np.linalg.norm(rigid) or 1.0)
-        u, s, _ = np.linalg.svd(np.hstack([elastic, size * rigid]), full_matrices=False)
-        return np.asarray(u[:, s > LEAST_SINGULAR_OF_TEETH * s[0]])
-
-    def condensed(self) -> tuple[Array, Array, Ints, Array]:
-        """Channels (q, n_c), rows (N, n, q), owners (N, n), and offsets, slopes of errors, nominal
-        stiffness and damping (4, N, n)."""
-        n = max((len(owner) for owner, _ in self.row_data), default=0)
-        owners = np.full((len(self.row_data), n), -2, dtype=np.int64)
-        numbers = np.zeros((4, *owners.shape))
-        for j, (owner, values) in enumerate(self.row_data):
-            owners[j, : len(owner)], numbers[:, j, : len(owner)] = owner, values
-        channels, blocks = [np.zeros((0, len(self.modal.channels)))], list[tuple[int, Array]]()
-        for m, parts in self.coefficients.items():
-            if not parts:
-                continue
-            vectors = np.vstack(parts)
-            shares = self._directions(m, vectors)
-            part = np.zeros((shares.shape[1], len(self.modal.channels)))
-            part[:, self.ends[m].columns] = shares.T @ vectors
-            channels.append(part)
-            blocks.append((m, shares))
-            self.source += [m] * len(part)
-        blocks += [(-3 - number, np.ones((1, 1))) for number in self.bearing_rows]
-        channels += [row[None] for row in self.bearing_rows.values()]
-        rows, q = np.zeros((*owners.shape, sum(map(len, channels)))), 0
-        for number, shares in blocks:
-            rows[owners == number, q : q + shares.shape[1]] = shares
-            q += shares.shape[1]
-        return np.vstack(channels), rows, np.where(owners < -2, -1, owners), numbers
-
-
-def _springs(modal: ModalSystem, collected: _RowCollector, stage: int) -> ChannelSprings:
+def _springs(modal: ModalSystem, collected: RowCollector, stage: int) -> ChannelSprings:
     """Supports in turning frames at angle zero, and mean springs of other stages' gear meshes."""
     springs = [(row, k, 0.0) for row, k in collected.support_rows]
     for columns, flank_rows, damping in mean_channel_springs(modal, stage):

@@ -174,7 +174,8 @@ class CondensedTrain:
         """Receptance of the channels at an operating point."""
         omega, q = 2 * np.pi * self.elements.frequency * point.speed, len(self.elements.channels)
         w = omega * np.arange(1.0, self.harmonics + 1)
-        h = self.modes @ self.modal_response(w, point.speed)
+        response = self.modal_response(w, point.speed)
+        h: Complex = self.modes @ response.real + 1j * (self.modes @ response.imag)
         all_rows = h + self.residual
         forces = self.linear_row_forces(all_rows, w, point)
         dynamic = all_rows[:, :q, :q] + all_rows[:, :q, q:] @ forces

@@ -11,6 +11,10 @@ steps of average acceleration, which have no numerical damping, so that |μ| > 1
 multiplier that passes +1 is a turning point, one that passes −1 a period doubling, a complex pair
 that leaves the unit circle a second frequency. (Hill's determinant, truncated, would give several
 copies of each multiplier.)
+
+Modes above the gear-mesh frequency whose frequency the tangents hardly change, p_iᵀ K_j p_i below a
+small share of ω_i² at every sample, can only follow: their flexibility p_i p_iᵀ / ω_i² is added to
+R (``without_following_modes``).
 """
 
 from dataclasses import dataclass, replace
@@ -19,21 +23,23 @@ import numpy as np
 from scipy import linalg
 
 from flexgear.analysis.orbit_receptance import CondensedTrain, OperatingPoint
-from flexgear.arrays import Array, Complex
+from flexgear.arrays import Array, Complex, Ints
 
 MAX_PRODUCT_SIZE = 8  # coordinates up to which the matrix of every step is formed
+FOLLOWING = 0.02  # p_iᵀ K_j p_i / ω_i², below which a mode only follows
 
 
 @dataclass(frozen=True)
 class VibrationMatrices:
     """Linear part of a train for vibration about a steady state, in x coordinates of unit mass:
     stiffness and damping (x, x) without the channels; motion of the channels (q, x) and residual
-    flexibility (q, q) m/N between them."""
+    flexibility (q, q) m/N between them; groups (G, p): of the channels, see ``OrbitElements``."""
 
     stiffness: Array
     damping: Array
     channels: Array
     residual: Array
+    groups: Ints
 
 
 def vibration_matrices(train: CondensedTrain, point: OperatingPoint) -> VibrationMatrices:
@@ -50,7 +56,8 @@ def vibration_matrices(train: CondensedTrain, point: OperatingPoint) -> Vibratio
     flexible = np.linalg.solve(np.eye(len(k)) + k[:, None] * residual, k[:, None] * rows)
     stiffness = free.T @ (stiffness + rows.T @ flexible) @ free
     damping = free.T @ (damping + rows.T @ (c[:, None] * rows)) @ free
-    return VibrationMatrices(stiffness, damping, train.modes[:q] @ free, train.residual[:q, :q])
+    channels, residual = train.modes[:q] @ free, train.residual[:q, :q]
+    return VibrationMatrices(stiffness, damping, channels, residual, train.elements.groups)
 
 
 def _free_coordinates(train: CondensedTrain) -> Array:
@@ -64,16 +71,34 @@ def _free_coordinates(train: CondensedTrain) -> Array:
     return np.asarray(linalg.null_space(fixed))
 
 
+def without_following_modes(
+    part: VibrationMatrices, period: float, tangents: Array
+) -> VibrationMatrices:
+    """The linear part with modes that only follow as residual flexibility; tangents: see
+    ``monodromy``. Unchanged where the train has gyroscopic terms, which couple modes."""
+    if not np.allclose(part.stiffness, part.stiffness.T) or not tangents.any():
+        return part
+    squares, vectors = np.linalg.eigh(part.stiffness)
+    rows = part.channels @ vectors
+    loaded, stiffness, _ = _of_channels(part, tangents)
+    loaded_rows = loaded.channels @ vectors
+    shifts = np.einsum("jai,ai->ji", stiffness @ loaded_rows, loaded_rows).max(axis=0)
+    follow = (shifts < FOLLOWING * squares) & (squares > (2 * np.pi / period) ** 2)
+    remain, stiff = vectors[:, ~follow], rows[:, follow]
+    return replace(
+        part,
+        stiffness=np.diag(squares[~follow]),
+        damping=remain.T @ part.damping @ remain,
+        channels=rows[:, ~follow],
+        residual=part.residual + (stiff / squares[follow]) @ stiff.T,
+    )
+
+
 def monodromy(part: VibrationMatrices, period: float, tangents: Array) -> Array:
     """Monodromy matrix (2x, 2x) of displacements and velocities over a period, s; tangents
-    (2, N, q, q): of the channel forces to motion, N/m, and to rate, N s/m, at the N steps."""
-    loaded = np.flatnonzero(tangents.any(axis=(0, 1, 2)))
-    tangents = tangents[:, :, loaded[:, None], loaded]
-    part = replace(
-        part, channels=part.channels[loaded], residual=part.residual[np.ix_(loaded, loaded)]
-    )
-    x, h = len(part.stiffness), period / tangents.shape[1]
-    stiffness, damping = _of_channels(part, tangents)
+    (2, N, G, p, p): of the channel forces to motion, N/m, and to rate, N s/m, at the N steps."""
+    part, stiffness, damping = _of_channels(part, tangents)
+    x, h = len(part.stiffness), period / len(stiffness)
     if x <= MAX_PRODUCT_SIZE:
         return _product(part, h, stiffness, damping)
     # average acceleration: v⁺ = v + h/2 (a + a⁺), ξ⁺ = ξ + h/2 (v + v⁺). With ξ⁺ and v⁺ predicted
@@ -115,22 +140,33 @@ def _product(part: VibrationMatrices, h: float, stiffness: Array, damping: Array
 
 
 def fewer_steps(tangents: Array, least: int) -> Array:
-    """Tangents (2, N', q, q) of N' ≥ ``least`` steps, each the mean over as many of N samples."""
+    """Tangents of N' ≥ ``least`` steps, each the mean over as many of N samples."""
     count = tangents.shape[1]
     each = max(k for k in range(1, max(count // least, 1) + 1) if count % k == 0)
     return np.asarray(tangents.reshape(2, count // each, each, *tangents.shape[2:]).mean(axis=2))
 
 
-def _of_channels(part: VibrationMatrices, tangents: Array) -> tuple[Array, Array]:
-    """Stiffness and damping (N, q, q) of the channels in series with their residual flexibility:
-    (1 + K R)⁻¹ K and (1 + K R)⁻¹ C."""
-    stiffness, damping = tangents
+def _of_channels(
+    part: VibrationMatrices, tangents: Array
+) -> tuple[VibrationMatrices, Array, Array]:
+    """The part with loaded channels alone, and their stiffness and damping (N, q, q) in series with
+    their residual flexibility, (1 + K R)⁻¹ K and (1 + K R)⁻¹ C."""
+    at = np.flatnonzero(tangents.any(axis=(0, 1, 3, 4)))
+    used = np.unique(part.groups[at])
+    used = used[used < len(part.channels)]
+    groups, q = np.searchsorted(used, part.groups[at]), len(used)
+    full = np.zeros((*tangents.shape[:2], q + 1, q + 1))
+    full[:, :, groups[:, :, None], groups[:, None, :]] = tangents[:, :, at]
+    stiffness, damping = full[:, :, :q, :q]
+    part = replace(
+        part, channels=part.channels[used], residual=part.residual[np.ix_(used, used)],
+        groups=groups,
+    )  # fmt: skip
     if not part.residual.any():
-        return stiffness, damping
-    eye = np.eye(len(part.residual))
-    solved = np.linalg.solve(eye + stiffness @ part.residual, np.concatenate(tangents, axis=2))
-    q = len(eye)
-    return solved[:, :, :q], solved[:, :, q:]
+        return part, stiffness, damping
+    both = np.concatenate([stiffness, damping], axis=2)
+    solved = np.linalg.solve(np.eye(q) + stiffness @ part.residual, both)
+    return part, solved[:, :, :q], solved[:, :, q:]
 
 
 def multipliers(matrix: Array) -> Complex:

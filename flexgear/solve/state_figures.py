@@ -6,17 +6,24 @@ from typing import Any
 
 import numpy as np
 
-from flexgear.analysis.harmonic_balance import SAMPLES, Balance, Orbit
+from flexgear.analysis.harmonic_balance import Balance, Orbit
 from flexgear.analysis.orbit_motion import recovery_of
 from flexgear.analysis.orbit_receptance import CondensedTrain, Range
-from flexgear.analysis.stability import fewer_steps, monodromy, multipliers, vibration_matrices
+from flexgear.analysis.stability import (
+    fewer_steps,
+    monodromy,
+    multipliers,
+    vibration_matrices,
+    without_following_modes,
+)
 from flexgear.arrays import Array
 from flexgear.solve.bodies import Progress
 from flexgear.solve.dataset import support_names
 from flexgear.solve.model import Model
 
 MEASURES = ("maximum", "minimum", "mean", "rms")
-MIN_STEPS = 256  # of a period for the monodromy matrix, as far as there are samples
+# of a period for the monodromy matrix, as far as there are samples: in all, and for every harmonic
+MIN_STEPS, STEPS = 256, 8
 STABLE = 1e-5  # excess over 1 allowed for multipliers of stable states: undamped modes have |μ| = 1
 
 
@@ -67,8 +74,10 @@ class Figures:
         period = 1.0 / (self.train.elements.frequency * orbit.point.speed)
         elements, waves = self.train.elements, orbit.waves
         tangents = elements.tangents_around(*waves, period)
-        steps = fewer_steps(tangents, max(SAMPLES * self.train.harmonics, MIN_STEPS))
-        largest = multipliers(monodromy(vibration_matrices(self.train, orbit.point), period, steps))
+        steps = fewer_steps(tangents, max(STEPS * self.train.harmonics, MIN_STEPS))
+        part = vibration_matrices(self.train, orbit.point)
+        part = without_following_modes(part, period, steps)
+        largest = multipliers(monodromy(part, period, steps))
         first = largest[0] if len(largest) else 0.0
         return {
             "stable": int(abs(first) <= 1.0 + STABLE),

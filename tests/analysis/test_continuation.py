@@ -12,7 +12,13 @@ from flexgear.analysis.continuation import curves
 from flexgear.analysis.harmonic_balance import Balance, Factors, converge
 from flexgear.analysis.orbit import orbit_elements
 from flexgear.analysis.orbit_receptance import OperatingPoint, Range, condensed_train
-from flexgear.analysis.stability import fewer_steps, monodromy, multipliers, vibration_matrices
+from flexgear.analysis.stability import (
+    fewer_steps,
+    monodromy,
+    multipliers,
+    vibration_matrices,
+    without_following_modes,
+)
 from flexgear.solve.turning_points import turning_points
 
 HARMONICS, DAMPING, LOW, HIGH = 20, 0.05, 0.4, 1.2
@@ -199,6 +205,24 @@ def test_both_ways_through_a_period_give_the_same_monodromy(train, curve, monkey
     np.testing.assert_allclose(monodromy(*at), at_once, rtol=1e-9, atol=1e-12)
 
 
+def test_modes_that_only_follow_the_contact_do_not_change_the_multiplier():
+    """Three stages of 60 modes: half of them hardly move the gear mesh and are flexibility."""
+    model = flexgear.load_case("nrel-5mw").assemble()
+    at, point = trained(model.modal, 8), OperatingPoint(1.0, 1.0)
+    balance = Balance(at.elements, at.at(point))
+    orbit = converge(balance, point, balance.start())
+    period = 1.0 / at.elements.frequency
+    tangents = at.elements.tangents_around(*orbit.waves, period)
+    whole = vibration_matrices(at, point)
+    fewer = without_following_modes(whole, period, tangents)
+    assert len(fewer.stiffness) < 0.6 * len(whole.stiffness)
+    first, second = (
+        abs(multipliers(monodromy(part, period, tangents))[0]) for part in (whole, fewer)
+    )
+    assert second == pytest.approx(first, abs=1e-5)
+    assert first < 0.99  # some mode of the gear mesh is damped, so the figure is no rigid motion's
+
+
 def test_factors_of_earlier_states_give_the_same_curve(train, monkeypatch):
     """GMRES with them, and each Jacobian factored."""
     span = Range("speed", 0.95, 1.0)
@@ -213,7 +237,7 @@ def test_factors_of_earlier_states_give_the_same_curve(train, monkeypatch):
 def test_tangents_between_rows_act_on_the_channels_of_their_rows(train, curve):
     elements = train.elements
     _, tangent, _ = elements.row_forces(*curve[-1].waves, omega=1.0)
-    dense = np.einsum("jna,jnm,jmb->jab", elements.rows, tangent[0], elements.rows)
+    dense = np.einsum("jgna,jgnm,jgmb->jgab", elements.rows, tangent[0], elements.rows)
     np.testing.assert_allclose(elements.on_channels(tangent[0]), dense, rtol=1e-12)
     assert dense.any()
 
@@ -225,7 +249,7 @@ def test_losses_over_a_period_stay_as_harmonics_double(modal):
         of = trained(modal, harmonics)
         balance = Balance(of.elements, of.at(OperatingPoint(0.7, 1.0)))
         orbit = converge(balance, OperatingPoint(0.7, 1.0), balance.start())
-        rate = np.einsum("jnq,jq->jn", of.elements.rows, orbit.waves.rate)
+        rate = of.elements.row_motions(orbit.waves.rate)
         rate += 2 * math.pi * GEAR_MESH_HZ * 0.7 * of.elements.error_slope
         elastic = of.elements.nominal[0] * np.maximum(orbit.displacement, 0.0)
         losses.append(np.sum((orbit.force - elastic) * rate) / len(rate))
