@@ -140,10 +140,9 @@ def lost_contact(view: StageView, forces: Mapping[str, float]) -> Iterator[str]:
                 doubtful[numbered] = numbered[1].words
     for words in doubtful.values():
         yield (
-            f"{words}: where it is alone on the path of contact nothing touches, and forces of "
-            "transients come out many times too large when the next pair meets; take "
-            'gear_mesh.model = "face_load" without path_only, where tips of the teeth beside it '
-            "touch"
+            f"{words}: where its pair is alone on the path of contact, tips touch beside the path, "
+            f"which gear_mesh.model = {view.gear_mesh.model!r} leaves out here: forces of "
+            "transients come out several times too large; take 'face_load' without path_only"
         )
 
 
