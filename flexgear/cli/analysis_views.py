@@ -13,6 +13,7 @@ from flexgear.model.bodies import Planet
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT, BodyName
 from flexgear.model.ring import Ring
 from flexgear.model.units import RPM
+from flexgear.results.load_sharing import without_rounding
 from flexgear.results.quantities import number
 from flexgear.results.report.sharing import DEFINITION
 from flexgear.results.report.tables import meetings
@@ -64,10 +65,10 @@ def _ring_figures(part: xr.Dataset, planets: int) -> dict[str, Any]:
     """Figures of one position of a flexible stage."""
     displacement = part["tooth_displacement"].isel(position=0).to_numpy()
     star = radial_harmonics(displacement)
-    largest = np.abs(displacement).max(axis=0)
+    largest = without_rounding(np.abs(displacement).max(axis=0))
     return {
         "load_sharing": number(ring_sharing(part)[0]),
-        "planet_force_spread": float(ring_force_spread(part)[0]),
+        "planet_force_spread": float(without_rounding(ring_force_spread(part)[0], largest=1.0)),
         "tooth_displacement_largest_um": (1e6 * largest).tolist(),
         f"radial_harmonic_{planets}_um": float(1e6 * np.abs(star[planets])),
         f"star_angle_{planets}_deg": math.degrees(float(star_angle(star, planets))),

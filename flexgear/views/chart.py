@@ -2,11 +2,11 @@
 
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from flexgear.gears.paths import modified_flanks, stage_paths
+from flexgear.gears.paths import GearFlank, modified_flanks, stage_paths
 from flexgear.model.errors import FlexgearError
 from flexgear.results.quantities import Figure
 from flexgear.results.report.wording import of_stage, window_words, with_unit
@@ -14,6 +14,8 @@ from flexgear.results.run_folder import Run, StageOfRun, prefix_of
 from flexgear.results.settling import window_of
 from flexgear.results.time_figures import displacement_summary
 from flexgear.results.tooth_pattern import carrying_sets
+
+MODIFICATION_POINTS = 101  # along each axis, at which flanks of a gear are compared
 
 
 class NotDrawn(FlexgearError):
@@ -135,12 +137,17 @@ def stages(run: Run) -> Iterator[Subject]:
 
 
 def flanks(run: Run) -> Iterator[Subject]:
-    """Modified flanks, each with the title of its stage."""
+    """Modified flanks, each with the title of its stage; one for equal flanks of a gear."""
     for stage in run.case.stages:
         view, words = run.case.view(stage.name), _words(run, stage.name)
         paths = stage_paths(view, run.flow.stage(stage.name).gear_mesh_forces)
+        alike: dict[tuple[str, ...], list[GearFlank]] = {}
         for flank in modified_flanks(view, paths):
-            more = {"part": flank.part, "flank": flank.name}
+            surface = (repr(x.tolist()) for x in flank.surface(MODIFICATION_POINTS))
+            alike.setdefault((flank.part, *surface), []).append(flank)
+        for first, *others in alike.values():
+            flank = replace(first, name=" and ".join(f.name for f in (first, *others)))
+            more = {"part": flank.part, "flank": flank.name.replace(" ", "_"), "flanks": flank.name}
             yield Subject(words | more, (flank, words["Stage"]))
 
 

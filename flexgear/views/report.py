@@ -143,10 +143,10 @@ def write_study(
 
 
 def typeset(text: str) -> Markup:
-    """Escaped text with subscripts of load factors, "K_Hβ" -> K<sub>Hβ</sub>, and no line break
+    """Escaped text with subscripts of factors and safeties, "K_Hβ" -> K<sub>Hβ</sub>, and no break
     between a number and its unit."""
     unbroken = re.sub(r"(?<=\d) (?=[%°×µA-Za-z])", "\u00a0", str(escape(text)))
-    return Markup(re.sub(r"\bK_(\w+)", r"K<sub>\1</sub>", unbroken))
+    return Markup(re.sub(r"\b([KSYZa])_(\w+)", r"\1<sub>\2</sub>", unbroken))
 
 
 def plotly_script() -> str | None:

@@ -204,7 +204,7 @@ def _rows(pattern: Callable[..., ToothPattern], data: xr.Dataset, *teeth: str) -
 
 
 FLANK = Chart(
-    "flank_{stage}_{part}_{flank}", "geometry", "{Stage}: modified {part} flank, {flank}",
+    "flank_{stage}_{part}_{flank}", "geometry", "{Stage}: modified {part} flank, {flanks}",
     "Material missing on a flank, normal to it in the transverse section.", flank_drawing,
 )  # fmt: skip
 RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (

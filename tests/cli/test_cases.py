@@ -92,6 +92,13 @@ def test_check_says_and_draws_what_flanks_lack(flexgear, tmp_path):
     assert all((folder / name).read_bytes().startswith(b"\x89PNG") for name in files[:2])
     assert "missing on flanks" in flexgear.out("check", "wind-5mw", "--out", folder, *FLANKS[:2])
     assert sorted(f.name for f in folder.iterdir()) == [files[0], files[2]]
+    crowned = ("--set", "stage.sun.modifications.lead_crowning_um=20")  # both flanks alike
+    flexgear.out("check", "wind-5mw", "--out", folder, *crowned, *FLANKS[:2])
+    both = "flank_stage_sun_drive_and_coast.png"
+    assert sorted(f.name for f in folder.iterdir()) == [files[0], both, files[2]]
+    flexgear.out("check", "wind-5mw", "--out", folder, *crowned, *FLANKS)
+    both, one = "flank_stage_sun_coast.png", "flank_stage_sun_drive.png"
+    assert sorted(f.name for f in folder.iterdir()) == [files[0], both, one, files[2]]
     refusal = flexgear.refused("check", "lin-parker", "--out", folder)
     assert "holds a check of wind-5mw" in refusal
     assert "missing on flanks" not in flexgear.out("check", "wind-5mw")

@@ -232,9 +232,17 @@ def test_what_the_case_does_not_rate_is_not_assessed():
     said = found()
     for subject in ("Root stress", "Flank pressure", "Bearing life"):
         assert said[subject].level == "open" and "Not assessed" in said[subject].sentence
+        assert "flexgear rate" not in said[subject].sentence
     assert said["Root stress"].figure == "243 MPa"
     assert said["Bearing life"].figure == "no rating given"
     assert "planet bearing (1.469 MN)" in said["Bearing life"].sentence
+
+
+def test_stresses_of_gears_with_steels_are_assessed_by_rate():
+    steel = {"stage.planet.rating.steel": "case_hardened"}
+    said = {v.subject: v for v in said_of(load_case("wind-5mw", steel), copy.deepcopy(SUMMARY))}
+    for subject in ("Root stress", "Flank pressure"):
+        assert said[subject].sentence.endswith("`flexgear rate` assesses it by the steels.")
 
 
 def test_the_shortest_life_is_the_headline():
@@ -285,13 +293,15 @@ def test_checks_outside_limits_stand_alone():
     assert solution(system=system)["Modes kept"] == "watch"
 
 
-def test_the_worst_comes_first_and_warnings_last():
+def test_the_worst_comes_first_and_warnings_before_what_needs_no_attention():
     summary = {**SUMMARY, "equilibrium_closure_max": 1e-3, "load_sharing": sharing(1.24, 1.3)}
     every = said_of(CASE, summary)
     levels = [v.level for v in every if v.subject != "Warning"]
     assert levels[:2] == ["bad", "watch"]
-    assert set(levels[levels.count("bad") + levels.count("watch") :]) <= {"open", "note", "good"}
-    assert every[-1].subject == "Warning" and "static error 3 %" in every[-1].sentence
+    count = levels.count("bad") + levels.count("watch")
+    assert set(levels[count:]) <= {"open", "note", "good"}
+    assert every[count].subject == "Warning" and "static error 3 %" in every[count].sentence
+    assert every[count + 1 :] and "Warning" not in {v.subject for v in every[count + 1 :]}
 
 
 def test_neglected_effects_are_one_answer():

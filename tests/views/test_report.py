@@ -247,6 +247,7 @@ def test_load_factors_have_subscripts_and_numbers_stay_with_their_units():
     assert typeset("a <b>, K_Hβ and K_γ of my_K_case") == (
         "a &lt;b&gt;, K<sub>Hβ</sub> and K<sub>γ</sub> of my_K_case"
     )
+    assert typeset("S_H 1.2, a_ISO, stage_1") == ("S<sub>H</sub> 1.2, a<sub>ISO</sub>, stage_1")
     assert typeset("12.5 µm of 1.8 mm in modes 6 and 7") == (
         "12.5\u00a0µm of 1.8\u00a0mm in modes 6\u00a0and 7"
     )

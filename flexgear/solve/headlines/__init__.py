@@ -51,14 +51,18 @@ def rows_schema() -> dict[str, Any]:
 
 
 def _rank(headline: Headline, answer: Answer) -> tuple[int, float]:
-    if answer.level in _WORST:
-        return _WORST.index(answer.level), -headline.use(answer.value, answer.allowable)
-    return len(_WORST), 0.0
+    worst = answer.level in _WORST
+    use = headline.use(answer.value, answer.allowable) if worst else 0.0
+    return _level_rank(answer.level), -use
+
+
+def _level_rank(level: Level) -> int:
+    return _WORST.index(level) if level in _WORST else len(_WORST)
 
 
 def verdicts(case: Case, summary: Mapping[str, Any]) -> list[Verdict]:
     """One verdict for each headline: that of the worst stage, with the figures of other stages in
-    its sentence; warnings that are part of no headline come last."""
+    its sentence; warnings that are part of no headline follow those that need attention."""
     declared = {h.name: h for h in HEADLINES}
     by_name: dict[str, list[Mapping[str, Any]]] = {}
     for row in summary["headlines"]:
@@ -70,8 +74,8 @@ def verdicts(case: Case, summary: Mapping[str, Any]) -> list[Verdict]:
         _verdict(declared[answers[0]["name"]], answers, len(case.stages) > 1)
         for answers in by_name.values()
     ]
-    warnings = (Verdict("watch", WARNING, "", text) for text in summary["warnings"])
-    return [*lines, *warnings]
+    lines += [Verdict("watch", WARNING, "", text) for text in summary["warnings"]]
+    return sorted(lines, key=lambda line: _level_rank(line.level))
 
 
 def _verdict(headline: Headline, rows: list[Mapping[str, Any]], several_stages: bool) -> Verdict:

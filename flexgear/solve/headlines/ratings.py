@@ -8,6 +8,7 @@ from typing import Any
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.nominal_stress import pitch_point_pressure
 from flexgear.gears.tooth_faults import NOT_ASSESSED
+from flexgear.model.member import GearMember
 from flexgear.model.names import FlankName, GroupName, NodeName
 from flexgear.model.stage_view import StageView
 from flexgear.model.units import Quantity
@@ -111,6 +112,10 @@ def _largest(
     sentence, (size, limit) = f"{words(gear).capitalize()}, {basis}{others_text}.", loaded[gear]
     if limit is None:
         sentence += " Not assessed: no allowable stress given."
+        view = findings.case.view(stage)
+        gear_member = view.stage.member(view.part("planet"))
+        if isinstance(gear_member, GearMember) and gear_member.rating.steel:
+            sentence += " `flexgear rate` assesses it by the steels."
         yield Answer("open", stage, size / 1e6, texts[gear], sentence)
         return
     level, reason = _assessed(findings, stage, kind, computed, size, limit)
