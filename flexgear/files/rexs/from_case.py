@@ -20,11 +20,13 @@ from flexgear.files.rexs.stage_out import (
     TrainOut,
     add_section,
     springs_out,
+    thrust_out,
     torsion_out,
 )
 from flexgear.gears.load_bins import HOUR, LoadBin, bins_of_load_cases
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import stage_radii
+from flexgear.model.bearings import Bearing
 from flexgear.model.case import Case
 from flexgear.model.member import LumpedInertia, MatedGear, PlanetGear
 from flexgear.model.modifications import FLANKS, FlankModifications
@@ -38,7 +40,7 @@ _WRITTEN = {
     "output", "loads", "load_cases", "spectrum",
 }  # fmt: skip
 _UNWRITTEN = sorted(FlankModifications.model_fields.keys() - table.KEYS)  # keys of modifications
-_UNWRITTEN_OF_SPRINGS = ("damping", "elements", "journal", "mean_diameter", "rollers", "thrust")
+_UNWRITTEN_OF_SPRINGS = ("damping", "elements", "journal", "mean_diameter", "rollers")
 _WRITTEN_OF_PORTS = {
     "member", "speed", "torque", "power", "inertia", "mass", "tilt_inertia", "bearing",
 }  # fmt: skip
@@ -50,7 +52,7 @@ def not_written(case: Case) -> list[str]:
     for k, port in enumerate(case.ports):
         path = "output" if port is case.output else f"inputs[{k}]"
         unwritten += _set_except(port, f"{path}.", _WRITTEN_OF_PORTS)
-        unwritten += _set_keys(port.bearing, f"{path}.bearing.", *_UNWRITTEN_OF_SPRINGS)
+        unwritten += _not_written_of_bearing(port.bearing, f"{path}.bearing.")
     unwritten += [f"loads on {load.member}" for load in case.loads if not _is_written(load)]
     states = [state for c in case.load_cases for _, _, state in c.states("")]
     if any(s.frame != "fixed" and (s.force or s.moment) for s in states):
@@ -67,14 +69,14 @@ def _not_written_of_stage(stage: Stage) -> list[str]:
     prefix = f"stages.{stage.name}."
     unwritten = _set_keys(stage, prefix, "errors", "gear_mesh")
     bearing = stage.planet_bearing
-    unwritten += _set_keys(bearing, f"{prefix}planet_bearing.", *_UNWRITTEN_OF_SPRINGS)
+    unwritten += _not_written_of_bearing(bearing, f"{prefix}planet_bearing.")
     for name in (*stage.members, "planet"):
         member, path = getattr(stage, name, None), f"{prefix}{name}"
         if getattr(member, "inertia", None) or getattr(member, "equivalent_mass", None):
             unwritten.append(f"{path}: its moment of inertia")
         if isinstance(member, LumpedInertia):
             for key, support in member.supports.items():
-                unwritten += _set_keys(support, f"{path}.{key}.", *_UNWRITTEN_OF_SPRINGS)
+                unwritten += _not_written_of_bearing(support, f"{path}.{key}.")
         if isinstance(member, MatedGear | PlanetGear):
             unwritten += _set_keys(member, f"{path}.", "rating", "body_factor")
             path, modifications = f"{path}.modifications.", member.modifications
@@ -87,6 +89,14 @@ def _not_written_of_stage(stage: Stage) -> list[str]:
         unwritten += _set_keys(stage.sun.shaft, f"{prefix}sun.shaft.", *keys)
     if "fe" in map(stage.form, (*stage.members, "planet")):
         unwritten.append(f"{prefix[:-1]}: FE bodies, bearings of an FE carrier")
+    return unwritten
+
+
+def _not_written_of_bearing(bearing: Bearing | None, prefix: str) -> list[str]:
+    """Paths of the keys of a bearing that the REXS model does not contain."""
+    unwritten = _set_keys(bearing, prefix, *_UNWRITTEN_OF_SPRINGS)
+    if bearing is not None and bearing.thrust is not None:
+        unwritten.append(f"{prefix}thrust" + (": static factors" if thrust_out(bearing) else ""))
     return unwritten
 
 

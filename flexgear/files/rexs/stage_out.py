@@ -9,14 +9,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from flexgear.files.rexs import tables as table
 from flexgear.files.rexs.outgoing import Outgoing, Place, Written, located
+from flexgear.gears.bearings.equivalent_load import thrust_factors
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.paths import tooth_sides
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.radii import StageRadii, gears_by_role
 from flexgear.gears.tool import CutterTool
-from flexgear.model.bearings import Bearing, Springs
+from flexgear.model.bearings import Bearing, Rolling, Springs
 from flexgear.model.bodies import Shaft
 from flexgear.model.case import Case
 from flexgear.model.member import Support
@@ -359,7 +362,7 @@ class StageOut:
         if springs.dynamic_rating is not None:
             kind, clearance = "rolling_bearing_with_catalog_geometry", "radial_bearing_clearance"
             ball = springs.rolling == "ball"
-            rating = table.written(springs, table.RATING)
+            rating = {**table.written(springs, table.RATING), **thrust_out(springs)}
             rating["bearing_type"] = f"radial_{'grooved_ball' if ball else 'roller'}_bearing"
         return self.model.side(
             kind, inner, outer, name, **located((place[0] + springs.z, *place[1:])),
@@ -389,6 +392,17 @@ def springs_out(springs: Springs, share: float) -> dict[str, Written | None]:
     x, y, axial, tilt_x, tilt_y, _ = springs.stiffness
     values = ((x + y) / 2, axial, (tilt_x + tilt_y) / 2)
     return {row.names[0]: share * k for row, k in zip(table.SPRINGS, values, strict=False)}
+
+
+def thrust_out(bearing: Rolling) -> dict[str, Written | None]:
+    """REXS attributes of the factors of P under thrust; none if they depend on the load or on the
+    other bearing of a pair."""
+    thrust = bearing.thrust
+    if thrust is None or thrust.contact_angle == 0.0 or thrust.direction is not None:
+        return {}
+    factors = thrust_factors(bearing, np.zeros(1))
+    below: dict[str, Written | None] = {table.RADIAL_BELOW_E: 1.0}
+    return below | {row.names[0]: float(getattr(factors, row.field)) for row in table.THRUST}
 
 
 def torsion_out(springs: Joint | Support, radii: StageRadii, part: str) -> float:

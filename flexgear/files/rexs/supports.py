@@ -15,7 +15,7 @@ from flexgear.files.case_text import CaseText, Datum, Section
 from flexgear.files.rexs.assembly import Assembly, sections_of
 from flexgear.files.rexs.document import Component, flag, mean, number, read, text, value
 from flexgear.files.rexs.stages import Member, axial_place
-from flexgear.files.rexs.tables import RATING, SPRINGS
+from flexgear.files.rexs.tables import RADIAL_BELOW_E, RATING, SPRINGS, THRUST
 
 _SPRINGS = {row.field: row for row in SPRINGS}
 _POINT = "operating_point_stiffness_"
@@ -201,7 +201,8 @@ class SupportWriter:
         return word != "no_direction"
 
     def _rating(self, section: Section, bearings: list[Component]) -> None:
-        """Write load ratings, rolling elements and number of the bearings of one planet."""
+        """Write load ratings, rolling elements and number of the bearings of one planet; factors of
+        the equivalent load under thrust if the file has e, X and Y."""
         if read(bearings, RATING[0]) is None:
             return
         for row in RATING:
@@ -214,6 +215,16 @@ class SupportWriter:
             section.put("rolling", kind, f"{bearings[0].label}, bearing_type {type_text}")
         if len(bearings) > 1:
             section.put("count", min(len(bearings), 8), "bearings of one planet")
+        factors = [(row.key, read(bearings, row)) for row in THRUST]
+        if None in (datum for _, datum in factors[:3]):
+            return
+        below = number(bearings, RADIAL_BELOW_E, "none")
+        if below is not None and below.value != 1.0:
+            self.case.warn(f"{below.source}: is {below.value:g}, not 1; thrust does not count in P")
+            return
+        thrust = self.case.section(f"[{section.header.strip('[]')}.thrust]", behind=section)
+        for key, datum in factors:
+            thrust.take(key, datum)
 
     def carrier_blank(self, member: Member, density: float, arm: float) -> None:
         """Write mass and inertia of a carrier, those of its frame or of its side plates and pins.

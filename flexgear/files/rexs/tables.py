@@ -240,6 +240,13 @@ RATING = (  # of a bearing
     Row("static_rating", "kn", ("radial_static_load_rating",)),
     Row("fatigue_load_limit", "kn", ("fatigue_limit_load",)),
 )
+THRUST = (  # factors of a catalogue; X_1 has to be 1
+    Row("e", "", ("catalogue_value_e",), positive=True),
+    Row("x", "", ("radial_factor_x_2",)),
+    Row("y", "", ("axial_factor_y_2",)),
+    Row("y_1", "", ("axial_factor_y_1",)),
+)
+RADIAL_BELOW_E = "radial_factor_x_1"
 CUTTER = (
     Row("teeth", "", ("number_of_teeth",)),
     Row("profile_shift", "", ("addendum_modification_coefficient",)),

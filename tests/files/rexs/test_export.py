@@ -1,5 +1,6 @@
 """Cases become REXS 2.0 that is valid, and that read again is the same case."""
 
+import math
 import re
 from pathlib import Path
 
@@ -245,7 +246,7 @@ def test_place_relative_to_another_component(tmp_path):
 
 
 def test_bearings_of_shafts_come_back_with_their_ratings(tmp_path):
-    """Each at its place; thrust, of which the format has other keys, is said to be lost."""
+    """Each at its place, with the same life under thrust; the format has no X_0."""
     case = load_case("nrel-5mw")
     found = again(case, tmp_path)[0]
     for part in ("pinion", "gear"):
@@ -257,4 +258,9 @@ def test_bearings_of_shafts_come_back_with_their_ratings(tmp_path):
             for key in ("z", "dynamic_rating", "static_rating"):
                 assert getattr(back, key) == pytest.approx(getattr(bearing, key), rel=1e-9)
             assert back.rolling == bearing.rolling
-    assert "stages.stage_3.pinion.support.1.thrust" in not_written(case)
+    lines = not_written(case)
+    assert "stages.stage_3.pinion.support.1.thrust: static factors" in lines
+    pair = found.stages[2].pinion.support[1].thrust
+    tangent = math.tan(math.radians(14))  # two tapered rows, ISO 281, table 8
+    wanted = (1.5 * tangent, 0.67, 0.67 / tangent, 0.45 / tangent)
+    assert (pair.e, pair.x, pair.y, pair.y_1) == pytest.approx(wanted, rel=1e-9)

@@ -326,6 +326,25 @@ def test_static_and_fatigue_ratings_of_bearings(imported):
     assert bearing.fatigue_load_limit == 1.6e5
 
 
+@pytest.mark.parametrize("x_1", [None, 1.0, 0.9])
+def test_factors_of_thrust(imported, x_1):
+    """e, X, Y of a catalogue; a case has X_1 = 1, as ISO 281, and says where a file has another."""
+    m = planetary()
+    of_file = {"catalogue_value_e": 0.4, "radial_factor_x_2": 0.67, "axial_factor_y_2": 2.5}
+    given = {key: (value, "none") for key, value in of_file.items()}
+    if x_1 is not None:
+        given["radial_factor_x_1"] = (x_1, "none")
+    m.set(m.main[0], radial_dynamic_load_rating=(900.0, "kN"), **given)
+    case, made = imported(m)
+    bearing = next(b for b in case.stages[0].carrier.support if b.dynamic_rating)
+    if x_1 == 0.9:
+        assert bearing.thrust is None
+        assert any("radial_factor_x_1: is 0.9" in line for line in made.assumed)
+        return
+    thrust = bearing.thrust
+    assert (thrust.e, thrust.x, thrust.y, thrust.y_1) == (0.4, 0.67, 2.5, 0.0)
+
+
 def test_load_and_speed_on_different_shafts(imported):
     """A speed that is given at the other end counts; a torque against its speed brakes."""
     m = planetary()
