@@ -17,7 +17,12 @@ from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.model import Model, assemble
 from flexgear.solve.result_warnings import large_motions, largest_motions, motion_histories
 from flexgear.solve.static import shared_stages, stages_sharing, static
-from flexgear.solve.transient import settled_duration, simulate, train_histories
+from flexgear.solve.transient import (
+    lost_contacts,
+    settled_duration,
+    simulate,
+    train_histories,
+)
 
 CYCLES = 120  # gear-mesh cycles of each stage with equilibria for displacements
 
@@ -96,7 +101,8 @@ class Point:
     @property
     def warnings(self) -> list[str]:
         """Warnings of large motions: in the equilibria and the transient of the measures, or in the
-        equilibrium at zero rotation; none for a train without load or one not assembled."""
+        equilibrium at zero rotation; of faulty teeth that a transient misrepresents; none for a
+        train without load or one not assembled."""
         solved = self.__dict__
         if "model" not in solved or self.case.output is None:
             return []
@@ -105,4 +111,5 @@ class Point:
         if "transient" in solved:
             in_time = largest_motions(solved["transient"][1].since(0.0).largest)
             motions |= {name: max(size, motions[name]) for name, size in in_time.items()}
-        return large_motions(self.case, motions)
+        lost = lost_contacts(self.model) if "transient" in solved else []
+        return [*lost, *large_motions(self.case, motions)]

@@ -10,7 +10,7 @@ from plane_crack import crack_compliance
 from plane_teeth import load_at
 from trains import STAGE, spur_pair, write
 
-from flexgear import load_case
+from flexgear import load_case, sweep
 from flexgear.analysis.orbit import orbit_elements
 from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import power_flow
@@ -145,6 +145,16 @@ def test_transients_warn_where_a_faulty_tooth_leaves_none_in_contact(
     assert len(texts) == lost
     assert all("face_load" in said for said in texts)
     assert texts == [said for said in implausible(case, power_flow(case)) if said in texts]
+
+
+def test_points_of_a_sweep_have_the_warning_where_the_fault_is_deep(stage, tmp_path):
+    stage(PLANETARY, "per_pair", RING_SPALL.format(3))
+    depths, short = {"faults.0.depth_um": [0.0, 4.0, 30.0]}, {"solver.duration_s": 2e-3}
+    data = sweep(
+        tmp_path / "train.toml", depths, settings=short, measures=["transient_forces"], workers=1
+    )
+    texts = data["warning"].to_numpy().tolist()
+    assert ["alone on the path" in text for text in texts] == [False, False, True]
 
 
 def test_a_gear_pair_whose_only_tooth_is_missing_has_no_equilibrium_without_tips(stage):
