@@ -23,7 +23,27 @@ RING_36 = RingFeMeshParameters(
     fits=((-0.05, -0.03), (0.03, 0.05)),
     fidelity="quick",
 )
-CARRIER_5 = CarrierFeMeshParameters(fidelity="quick")
+CARRIER_5 = CarrierFeMeshParameters(
+    planets=5,
+    center_distance=0.54466,
+    planet_tip_radius=0.318,
+    gear_face_width=0.43,
+    plate_diameter=1.6,
+    plate_thickness_drive=0.16,
+    plate_thickness_far=0.14,
+    plate_gap=0.48,
+    web_width=0.4,
+    web_clearance=0.01,
+    pin_diameter=0.32,
+    hub_outer_diameter=0.9,
+    hub_bore=0.4,
+    hub_length=0.25,
+    seat_drive_diameter=1.0,
+    seat_drive_width=0.12,
+    seat_far_diameter=0.7,
+    seat_far_width=0.1,
+    fidelity="quick",
+)
 
 if __name__ == "__main__":
     write_fe_mesh(ring_fe_mesh(RING_36), HERE / "ring36_quick.vtu")

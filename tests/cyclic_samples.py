@@ -50,6 +50,8 @@ def toothed_ring_mesh():
     return ring_fe_mesh(
         RingFeMeshParameters(
             teeth=24,
+            normal_module=0.018,
+            helix_angle=np.radians(7.5),
             addendum=0.6,
             root_fillet=0.3,
             face_width=0.1,

@@ -23,7 +23,10 @@ from flexgear.structures.reduced import ReducedBody, elastic_modes, floating
 from flexgear.structures.sources.planet import PlanetSource
 
 YOUNG, POISSON, DENSITY = 210e9, 0.3, 7850.0
-HELICAL = PlanetFeMeshParameters(fidelity="quick")
+HELICAL = PlanetFeMeshParameters(
+    teeth=33, normal_module=0.018, helix_angle=np.radians(7.5), dedendum=1.4, root_fillet=0.39,
+    bore_diameter=0.42, face_width=0.43, fidelity="quick",
+)  # fmt: skip
 SPUR = replace(HELICAL, helix_angle=0.0)
 SMOOTH = PlanetFeMeshParameters(  # an annulus of 20 by 20 mm on a mean radius of 90 mm
     teeth=60, normal_module=0.2 / 60, helix_angle=0.0, addendum=5e-3, dedendum=1e-2,

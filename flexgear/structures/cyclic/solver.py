@@ -118,9 +118,9 @@ class CyclicSolver:
         zero."""
         return self._field(self._run(load, q))
 
-    def reactions(self, load: Array | None, q: Array | None = None) -> Array:
-        """Reactions rho (6 nodes, k) of the interface; load, q: as of ``solve``."""
-        run = self._run(load, q)
+    def reactions(self, load: Array) -> Array:
+        """Reactions rho (6 nodes, k) of the held interface; load: as of ``solve``."""
+        run = self._run(load, None)
         return self._ties.joined(self._multipliers(run), -run.mu)
 
     def inside(self, load: Array) -> Array:

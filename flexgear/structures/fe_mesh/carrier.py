@@ -83,7 +83,7 @@ class Web:
         return self.phi - acos(max(-1.0, min(1.0, cosine)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class CarrierFeMeshParameters:
     """All parameters of the carrier's FE mesh; m and rad.
 
@@ -93,28 +93,28 @@ class CarrierFeMeshParameters:
     see ``Web``; hub_length: from the drive-side plate to the hub's end face, with the seat.
     """
 
-    planets: int = 5
+    planets: int
     planet_angles: tuple[float, ...] | None = None
-    center_distance: float = 0.54466
-    planet_tip_radius: float = 0.318
-    gear_face_width: float = 0.43
-    plate_diameter: float = 1.6
-    plate_thickness_drive: float = 0.16
-    plate_thickness_far: float = 0.14
-    plate_gap: float = 0.48
-    web_width: float = 0.4
+    center_distance: float
+    planet_tip_radius: float
+    gear_face_width: float
+    plate_diameter: float
+    plate_thickness_drive: float
+    plate_thickness_far: float
+    plate_gap: float
+    web_width: float
     web_inner_radius: float | None = None
-    web_clearance: float = 0.01
-    pin_diameter: float = 0.32
+    web_clearance: float
+    pin_diameter: float
     pin_bore: float = 0.0
     pin_seat_width: float | None = None
-    hub_outer_diameter: float = 0.9
-    hub_bore: float = 0.4
-    hub_length: float = 0.25
-    seat_drive_diameter: float = 1.0
-    seat_drive_width: float = 0.12
-    seat_far_diameter: float = 0.7
-    seat_far_width: float = 0.1
+    hub_outer_diameter: float
+    hub_bore: float
+    hub_length: float
+    seat_drive_diameter: float
+    seat_drive_width: float
+    seat_far_diameter: float
+    seat_far_width: float
     drive_side: Literal["-z", "+z"] = "-z"
     fidelity: Fidelity = "standard"
     where: str = "case"

@@ -63,9 +63,9 @@ _PITCH_LAYERS = {"quick": 3, "standard": 4, "fine": 4}  # n in which the helix t
 GROWTH = {"quick": 1.4, "standard": 1.3, "fine": 1.15}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ToothedFeMeshParameters:
-    """Parameters of the FE mesh of a gear; m and rad. Defaults are those of a ring.
+    """Parameters of the FE mesh of a gear; m and rad. Defaults are a spur gear of ISO 53's rack.
 
     addendum, dedendum, root_fillet and profile_shift are multiples of the normal module; the sign
     of profile_shift is stated in gears/tooth.py. tool: of the teeth; where: source of the case;
@@ -74,17 +74,17 @@ class ToothedFeMeshParameters:
 
     part: ClassVar[str]
 
-    teeth: int = 93
-    normal_module: float = 18e-3
+    teeth: int
+    normal_module: float
     pressure_angle: float = 20.0 * pi / 180.0
-    helix_angle: float = 7.5 * pi / 180.0
+    helix_angle: float = 0.0
     hand: Literal["right", "left"] = "right"
     profile_shift: float = 0.0
     addendum: float = 1.0
     dedendum: float = 1.25
     root_fillet: float = 0.38
     tool: PlainTool = PLAIN_TOOL
-    face_width: float = 0.43
+    face_width: float
     fidelity: Fidelity = "standard"
     where: str = "case"
 
@@ -161,17 +161,13 @@ def _toothed(
     return extruded(section.radius, section.angle, section.quads, twist, z, {**teeth, **walls})
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class PlanetFeMeshParameters(ToothedFeMeshParameters):
-    """All parameters of the planet's FE mesh; m and rad. Defaults are those of a planet of the
-    default ring."""
+    """All parameters of the planet's FE mesh; m and rad."""
 
     part = "planet"
 
-    teeth: int = 33
-    dedendum: float = 1.4
-    root_fillet: float = 0.39
-    bore_diameter: float = 0.42
+    bore_diameter: float
 
     @property
     def size(self) -> float:
@@ -207,7 +203,7 @@ _HOLE_ROWS = {"quick": (2, 1, 1), "standard": (3, 1, 1), "fine": (4, 1, 2)}  # a
 BLOCK = 1.7  # inner border of a bolt's block, in bolt radii from the bolt's axis
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class RingFeMeshParameters(ToothedFeMeshParameters):
     """All parameters of the ring's FE mesh; m and rad.
 
@@ -218,14 +214,14 @@ class RingFeMeshParameters(ToothedFeMeshParameters):
 
     part = "ring"
 
-    rim_thickness: float = 0.205
-    bolts: int = 25
-    bolt_circle_diameter: float = 1.97
-    bolt_diameter: float = 0.056
+    rim_thickness: float
+    bolts: int = 0
+    bolt_circle_diameter: float = 0.0
+    bolt_diameter: float = 0.0
     bolt_holes: bool = False
     first_bolt_angle: float = 0.0
     first_bolt: int = 1
-    fits: tuple[Band, ...] = ((-0.215, -0.155), (0.155, 0.215))
+    fits: tuple[Band, ...] = ()
     splines: tuple[Band, ...] = ()
     other_bolts: tuple[tuple[int, float, float], ...] = ()
 

@@ -27,6 +27,7 @@ from flexgear.structures.linalg.dense import dot, subtract, times_in_place
 
 Operator = Callable[[Array], Array]
 
+_RESIDUAL = 1e-8  # largest residual over 1/omega^2, whose square is the order of omega^2's error
 _CHECK_INTERVAL = 8  # least number of new vectors between two checks of convergence
 _CHECKS = 25  # vectors of the basis over those between checks, which solve a dense problem
 _DEPENDENT = 1e-8  # eigenvalue ratio of a block's Gram matrix below which it is normalised again
@@ -79,15 +80,13 @@ def lowest_modes(
     start: Array,
     count: int,
     most: int,
-    tolerance: float = 1e-8,
     progress: Callable[[float], None] | None = None,
     shift: float = 0.0,
 ) -> Eigenpairs:
     """The `count` modes of lowest omega.
 
     solve: function x -> T x, (n, p); mass: x -> M x; start: first block (n, p); most: vectors of
-    the basis; tolerance: residual over 1/omega^2, of which the square is the order of the error of
-    omega^2; progress: takes the fraction of converged modes; shift: sigma, rad²/s²; the values
+    the basis; progress: takes the fraction of converged modes; shift: sigma, rad²/s²; the values
     returned are those without it. NotConverged where the basis or the steps do not suffice.
     """
     n, block = start.shape
@@ -114,7 +113,7 @@ def lowest_modes(
             continue
         unchecked = 0
         ritz = _Ritz(projected[:filled, :filled], coupling, shift)
-        good = ritz.residuals[:count] <= tolerance
+        good = ritz.residuals[:count] <= _RESIDUAL
         if progress is not None:
             progress(float(good.sum()) / count)
         if good.all():

@@ -1,13 +1,19 @@
-"""Small ring and carrier that mesh in a fraction of a second."""
+"""Parameters of FE meshes: a small ring, and ring, planet and carrier of the bundled stage."""
 
+from dataclasses import replace
 from math import radians
 from typing import Any
 
 import numpy as np
 
+from flexgear.model.load import load_case
+from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh.carrier import CarrierFeMeshParameters
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
-from flexgear.structures.fe_mesh.gears import RingFeMeshParameters
+from flexgear.structures.fe_mesh.gears import PlanetFeMeshParameters, RingFeMeshParameters
+from flexgear.structures.sources.carrier import source as carrier_source
+from flexgear.structures.sources.planet import source as planet_source
+from flexgear.structures.sources.ring import source as ring_source
 
 
 def small_ring(**changes: Any) -> RingFeMeshParameters:
@@ -28,9 +34,23 @@ def small_ring(**changes: Any) -> RingFeMeshParameters:
     return RingFeMeshParameters(**(values | changes))
 
 
-def small_carrier(**changes: Any) -> CarrierFeMeshParameters:
-    """The default carrier at quick fidelity."""
-    return CarrierFeMeshParameters(**({"fidelity": "quick"} | changes))
+def _wind_5mw() -> StageView:
+    return load_case("wind-5mw", {"stage.planet.fe.flexible": "true"}).view()
+
+
+def wind_ring(**changes: Any) -> RingFeMeshParameters:
+    """The ring of ``wind-5mw``."""
+    return replace(ring_source(_wind_5mw()).parameters, **changes)
+
+
+def wind_planet(**changes: Any) -> PlanetFeMeshParameters:
+    """The planet of ``wind-5mw``."""
+    return replace(planet_source(_wind_5mw()).parameters, **changes)
+
+
+def wind_carrier(**changes: Any) -> CarrierFeMeshParameters:
+    """The carrier of ``wind-5mw``, at quick fidelity."""
+    return replace(carrier_source(_wind_5mw()).parameters, **({"fidelity": "quick"} | changes))
 
 
 def require_same(one: FeMesh, other: FeMesh) -> None:

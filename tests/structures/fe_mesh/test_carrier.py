@@ -7,16 +7,15 @@ import pytest
 from scipy.spatial import cKDTree
 
 from flexgear.model.errors import InputError
-from flexgear.structures.fe_mesh.carrier import CarrierFeMeshParameters
 from flexgear.structures.fe_mesh.carrier_mesh import carrier_fe_mesh
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh, facet_areas
 
-from .small_bodies import keys, small_carrier
+from .small_bodies import keys, wind_carrier
 
 
 @pytest.fixture(scope="module")
 def carrier() -> FeMesh:
-    return carrier_fe_mesh(small_carrier())
+    return carrier_fe_mesh(wind_carrier())
 
 
 def rotation(angle: float) -> np.ndarray:
@@ -39,7 +38,7 @@ def test_carrier_repeats_after_every_planet_and_in_the_mirror(carrier: FeMesh, m
 def test_slender_pins_are_round_all_along(slenderness: float, fidelity: str, sides: int) -> None:
     """Pushed out to their true volume, their surface is not far beyond that of a prism of as many
     sides: no section is far from the circle. Those of quick are half as fine."""
-    p = CarrierFeMeshParameters(pin_diameter=0.48 / slenderness, fidelity=fidelity)
+    p = wind_carrier(pin_diameter=0.48 / slenderness, fidelity=fidelity)
     made = carrier_fe_mesh(p)
     at = made.points[made.facets["pin_1"]]
     off = np.hypot(at[..., 0] - p.center_distance, at[..., 1])
@@ -55,9 +54,7 @@ def test_slender_pins_are_round_all_along(slenderness: float, fidelity: str, sid
 def test_pins_too_thin_are_refused_before_meshing(gap: float, least: float, scale: float) -> None:
     pins = (1.01e-3 * least, 0.99e-3 * least)
     good, bad = (
-        CarrierFeMeshParameters(plate_gap=gap, gear_face_width=0.1, pin_diameter=d).in_units_of(
-            1 / scale
-        )
+        wind_carrier(plate_gap=gap, gear_face_width=0.1, pin_diameter=d).in_units_of(1 / scale)
         for d in pins
     )
     good.check()
@@ -67,7 +64,7 @@ def test_pins_too_thin_are_refused_before_meshing(gap: float, least: float, scal
 
 
 def test_seats_and_drive_face_are_where_the_parameters_say(carrier: FeMesh) -> None:
-    p = small_carrier()
+    p = wind_carrier()
     z_plate = -p.plate_gap / 2 - p.plate_thickness_drive
     drive = carrier.points[carrier.facets["drive"]]
     assert drive[..., 2] == pytest.approx(z_plate - p.hub_length)
@@ -84,7 +81,7 @@ def test_seats_and_drive_face_are_where_the_parameters_say(carrier: FeMesh) -> N
 
 def test_planets_run_free_between_the_plates(carrier: FeMesh) -> None:
     """Between the plates nothing but the pins is nearer to a pin than the planet's tip."""
-    p = small_carrier()
+    p = wind_carrier()
     middle = carrier.points[np.abs(carrier.points[:, 2]) < p.gear_face_width / 2]
     for i in range(5):
         axis = p.center_distance * np.array([cos(2 * pi * i / 5), sin(2 * pi * i / 5)])
@@ -93,14 +90,14 @@ def test_planets_run_free_between_the_plates(carrier: FeMesh) -> None:
 
 
 def test_drive_side_mirrors_the_whole_carrier(carrier: FeMesh) -> None:
-    other = carrier_fe_mesh(small_carrier(drive_side="+z"))
+    other = carrier_fe_mesh(wind_carrier(drive_side="+z"))
     np.testing.assert_array_equal(other.points, carrier.points * [1.0, 1.0, -1.0])
     assert keys(other.facets["drive"]) == keys(carrier.facets["drive"])
 
 
 @pytest.mark.parametrize("drive_side", ["-z", "+z"])
 def test_patches_look_outward(drive_side: str) -> None:
-    m = carrier_fe_mesh(small_carrier(drive_side=drive_side))
+    m = carrier_fe_mesh(wind_carrier(drive_side=drive_side))
     surface = {tuple(np.roll(f, -int(np.argmin(f))).tolist()) for f in m.boundary}
     for name, facets in m.facets.items():
         rolled = {tuple(np.roll(f, -int(np.argmin(f))).tolist()) for f in facets}
@@ -112,13 +109,13 @@ UNEQUAL = (0.0, 87.0, 177.0, 273.0)  # gaps of 87, 90, 96 and 87 degrees
 
 def unequal(degrees: tuple[float, ...]) -> FeMesh:
     angles = tuple(np.radians(degrees))
-    return carrier_fe_mesh(small_carrier(planets=len(degrees), planet_angles=angles))
+    return carrier_fe_mesh(wind_carrier(planets=len(degrees), planet_angles=angles))
 
 
 @pytest.mark.parametrize("degrees", [None, UNEQUAL])
 def test_pins_stand_at_their_angles_with_their_true_volume(degrees: tuple | None) -> None:
-    m = carrier_fe_mesh(small_carrier()) if degrees is None else unequal(degrees)
-    p, angles = small_carrier(), np.radians(degrees or 72 * np.arange(5))
+    m = carrier_fe_mesh(wind_carrier()) if degrees is None else unequal(degrees)
+    p, angles = wind_carrier(), np.radians(degrees or 72 * np.arange(5))
     centre, volumes = m.points[m.cells].mean(axis=1), m.quadrature()[1].sum(axis=1)
     for i, angle in enumerate(angles, 1):
         axis = p.center_distance * np.array([cos(angle), sin(angle)])
@@ -139,7 +136,7 @@ def test_pins_stand_at_their_angles_with_their_true_volume(degrees: tuple | None
 def test_half_sectors_close_the_surface(degrees: tuple | None, pin_bore: float) -> None:
     """Each edge of it belongs to two facets: no gap between sectors, nothing across a bore."""
     angles = None if degrees is None else tuple(np.radians(degrees))
-    m = carrier_fe_mesh(small_carrier(planets=4, planet_angles=angles, pin_bore=pin_bore))
+    m = carrier_fe_mesh(wind_carrier(planets=4, planet_angles=angles, pin_bore=pin_bore))
     middle = m.points[m.boundary].mean(axis=1)
     assert cKDTree(middle).query(middle, k=2)[0][:, 1].min() > 1e-6
     edges = np.sort(np.concatenate([m.boundary[:, [a, b]] for a, b in ((0, 1), (1, 2), (2, 0))]))
@@ -150,7 +147,7 @@ def test_half_sectors_close_the_surface(degrees: tuple | None, pin_bore: float) 
 
 @pytest.mark.parametrize("order", [(0, 1, 2, 3), (2, 0, 3, 1)])
 def test_equal_gaps_from_another_angle_on_are_the_same_carrier_turned(order: tuple) -> None:
-    plain = carrier_fe_mesh(small_carrier(planets=4))
+    plain = carrier_fe_mesh(wind_carrier(planets=4))
     m = unequal(tuple(17.0 + 90.0 * i for i in order))
     distance, image = cKDTree(m.points).query(plain.points @ rotation(np.radians(17.0)))
     assert distance.max() < 1e-12
@@ -160,7 +157,7 @@ def test_equal_gaps_from_another_angle_on_are_the_same_carrier_turned(order: tup
 
 @pytest.mark.parametrize("degrees", [(0.0, 75.0), (250.0, 0.0, 100.0)])
 def test_a_web_in_a_wide_gap_is_that_of_equal_spacing(degrees: tuple) -> None:
-    m, p = unequal(degrees), small_carrier(planets=len(degrees))
+    m, p = unequal(degrees), wind_carrier(planets=len(degrees))
     web = p.web(pi / len(degrees))
     middle = m.points[np.abs(m.points[:, 2]) < 0.3 * p.plate_gap]
     around = np.arctan2(middle[:, 1], middle[:, 0])[np.hypot(*middle[:, :2].T) > web.start]
@@ -184,17 +181,17 @@ def test_a_web_in_a_wide_gap_is_that_of_equal_spacing(degrees: tuple) -> None:
     ],
 )
 def test_other_carriers_mesh_too(changes: dict) -> None:
-    m = carrier_fe_mesh(small_carrier(**changes))
+    m = carrier_fe_mesh(wind_carrier(**changes))
     assert m.quality() > 0.02
     assert len([n for n in m.facets if n.startswith("pin_")]) == changes.get("planets", 5)
 
 
 def test_circles_that_nearly_touch_are_refined() -> None:
     """0.4 mm between bore and seat: coarse chords would cross, and Netgen would crash on that."""
-    close = small_carrier(pin_bore=0.08, seat_far_diameter=2 * (0.54466 + 0.04) + 0.0008)
+    close = wind_carrier(pin_bore=0.08, seat_far_diameter=2 * (0.54466 + 0.04) + 0.0008)
     m = carrier_fe_mesh(close)
     assert m.quality() > 0.0
-    assert m.quadratic_dofs > carrier_fe_mesh(small_carrier(pin_bore=0.08)).quadratic_dofs
+    assert m.quadratic_dofs > carrier_fe_mesh(wind_carrier(pin_bore=0.08)).quadratic_dofs
 
 
 @pytest.mark.parametrize(
@@ -216,6 +213,6 @@ def test_circles_that_nearly_touch_are_refined() -> None:
 )
 def test_impossible_carriers_are_refused_by_key(changes: dict, key: str) -> None:
     with pytest.raises(InputError) as error:
-        carrier_fe_mesh(small_carrier(**changes))
+        carrier_fe_mesh(wind_carrier(**changes))
     assert key in str(error.value)
     assert "\n" not in str(error.value)

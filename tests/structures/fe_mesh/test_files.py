@@ -13,7 +13,7 @@ from flexgear.structures.fe_mesh.files import read_fe_mesh, write_fe_mesh
 from flexgear.structures.fe_mesh.gears import ring_fe_mesh
 from flexgear.structures.fe_mesh.inp import read_inp
 
-from .small_bodies import keys, small_carrier, small_ring
+from .small_bodies import keys, small_ring, wind_carrier
 
 FORMATS = ("vtu", "msh", "inp")
 CUBE = np.array(
@@ -26,7 +26,7 @@ TOP = np.array([[4, 5, 6, 7]])
 def bodies() -> dict[str, FeMesh]:
     return {
         "ring": ring_fe_mesh(small_ring(bolt_holes=True)),
-        "carrier": carrier_fe_mesh(small_carrier()),
+        "carrier": carrier_fe_mesh(wind_carrier()),
     }
 
 

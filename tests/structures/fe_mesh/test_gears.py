@@ -19,7 +19,7 @@ from flexgear.structures.fe_mesh.gears import (
 )
 from flexgear.structures.fe_mesh.solids import planet_solid, solid_of_fe_mesh
 
-from .small_bodies import small_ring
+from .small_bodies import small_ring, wind_planet, wind_ring
 
 MESHED = {RingFeMeshParameters: ring_fe_mesh, PlanetFeMeshParameters: planet_fe_mesh}
 SMALL_PLANET = PlanetFeMeshParameters(
@@ -94,7 +94,7 @@ def test_nodes_of_a_tooth_lie_on_flank_and_root() -> None:
 
 def test_planet_has_the_volume_and_moments_of_the_closed_form() -> None:
     """Chords of flanks, tips and bore lose O(h²)."""
-    p = PlanetFeMeshParameters()
+    p = wind_planet()
     solid, errors = planet_solid(p), []
     for fidelity in ("quick", "standard", "fine"):
         of_mesh = solid_of_fe_mesh(planet_fe_mesh(replace(p, fidelity=fidelity)))
@@ -202,12 +202,9 @@ def half_a_column_off(first_angle: float) -> RingFeMeshParameters:
     [
         *((0.25, holes_of(*numbers)) for numbers in ((40, 7), (50, 12), (93, 25))),
         *((0.25, half_a_column_off(angle)) for angle in np.linspace(0.0, 2 * pi / 72, 3)),
+        *((0.3, wind_ring(fidelity="quick", rim_thickness=t)) for t in (0.15, 0.16, 0.3)),
         *(
-            (0.3, RingFeMeshParameters(fidelity="quick", rim_thickness=t))
-            for t in (0.15, 0.16, 0.3)
-        ),
-        *(
-            (0.3, PlanetFeMeshParameters(bore_diameter=bore, fidelity=fidelity))
+            (0.3, wind_planet(bore_diameter=bore, fidelity=fidelity))
             for bore, fidelity in ((0.02, "fine"), (0.2, "standard"), (0.5, "quick"))
         ),
     ],
@@ -217,7 +214,7 @@ def test_cells_are_well_shaped(least, body) -> None:
 
 
 def test_standard_ring_has_the_promised_size() -> None:
-    m = ring_fe_mesh(RingFeMeshParameters())
+    m = ring_fe_mesh(wind_ring())
     assert 100_000 < m.quadratic_dofs < 140_000
     assert m.quality() > 0.3
 
@@ -228,7 +225,7 @@ def test_layers_follow_the_bands_and_the_wanted_number() -> None:
     np.testing.assert_allclose(layer_positions(0.4, (), 4), [-0.2, -0.1, 0.0, 0.1, 0.2], atol=1e-15)
 
 
-RING, PLANET = small_ring(), PlanetFeMeshParameters()
+RING, PLANET = small_ring(), wind_planet()
 
 
 @pytest.mark.parametrize(
@@ -249,12 +246,12 @@ RING, PLANET = small_ring(), PlanetFeMeshParameters()
             "bolts.holes",
         ),
         (
-            PlanetFeMeshParameters(),
+            wind_planet(),
             {"bore_diameter": 0.0},
             "bore_diameter_mm: is missing",
         ),
         (
-            PlanetFeMeshParameters(),
+            wind_planet(),
             {"bore_diameter": 0.53},
             "bore_diameter_mm: leaves a rim of 9",
         ),

@@ -14,7 +14,7 @@ from flexgear.structures.fe_mesh.carrier_mesh import carrier_fe_mesh
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.session import gmsh_session
 
-from .small_bodies import require_same, small_carrier
+from .small_bodies import require_same, wind_carrier
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
@@ -53,7 +53,7 @@ def test_a_pipe_without_a_reader_is_still_an_error():
 def test_meshing_works_off_the_main_thread_and_leaves_gmsh_finalised() -> None:
     made: list[FeMesh] = []
     threads = [
-        threading.Thread(target=lambda: made.append(carrier_fe_mesh(small_carrier())))
+        threading.Thread(target=lambda: made.append(carrier_fe_mesh(wind_carrier())))
         for _ in range(2)
     ]
     for thread in threads:

@@ -15,7 +15,9 @@ from flexgear.structures.fe_mesh.tooth_segment import (
     tooth_segment,
 )
 
-RACK = RingFeMeshParameters(teeth=60, normal_module=6e-3, helix_angle=0.2, bolts=0, fits=())
+RACK = RingFeMeshParameters(
+    teeth=60, normal_module=6e-3, helix_angle=0.2, face_width=0.05, rim_thickness=0.02
+)
 DIVISIONS = SegmentDivisions(flank=4, fillet=3, layers=2)
 GEARS = {  # teeth, internal, profile shift; 17 teeth have a radial flank below the base circle
     "sun": (17, False, 0.3),
