@@ -3,24 +3,20 @@
 A port is a body with an external load that transmits torque about its axis. Torque and speed of
 equal sign mean that power enters there. As many speeds and torques are used as the train has free
 ones, beginning with those that the file marks as defining; the others must follow from these.
-
-The duration of a load case is ``operating_time`` of the gear unit (``load_duration`` up to REXS
-1.2), or its share of the total time, ``operating_time_fraction`` (``load_duration_fraction``). A
-duration of zero marks an extreme load.
 """
 
 import itertools
+import math
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Self
 
 import numpy as np
 
-from flexgear.arrays import Array
 from flexgear.files.case_text import CaseText, Datum, Section
 from flexgear.files.rexs.assembly import Assembly
-from flexgear.files.rexs.document import Component, Document, LoadCase, flag, number, read, value
+from flexgear.files.rexs.document import Component, flag, read, value
 from flexgear.files.rexs.shafts import SunShaft
 from flexgear.files.rexs.stages import Member
 from flexgear.files.rexs.tables import FORCES, INERTIA, MOMENTS, PORT, PORT_BODY, SCHEMA_UNITS
@@ -32,10 +28,7 @@ from flexgear.model.units import RPM
 
 _SPEED_TOLERANCE = 1e-3  # of the largest speed, between stated and derived speeds
 _ALIGNMENT_TOLERANCE = 1e-6  # of the entries of a rotation matrix
-_SPEED, _TORQUE, _POWER = PORT
-_TIME = ("operating_time", "load_duration")
-_SHARE = ("operating_time_fraction", "load_duration_fraction")
-_TOTAL_HOURS = 20_000.0  # h, assumed if a file gives only shares
+SPEED, TORQUE, POWER = PORT
 _WITHOUT_LOADS = "the case is one of free vibration, for modes only"
 
 
@@ -74,9 +67,24 @@ class Port:
         assert self.torque is not None and self.speed is not None
         return abs(self.torque.value * self.speed.value)
 
+    def is_back_driven(self, rated: Self) -> bool:
+        """Whether power flows against that of the port ``rated``; at rest the torque counts."""
+        powers, torques = [], []
+        for port in (self, rated):
+            torque, speed = (0.0 if d is None else d.value for d in (port.torque, port.speed))
+            powers.append(torque * speed if port.power is None else port.power.value)
+            torques.append(torque)
+        product = math.prod(powers)
+        return (product or math.prod(torques)) < 0.0
+
+    def torque_over(self, rated: Self) -> float:
+        """Torque over that of the port ``rated``, 0 if either is unknown or 0."""
+        torques = [0.0 if port.torque is None else port.torque.value for port in (self, rated)]
+        return abs(torques[0] / torques[1]) if torques[1] else 0.0
+
     def take_torque(self, section: Section) -> None:
         """Write the torque to a section, or the power if there is no torque."""
-        section.take(*((_TORQUE.key, self.torque) if self.torque else (_POWER.key, self.power)))
+        section.take(*((TORQUE.key, self.torque) if self.torque else (POWER.key, self.power)))
 
 
 def ports_of(assembly: Assembly, members: list[Member]) -> list[Port]:
@@ -84,7 +92,7 @@ def ports_of(assembly: Assembly, members: list[Member]) -> list[Port]:
     ports: dict[int, Port] = {}
     for load in assembly.document.kind("external_load"):
         transmits = flag([load], "transmits_torque")
-        torque, power = read([load], _TORQUE), read([load], _POWER)
+        torque, power = read([load], TORQUE), read([load], POWER)
         if transmits is False or (transmits is None and torque is None and power is None):
             continue
         member = _member_of(assembly, load, members)
@@ -117,10 +125,10 @@ def speed_of(assembly: Assembly, body: int | None) -> Datum | None:
     shafts.sort(key=lambda c: flag([c], "defines_speed") is not True)
     gears = [c for c in members if c.kind in ("cylindrical_gear", "ring_gear")]
     for component in [*shafts, *gears]:
-        datum = read([component], _SPEED)
+        datum = read([component], SPEED)
         if datum is not None:
             for twin in members:
-                read([component, twin], _SPEED)
+                read([component, twin], SPEED)
             return _signed(datum, assembly.frames.sense(component))
     return None
 
@@ -159,7 +167,7 @@ def forces_of(
             yield load, member, values
 
 
-def _put_forces(section: Section, values: list[float], source: str) -> None:
+def put_forces(section: Section, values: list[float], source: str) -> None:
     """Write force and transverse moments of a member; torques are written with the ports."""
     section.put("force_n", values[:3], f"{source}: v, w, u directions")
     section.put("moment_nm", [*values[3:], 0.0], f"{source}: about v and w")
@@ -213,7 +221,7 @@ class PortWriter:
             for port in self.ports:
                 if port in chosen or port.member in self.shafts:
                     section = self._begin("[[inputs]]", port)
-                    section.take(_SPEED.key, port.speed if port in chosen else None)
+                    section.take(SPEED.key, port.speed if port in chosen else None)
                     self._end(section, port)
             return
         self._loaded(chosen, loaded, speeds)
@@ -221,14 +229,14 @@ class PortWriter:
             if any(values):
                 section = self.case.section("[[loads]]")
                 section.put("member", member.name, load.label)
-                _put_forces(section, values, load.label)
+                put_forces(section, values, load.label)
                 place = "behind the shaft" if member in self.shafts else "in the middle"
                 self.case.warn(f"{load.label}: its force acts {place} of {member.name} in the case")
 
     def _case(self, speeds: Mapping[str, Datum]) -> Case:
         """The case written so far, with these speeds (rpm) and no torques."""
         raw = tomllib.loads(self.case.text())
-        raw["inputs"] = [{"member": m, _SPEED.key: datum.value} for m, datum in speeds.items()]
+        raw["inputs"] = [{"member": m, SPEED.key: datum.value} for m, datum in speeds.items()]
         suns = {member.name for member in self.shafts}
         for port in raw["inputs"]:  # inertias, which do not affect speeds
             port |= {row.key: 1.0 for row in PORT_BODY} if port["member"] in suns else {}
@@ -324,12 +332,12 @@ class PortWriter:
         for port in sorted(self.ports, key=lambda port: port is output):
             section = self._begin("[output]" if port is output else "[[inputs]]", port)
             if port in chosen:
-                section.take(_SPEED.key, port.speed)
+                section.take(SPEED.key, port.speed)
             if port in loaded:
                 derives = port.torque is None and (port is output or port not in chosen)
                 if derives and port.power is not None:
                     value = 1e3 * port.power.value * RPM / speeds[port.member.name]
-                    section.put(_TORQUE.key, value, f"{port.power.source} / speed")
+                    section.put(TORQUE.key, value, f"{port.power.source} / speed")
                 else:
                     port.take_torque(section)
             self._end(section, port)
@@ -343,75 +351,3 @@ class PortWriter:
             return max(outputs, key=lambda port: port.size)
         unloaded = [p for p in self.ports if p not in loaded] or self.ports
         return unloaded[-1]
-
-
-def write_load_cases(
-    document: Document, assembly: Assembly, text: CaseText, members: list[Member]
-) -> set[int]:
-    """Write the load cases that have a duration at the end of a case; returns their ids."""
-    written: dict[str, Any] = tomllib.loads(text.text())
-    ports = [*written.get("inputs", ()), *([written["output"]] if "output" in written else [])]
-    if "output" not in written:
-        return set()
-    ids: set[int] = set()
-    with document.values_of(None):  # of the model, not of the selected load case
-        total_time = number(document.kind("gear_unit"), _TIME, "h")
-    for load_case in document.load_cases:
-        with document.values_of(load_case):
-            hours = _hours(document, load_case, total_time, text)
-            if hours is None:
-                continue
-            ids.add(load_case.id)
-            section = text.section("[[load_cases]]")
-            section.put("name", f"load case {load_case.id}", "")
-            if hours.value > 0.0:
-                section.put("hours", hours.value, hours.source)
-            else:
-                section.put("extreme", True, f"{hours.source}: no duration")
-            sections = {written["inputs"][0]["member"]: section}
-            states = {port.member.name: port for port in ports_of(assembly, members)}
-            for keys in ports:
-                port = states.get(keys["member"])
-                if port is None or not keys.keys() & {row.key for row in PORT}:
-                    continue
-                section = _section(text, sections, keys["member"], port.loads[0].label)
-                if _SPEED.key in keys:
-                    section.take(_SPEED.key, port.speed)
-                if keys.keys() & {_TORQUE.key, _POWER.key}:
-                    port.take_torque(section)
-            sums: dict[str, tuple[Array, list[str]]] = {}
-            for load, on, values in forces_of(assembly, members):
-                total, labels = sums.get(on.name, (np.zeros(len(values)), []))
-                sums[on.name] = total + values, [*labels, load.label]
-            for member, (total, labels) in sums.items():
-                source = " + ".join(labels)
-                section = _section(text, sections, member, source)
-                _put_forces(section, total.tolist(), source)
-    return ids
-
-
-def _section(text: CaseText, sections: dict[str, Section], member: str, why: str) -> Section:
-    """The section of a member in the load case that is being written, created if missing."""
-    if member not in sections:
-        sections[member] = text.section("[[load_cases.members]]")
-        sections[member].put("member", member, why)
-    return sections[member]
-
-
-def _hours(
-    document: Document, load_case: LoadCase, total_time: Datum | None, text: CaseText
-) -> Datum | None:
-    """Duration of a load case, h; None if the file does not state it."""
-    stated = {attribute.id for _, attribute in load_case.attributes}
-    units = document.kind("gear_unit")
-    if stated & {*_TIME}:
-        return number(units, _TIME, "h")
-    share = number(units, _SHARE, "none") if stated & {*_SHARE} else None
-    if share is None:
-        return None
-    if total_time is None:
-        line = f"load cases have only shares of time: of {_TOTAL_HOURS:g} h in all, assumed"
-        if line not in text.assumed:
-            text.warn(line)
-    total = _TOTAL_HOURS if total_time is None else total_time.value
-    return Datum(share.value * total, f"{share.source}, of {total:g} h")

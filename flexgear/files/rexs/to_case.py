@@ -19,7 +19,8 @@ from flexgear.files.rexs.assembly import Assembly
 from flexgear.files.rexs.document import Component, Document, flag, number, read, value
 from flexgear.files.rexs.gears import GearReader, Rack
 from flexgear.files.rexs.joints import Joints
-from flexgear.files.rexs.ports import PortWriter, write_load_cases
+from flexgear.files.rexs.ports import PortWriter
+from flexgear.files.rexs.spectrum import write_load_cases
 from flexgear.files.rexs.stage_keys import StageWriter
 from flexgear.files.rexs.stages import (
     Member,

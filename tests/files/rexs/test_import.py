@@ -22,6 +22,7 @@ from rexs_samples import (
 import flexgear as fg
 from flexgear.files.rexs.reading import VERSIONS, read_rexs
 from flexgear.files.rexs.to_case import case_of_document
+from flexgear.gears.load_bins import bins_of_load_cases
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import stage_radii
 from flexgear.gears.tooth import involute, tooth_geometry, transverse_angle
@@ -291,8 +292,32 @@ def test_load_cases_with_durations(imported, spectrum):
     assert any("of 20000 h in all, assumed" in line for line in made.assumed)
     assert any("load case 12" in line for line in made.left_out)
     assert not any("load case 9 (" in line for line in made.left_out)
+    assert not any("the rated one" in line for line in made.assumed)
     m.set(m.unit, operating_time=(1000.0, "h"))
-    assert imported(m)[0].load_cases[1].hours == pytest.approx(300)
+    case, made = imported(m, load_case_id=9)
+    assert case.load_cases[1].hours == pytest.approx(300)
+    assert any("load case 4 has 2 times the torque" in line for line in made.assumed)
+
+
+@pytest.mark.parametrize(
+    ("torque", "speed", "reversed_"),
+    [(2000.0, 12.0, False), (-2000.0, 12.0, True), (2000.0, -12.0, True), (-2000.0, -12.0, False),
+     (-2000.0, 0.0, True), (2000.0, 0.0, False), (0.0, 12.0, False)],
+)  # fmt: skip
+def test_back_driven_load_cases_run(imported, spectrum, torque, speed, reversed_):
+    """A file states the sense of power by the signs of torque and speed; the load bins of a rating,
+    which refuse power against the rated one, take the case as it is."""
+    m = spectrum
+    m.load_cases[4][m.unit] = {"operating_time": (70.0, "h")}
+    m.load_cases[9] = {
+        m.unit: {"operating_time": (30.0, "h")},
+        m.load: {"torque_around_u_axis": (torque, NM)},
+        m.drive: {"rotational_speed": (speed, RPM)},
+    }
+    case, _ = imported(m)
+    assert [c.back_driven for c in case.load_cases] == [False, reversed_]
+    second = bins_of_load_cases(case)[1]
+    assert second.torque["low.carrier"] == pytest.approx(torque)
 
 
 def test_thickness_allowances_are_backlash(imported):
