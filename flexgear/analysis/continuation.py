@@ -32,7 +32,7 @@ from flexgear.arrays import Array
 FORCE_WEIGHT = 4.0  # w
 FIRST, LONGEST, SHORTEST = 0.004, 0.02, 1e-7  # steps over L; the longest also over the range
 MAX_CORRECTIONS = 8  # Newton steps before a shorter step is tried
-FEW_CORRECTIONS = 4  # with so many or fewer the next step is longer
+FEW_CORRECTIONS = 4  # Newton steps with which the next step is longer
 LARGEST_TURN, TURN = 0.55, 0.35  # of the tangent in a step, rad: accepted, and aimed at
 KINK = 1e-3  # step below which the tangent may turn at once, as where a sample loses contact
 MAX_STATES = 4000  # of a curve
@@ -69,13 +69,15 @@ def curves(
     span: Range,
     keep: Callable[[Orbit], Orbit] = lambda orbit: orbit,
     resonance: float = 0.0,
+    beyond: Callable[[float], None] = lambda share: None,
 ) -> Iterator[Curve]:
     """All curves within a range through the states of ``_starts``, each once.
 
     keep: called with every computed state of the range; returns the state to be stored.
     resonance: speed over rated speed at which the gear-mesh frequency equals the natural frequency
-    of gears on their gear mesh; 0: no curve is followed outside the range. KeyboardInterrupt ends
-    the search with the current curve if its last state is within the range.
+    of gears on their gear mesh; 0: no curve is followed outside the range. beyond: called with the
+    covered share of what is followed there. KeyboardInterrupt ends the search with the current
+    curve if its last state is within the range.
     """
     wide, followed = _widened(span, resonance), list[list[Orbit]]()
     for start in _starts(train, span, wide, resonance):
@@ -83,7 +85,7 @@ def curves(
             continue
         value = span.value(start.point)
         reach = replace(wide, low=min(wide.low, value), high=max(wide.high, value))
-        states, cuts = _follow(train, span, reach, start, keep)
+        states, cuts = _follow(train, span, reach, start, keep, beyond)
         followed.append(states)
         for within, piece in groupby(states, lambda state: span.holds(state.point)):
             if within:
@@ -193,11 +195,17 @@ def _interpolated(states: Sequence[Orbit], span: Range, value: float) -> Iterato
 
 
 def _follow(
-    train: CondensedTrain, span: Range, wide: Range, start: Orbit, keep: Callable[[Orbit], Orbit]
+    train: CondensedTrain,
+    span: Range,
+    wide: Range,
+    start: Orbit,
+    keep: Callable[[Orbit], Orbit],
+    beyond: Callable[[float], None],
 ) -> tuple[list[Orbit], list[Cut | None]]:
     """States of the curve through a state, in both directions over the wide range, and the cut at
     either end; None at an end of the range."""
     follower, value = _CurveFollower(train, span, wide, start, keep), wide.value(start.point)
+    follower.beyond = beyond
     first = follower.stored(start)
     backward, forward, cuts = list[Orbit](), list[Orbit](), list[Cut | None]([None, None])
     try:
@@ -231,6 +239,7 @@ class _CurveFollower:
         keep: Callable[[Orbit], Orbit], left: Sequence[Orbit] = (),
     ) -> None:  # fmt: skip
         self.train, self.narrow, self.span, self.keep, self.left = train, span, wide, keep, left
+        self.beyond: Callable[[float], None] = lambda share: None
         self.width = wide.high - wide.low
         self.solver = Solver()
         self.balance = self._balance(wide.value(start.point))
@@ -243,6 +252,9 @@ class _CurveFollower:
         """The state to be stored; outside the narrow range without histories over time."""
         if self.narrow.holds(orbit.point):
             return self.keep(orbit)
+        value, inner, outer = self.span.value(orbit.point), self.narrow, self.span
+        begin, end = (inner.high, outer.high) if value > inner.high else (inner.low, outer.low)
+        self.beyond((value - begin) / (end - begin))
         return replace(orbit.without_histories, waves=Waves(*np.zeros((2, 0, 0))))
 
     def _balance(self, value: float) -> Balance:

@@ -34,6 +34,7 @@ from flexgear.arrays import Array, Complex, Ints
 SAMPLES = 16  # of a period, for every harmonic: forces of one-sided contact decay slowly
 TOLERANCE = 1e-9  # residual of the equations over the largest force of a channel
 MAX_ITERATIONS = 40  # Newton steps
+PATIENCE = 12  # Newton steps within which the residual must fall to half
 MAX_FACTORED = 600  # unknowns up to which every Jacobian is factored
 GMRES_PRODUCTS, GMRES_TOLERANCE = 16, 1e-4  # products before factors are renewed; rel. residual
 MAX_HALVINGS = 4  # of a step that does not reduce the residual
@@ -304,10 +305,13 @@ def converge(balance: Balance, point: OperatingPoint, unknown: Array) -> Orbit |
     """The steady state by Newton's method from unknowns (m,); None without convergence."""
     imbalance, orbit = balance.residual(unknown)
     solver, difference = Solver(), np.zeros(balance.size + 1)
-    difference[-1] = 1.0
+    difference[-1], sizes = 1.0, list[float]()
     for _ in range(MAX_ITERATIONS):
         if orbit.residual <= TOLERANCE:
             return replace(orbit, point=point)
+        sizes.append(float(np.linalg.norm(imbalance)))
+        if len(sizes) > PATIENCE and sizes[-1] > 0.5 * sizes[-1 - PATIENCE]:
+            return None
         step = solver.solve(balance, orbit, np.r_[imbalance, 0.0], difference[:-1], difference)[:-1]
         if not np.isfinite(step).all():
             return None

@@ -1,6 +1,8 @@
 """Figures of steady states: stability, forces, transmission errors, bearings and sensors."""
 
 import math
+import time
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,6 +26,8 @@ from flexgear.solve.model import Model
 MEASURES = ("maximum", "minimum", "mean", "rms")
 # of a period for the monodromy matrix, as far as there are samples: in all, and for every harmonic
 MIN_STEPS, STEPS = 256, 8
+FIRST_STATES, STATES, LONG = 4, 150, 120.0  # that are timed, of a curve; s: a wait to be announced
+FIRST = "response, first states"
 STABLE = 1e-5  # excess over 1 allowed for multipliers of stable states: undamped modes have |μ| = 1
 
 
@@ -52,23 +56,62 @@ class Figures:
         self.coast = (elements.owner[:, :, None] == opposite) & (opposite >= 0)
         self.supports = support_names(model)
         self.curve, self._covered = curve, (math.inf, -math.inf)
+        # at which the first states of the first curve were known, and duration of figures, s
+        self._times, self._duration = list[float](), 0.0
 
     def end_curve(self) -> None:
         """Report the end of a curve; the next state belongs to the next curve."""
+        if self.curve == 1 and len(self._times) < FIRST_STATES:
+            self.progress(FIRST, 1.0)
         self.progress(f"response, curve {self.curve}", 1.0)
         self.curve, self._covered = self.curve + 1, (math.inf, -math.inf)
 
     def take(self, orbit: Orbit) -> State:
         """The state with its figures, without histories over time."""
-        value, (low, high) = self.span.value(orbit.point), self._covered
-        low, high = self._covered = min(low, value), max(high, value)
-        share = (high - low) / (self.span.high - self.span.low)
-        self.progress(f"response, curve {self.curve}", min(share, 0.999))
+        begin = time.monotonic()
         values = {
             "response_period": self.train.elements.gear_meshes,
             **self._stability(orbit), **self._of_gear_meshes(orbit), **self._recovered(orbit),
         }  # fmt: skip
+        self._duration = time.monotonic() - begin
+        self._report(self.span.value(orbit.point))
         return State(**vars(orbit.without_histories), values=values)
+
+    def beyond(self, share: float) -> None:
+        """Report the share of a curve outside the range that is known."""
+        if not self._timed(self._duration):
+            self.progress(f"response, curve {self.curve} beyond the range", min(share, 1.0))
+
+    def _report(self, value: float) -> None:
+        """Report the share of the range covered by the curve with a state at λ = ``value``."""
+        low, high = self._covered
+        low, high = self._covered = min(low, value), max(high, value)
+        if not self._timed():
+            share = (high - low) / (self.span.high - self.span.low)
+            self.progress(f"response, curve {self.curve}", min(share, 0.999))
+
+    def _timed(self, missing: float = 0.0) -> bool:
+        """Whether a state is one of the first, which are timed; with the last one a long response
+        is announced. missing: seconds that the figures of such a state would take."""
+        if self.curve > 1 or len(self._times) == FIRST_STATES:
+            return False
+        self._times.append(time.monotonic())
+        self.progress(FIRST, len(self._times) / FIRST_STATES)
+        if len(self._times) == FIRST_STATES:
+            each = (self._times[-1] - self._times[0]) / (FIRST_STATES - 1)
+            self._announce(each + missing)
+        return True
+
+    def _announce(self, each: float) -> None:
+        """Warn where a curve of ``STATES`` states, each of so many seconds, takes long."""
+        if STATES * each > LONG:
+            warnings.warn(
+                f"a steady state takes {each:.2g} s, a curve of some {STATES} about "
+                f"{STATES * each / 60:.0f} min, and there may be several: fewer --harmonics than "
+                f"{self.train.harmonics}, a shorter range, --doublings 0 and --rigid are quicker; "
+                "--linear takes seconds",
+                stacklevel=2,
+            )
 
     def _stability(self, orbit: Orbit) -> dict[str, Any]:
         period = 1.0 / (self.train.elements.frequency * orbit.point.speed)

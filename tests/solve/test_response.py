@@ -1,6 +1,8 @@
 """Frequency responses through the public face: planets, symmetry, transients, what is refused."""
 
 import math
+import re
+import warnings
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from flexgear.analysis.orbit import orbit_elements
 from flexgear.analysis.orbit_motion import recovery_of
 from flexgear.analysis.orbit_receptance import OperatingPoint, condensed_train
 from flexgear.model.errors import InputError
+from flexgear.solve import state_figures
 from flexgear.solve.dataset import body_rows
 from flexgear.solve.turning_points import turning_points
 
@@ -89,6 +92,25 @@ def test_a_gear_mesh_that_excites_nothing_carries_its_mean_force(pair):
     assert data["stable"].all()
     assert not data["lost_contact_share"].any()
     assert not data.sizes["turning_point"]
+
+
+def test_a_long_response_first_says_how_long_it_takes(pair, monkeypatch):
+    """Its first line, before a curve is begun; what is followed outside the range is shown."""
+    shown = list[str]()
+
+    def show(line, *_):
+        shown.append(str(line))
+
+    monkeypatch.setattr(state_figures, "LONG", 0.0)
+    monkeypatch.setattr(warnings, "showwarning", show)
+    warnings.simplefilter("ignore")
+    warnings.filterwarnings("always", "a steady state takes")
+    pair.response((0.5, 0.6), harmonics=3, doublings=0, progress=show)
+    stages = list(dict.fromkeys(shown))
+    assert stages[0] == "response, first states"
+    assert re.search("about 0 min, .* fewer --harmonics than 3, .*--doublings 0", stages[1])
+    assert sorted(stages[2:4]) == ["response, curve 1", "response, curve 1 beyond the range"]
+    assert not any(re.search("a steady state takes", line) for line in stages[2:])
 
 
 SENSORS = """
@@ -241,7 +263,7 @@ def test_a_stopped_response_keeps_its_states_and_says_where_it_is_cut(parting):
     stops = [KeyboardInterrupt]
 
     def stop(stage, share):
-        if share > 0.5 and stops:
+        if share > 0.5 and stops and stage == "response, curve 1":
             raise stops.pop()
 
     data = model.response((0.4, 1.2), harmonics=8, progress=stop)
