@@ -98,8 +98,10 @@ class SupportWriter:
             self.case.warn("[stages.planet_bearing]: no bearing of a planet in the file")
         for others in bearings[1:]:
             for twin, bearing in zip(others, first, strict=False):
-                for row in SPRINGS:  # marks equal values as used
+                for row in (*SPRINGS, *RATING, *THRUST):  # marks equal values as used
                     read([bearing, twin], row)
+                number([bearing, twin], CLEARANCES, "mm")
+                text([bearing, twin], "bearing_type")
         self.springs(section, first, scale, ("radial", "axial", "tilt"), needs, z)
         clearance = number(first, CLEARANCES, "mm")
         if clearance is not None and clearance.value > 0:
@@ -206,7 +208,13 @@ class SupportWriter:
         if read(bearings, RATING[0]) is None:
             return
         for row in RATING:
-            section.take(row.key, read(bearings, row))
+            read(bearings, row)  # marks equal values as used
+            data = [d for bearing in bearings if (d := read([bearing], row)) is not None]
+            lowest = min(data, key=lambda datum: datum.value, default=None)
+            section.take(row.key, lowest)
+            if lowest is not None and max(datum.value for datum in data) > lowest.value:
+                line = f"{lowest.source}: the lowest of {len(data)} bearings, which share the load"
+                self.case.warn(f"{line} evenly in the case")
         type_text = text(bearings, "bearing_type")
         kind = "ball" if type_text is not None and "ball" in type_text else "roller"
         if type_text is None:

@@ -346,9 +346,15 @@ def test_static_and_fatigue_ratings_of_bearings(imported):
         m.set(number, bearing_type=("ball", ""), fatigue_limit_load=(160.0, "kN"),
               radial_dynamic_load_rating=(900.0, "kN"),
               radial_static_load_rating=(1400.0, "kN"))  # fmt: skip
-    bearing = imported(m)[0].stages[0].planet_bearing
+    case, made = imported(m)
+    bearing = case.stages[0].planet_bearing
+    assert not any("rating" in line or "fatigue" in line for line in made.left_out)
     assert (bearing.dynamic_rating, bearing.static_rating) == (9e5, 1.4e6)
     assert bearing.fatigue_load_limit == 1.6e5
+    m.set(m.planet_bearings[1], radial_dynamic_load_rating=(700.0, "kN"))
+    case, made = imported(m)
+    assert case.stages[0].planet_bearing.dynamic_rating == 7e5
+    assert any("the lowest of 2 bearings" in line for line in made.assumed)
 
 
 @pytest.mark.parametrize("x_1", [None, 1.0, 0.9])
