@@ -102,6 +102,8 @@ class PlainProgress:
     def __init__(self) -> None:
         self._started: dict[str, float] = {}
         self._shown: dict[str, float] = {}
+        self._done: set[str] = set()
+        self._repeated: set[str] = set()
         self._lock = threading.Lock()
 
     def __call__(self, stage: str, share: float) -> None:
@@ -113,11 +115,17 @@ class PlainProgress:
                 if share < 1.0:
                     self._print(stage)
                     return
-            if self._shown[stage] == float("inf"):
-                return
+            if stage in self._done:
+                if share > 0.0:
+                    return
+                self._done.remove(stage)  # again, as with more modes: shown only if it takes long
+                self._started[stage] = self._shown[stage] = now
+                self._repeated.add(stage)
             if share >= 1.0:
-                self._shown[stage] = float("inf")
-                self._print(f"{stage}: done in {now - self._started[stage]:.1f} s")
+                self._done.add(stage)
+                took = now - self._started[stage]
+                if took >= PLAIN_INTERVAL or stage not in self._repeated:
+                    self._print(f"{stage}: done in {took:.1f} s")
             elif share > 0.0 and now - self._shown[stage] >= PLAIN_INTERVAL:
                 self._shown[stage] = now
                 left = time_text((now - self._started[stage]) * (1.0 - share) / share)

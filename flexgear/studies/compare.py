@@ -105,11 +105,13 @@ def _of_part(part: RatedPart, prefix: str) -> dict[str, Any]:
 def _flow_figures(case: Case, flow: PowerFlow) -> dict[str, Any]:
     rows: dict[str, Any] = {"input_power_w": flow.input_power}
     for s in flow.stages:
+        planetary = s.kind == "planetary"
+        gear_mesh = "sun_gear_mesh" if planetary else "gear_mesh"
         rows |= {
             f"{s.name}_gear_mesh_frequency_hz": s.gear_mesh_frequency,
-            f"{s.name}_sun_gear_mesh_force_n": s.sun_gear_mesh_force,
+            f"{s.name}_{gear_mesh}_force_n": s.sun_gear_mesh_force,
         }
-        if s.kind == "planetary":
+        if planetary:
             rows |= {
                 f"{s.name}_ring_gear_mesh_force_n": s.ring_gear_mesh_force,
                 f"{s.name}_planet_bearing_force_n": s.planet_bearing_force,

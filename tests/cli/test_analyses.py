@@ -230,6 +230,11 @@ def test_progress_says_how_long_it_takes(capsys, monkeypatch):
     for now[0] in (100.0, 106.0, 112.0):  # without a share there is nothing new to print
         report("FE mesh", 0.0)
     assert capsys.readouterr().err == "FE mesh\n"
+    for now[0], share in ((200.0, 0.0), (201.0, 1.0), (201.0, 1.0), (202.0, 0.0), (208.0, 0.5),
+                          (214.0, 1.0), (214.0, 1.0), (215.0, 0.0), (216.0, 1.0)):  # fmt: skip
+        report("modes", share)  # again with more modes, and a third time, which takes a second
+    said = ["modes", "modes: done in 1.0 s", "modes: 50 %, about 6 s left", "modes: done in 12.0 s"]
+    assert capsys.readouterr().err.splitlines() == said
 
 
 def test_chosen_variables(flexgear, tmp_path):

@@ -143,6 +143,9 @@ _SHARE = "share"
 # labels of keys, {part} for the name of a gear or gear mesh
 _WORDS = {
     "planets": "number of planets",
+    "bearing_life_ratio": "ratio of bearing lives, if both cases had the same bearings",
+    "{part}_ball": "{part}, of balls",
+    "{part}_roller": "{part}, of rollers",
     "(z_sun + z_ring)/N": "sun and ring teeth over number of planets",
     "assembles": "all planets assemble",
     "largest_misfit_of_a_sun_tooth_in_pitches": "largest misfit of a sun tooth",
