@@ -2,7 +2,8 @@
 
 A component's support_vector and axes are given in the frame of the component that
 reference_component_for_position names (usually the gear unit). A component without support_vector
-is on its shaft at u_coordinate_on_shaft.
+is on its shaft at u_coordinate_on_shaft; a bearing or coupling at u_coordinate_on_shaft_inner_side
+of its inner part, or likewise at its outer part.
 
 Relations of type assembly connect a shaft with the parts on it. Relations of type side connect the
 inner and outer part of couplings, fits, keys and splines. A carrier consists of shafts, pins and
@@ -84,7 +85,7 @@ class Frames:
     def _base(self, component: Component) -> Component | None:
         """The component in whose frame a position is given; None for the gear unit's frame."""
         if vector(component, "support_vector") is None:
-            return self.shaft(component)
+            return self._seat(component)[0]
         named = number([component], "reference_component_for_position", "none")
         other = None if named is None else self.document.components.get(round(named.value))
         if other is component or (other is not None and other.kind == "gear_unit"):
@@ -92,12 +93,23 @@ class Frames:
         return other
 
     def _on_shaft(self, component: Component) -> Frame | None:
-        shaft = self.shaft(component)
+        shaft, name = self._seat(component)
         frame = None if shaft is None else self.of(shaft)
-        along = number([component], "u_coordinate_on_shaft", "mm")
+        along = number([component], name, "mm")
         if frame is None or along is None:
             return None
         return Frame(frame.origin + along.value * frame.axes[0], frame.axes)
+
+    def _seat(self, component: Component) -> tuple[Component | None, str]:
+        """The shaft on which a component is, and the attribute with its position there."""
+        for side in ("inner", "outer"):
+            name = f"u_coordinate_on_shaft_{side}_side"
+            part = (
+                self.document.side_part(component, side) if name in component.attributes else None
+            )
+            if part is not None and part.kind == "shaft":
+                return part, name
+        return self.shaft(component), "u_coordinate_on_shaft"
 
 
 def _axes(component: Component) -> Array | None:
@@ -333,7 +345,8 @@ def section_of(part: Component) -> ShaftSection | None:
     """The dimensions of a shaft_section; None if it has no length or diameter."""
     length = value(part, "length", "mm")
     outer = number([part], "outer_diameter_begin", "mm")
-    begin, end = (value(part, f"inner_diameter_{end}", "mm") for end in ("begin", "end"))
+    begin = value(part, "inner_diameter_begin", "mm")
+    end = value(part, "inner_diameter_end", "mm", begin)
     start = value(part, "u_coordinate_on_shaft", "mm")
     if length <= 0 or outer is None:
         return None

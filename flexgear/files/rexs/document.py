@@ -127,6 +127,11 @@ class Document:
         """Components that a component is assembled to."""
         return [whole for _, whole in self._linked("part", "assembly", "assembly").get(part.id, ())]
 
+    def side_part(self, joint: Component, side: str) -> Component | None:
+        """The "inner" or "outer" part of a bearing or coupling."""
+        links = self._linked("assembly", f"{side}_part", "side").get(joint.id, ())
+        return next((part for _, part in links), None)
+
     def references(self, origin: Component, *kinds: str) -> list[Component]:
         """Components of these types that ``origin`` refers to."""
         links = self._linked("origin", "referenced", "reference", "ordered_reference")

@@ -59,6 +59,18 @@ def test_springs_side_by_side(imported):
     assert stage.ring.support.torsion == pytest.approx(5e8)
 
 
+def test_bearings_by_their_coordinate_on_shafts(imported):
+    """A bearing or coupling without a position in space is at its coordinate on either shaft."""
+    wanted, _ = imported(planetary())
+    m = planetary()
+    seats = [(m.main[0], "inner", 50.0), (m.main[1], "inner", 150.0), (m.fixed, "inner", 50.0)]
+    seats += [(b, "outer", (30.0, 70.0)[k % 2]) for k, b in enumerate(m.planet_bearings)]
+    for joint, side, u in seats:
+        m.set(joint, support_vector=None, u_axis_vector=None,
+              **{f"u_coordinate_on_shaft_{side}_side": (u, MM)})  # fmt: skip
+    assert imported(m)[0].content_hash() == wanted.content_hash()
+
+
 @pytest.mark.parametrize("of_parts", [False, True])
 @pytest.mark.parametrize("of_frame", [None, 90.0])
 def test_carrier_of_side_plates_and_pins(imported, of_frame, of_parts):
@@ -103,6 +115,11 @@ def test_train_of_three(imported):
     assert sun - wheel == pytest.approx(twist, rel=0.01)  # and joints of 10 E b r², 0.5 %
     hands = [stage.planet_hand for stage in case.stages[1:]]
     assert hands == ["left", "right"]
+    m = (
+        three_stages()
+    )  # a section has the diameters of its begin, where those of its end are missing
+    m.set(m.section, outer_diameter_end=None, inner_diameter_end=None)
+    assert imported(m)[0].content_hash() == case.content_hash()
 
 
 @pytest.mark.parametrize(
