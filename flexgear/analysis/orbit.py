@@ -308,9 +308,7 @@ def _without_axial_dampers(pairs: PairData) -> PairData:
 
 def periodic(pairs: PairData) -> PairData:
     """The pair data with stationary rollers, without errors and faults that repeat once a turn."""
-    return pairs._replace(
-        gear_table=np.zeros_like(pairs.gear_table),
-        planet_table=np.zeros_like(pairs.planet_table),
+    return pairs.sound._replace(
         error_gear=np.zeros_like(pairs.error_gear),
         error_planet=np.zeros_like(pairs.error_planet),
         runout_amplitude=np.zeros_like(pairs.runout_amplitude),

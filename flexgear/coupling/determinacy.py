@@ -79,8 +79,9 @@ def _mass_key(name: BodyName, direction: str) -> str:
 def holding_rows(
     pairs: PairData, blocks: Array, angles: int, bearing_rows: Sequence[Array] = ()
 ) -> Array:
-    """Rows (n, d) that constrain bodies in addition to constant springs: gear meshes at θ = 0, and
-    rows (d,) of nonlinear bearings. angles: number of angles."""
+    """Rows (n, d) that constrain bodies in addition to constant springs: gear meshes of sound teeth
+    at θ = 0, and rows (d,) of nonlinear bearings. angles: number of angles."""
+    pairs = pairs.sound  # else nothing touches while a missing tooth is alone on the path
     rows = pair_rows(pairs)
     n, _ = build_rows(pairs, rows, np.zeros(angles), carrying_flanks(pairs))
     return np.array([*row_motions(rows, n, blocks)[rows.row["kind"][:n] >= 0], *bearing_rows])

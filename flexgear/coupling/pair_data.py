@@ -17,7 +17,7 @@ are constant: a time step needs two channels for each gear mesh instead of six f
 third vector, the approach along the line of centres, gives the distance of the coast flank.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -124,6 +124,14 @@ class PairData(NamedTuple):
     load_grows: Ints  # (n_l,) 1: given at rated speed, proportional to speed squared
     load_size: Array  # (n_l,) factor on the vector; of a load history its value at t = 0
     load_history: Ints  # (n_l,) index of the load history, −1: constant
+
+    @property
+    def sound(self) -> Self:
+        """The data with sound teeth in the place of faulty ones."""
+        sound = {
+            name: np.zeros_like(getattr(self, name)) for name in ("gear_table", "planet_table")
+        }
+        return self._replace(**sound)
 
 
 def largest_errors(data: PairData) -> Array:

@@ -157,6 +157,17 @@ def test_points_of_a_sweep_have_the_warning_where_the_fault_is_deep(stage, tmp_p
     assert ["alone on the path" in text for text in texts] == [False, False, True]
 
 
+@pytest.mark.parametrize("model", ["per_pair", "face_load"])
+@pytest.mark.parametrize("gear", ["pinion", "gear"])
+def test_a_tooth_that_would_be_alone_at_the_start_may_be_missing(stage, model, gear):
+    """Tooth 1 is at the pitch point at angle zero; modes are those of sound teeth, but for the
+    tables of contact off the path, which reach further beside a missing tooth."""
+    fault = MISSING.replace("sun", gear).replace("16", "1")
+    text = PAIR.replace("path_only = true\n", "")
+    sound, faulty = (stage(text, model, *f).assemble().modes() for f in ((), (fault,)))
+    assert faulty["frequency"].to_numpy() == pytest.approx(sound["frequency"].to_numpy(), rel=1e-4)
+
+
 def test_a_gear_pair_whose_only_tooth_is_missing_has_no_equilibrium_without_tips(stage):
     """Where one pair would be on the path of contact, and its tooth is missing."""
     fault, angles = 'kind = "missing_tooth"\ngear = "gear"\ntooth = 5', np.linspace(0.0, 360.0, 721)
