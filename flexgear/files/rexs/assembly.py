@@ -137,6 +137,7 @@ BEARINGS = (
 _ASSEMBLIES = ("shaft", "planet_carrier", "gear_casing", "ring_gear", "cylindrical_gear")
 _YOUNG_MODULUS = 210e9  # Pa, of shafts whose material is not in the file
 _POISSON_RATIO = 0.3
+_ENDS = (("begin", "end"), ("end", "begin"))
 _SLICES = 8  # of a section, for the integral of 1/J
 
 
@@ -342,17 +343,19 @@ class ShaftSection:
 
 
 def section_of(part: Component) -> ShaftSection | None:
-    """The dimensions of a shaft_section; None if it has no length or diameter."""
-    length = value(part, "length", "mm")
-    outer = number([part], "outer_diameter_begin", "mm")
-    begin = value(part, "inner_diameter_begin", "mm")
-    end = value(part, "inner_diameter_end", "mm", begin)
-    start = value(part, "u_coordinate_on_shaft", "mm")
-    if length <= 0 or outer is None:
+    """The dimensions of a shaft_section; None if it has no length or outer diameter. A diameter
+    that is missing at one end is that of the other end."""
+    length, start = value(part, "length", "mm"), value(part, "u_coordinate_on_shaft", "mm")
+    outer, inner = (
+        [number([part], (f"{name}_{end}", f"{name}_{other}"), "mm") for end, other in _ENDS]
+        for name in ("outer_diameter", "inner_diameter")
+    )
+    outer_begin, outer_end = (0.0 if d is None else d.value for d in outer)
+    inner_begin, inner_end = (0.0 if d is None else d.value for d in inner)
+    if length <= 0 or outer_begin <= 0:
         return None
     part.role = "a section"
-    last = value(part, "outer_diameter_end", "mm", outer.value)
-    return ShaftSection(start, length, (outer.value, last), (begin, end))
+    return ShaftSection(start, length, (outer_begin, outer_end), (inner_begin, inner_end))
 
 
 def sections_of(document: Document, shaft: Component) -> list[tuple[Component, ShaftSection]]:

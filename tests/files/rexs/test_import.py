@@ -115,11 +115,10 @@ def test_train_of_three(imported):
     assert sun - wheel == pytest.approx(twist, rel=0.01)  # and joints of 10 E b r², 0.5 %
     hands = [stage.planet_hand for stage in case.stages[1:]]
     assert hands == ["left", "right"]
-    m = (
-        three_stages()
-    )  # a section has the diameters of its begin, where those of its end are missing
-    m.set(m.section, outer_diameter_end=None, inner_diameter_end=None)
-    assert imported(m)[0].content_hash() == case.content_hash()
+    for end in ("begin", "end"):  # a missing diameter is that of the other end
+        m = three_stages()
+        m.set(m.section, **{f"{name}_diameter_{end}": None for name in ("outer", "inner")})
+        assert imported(m)[0].content_hash() == case.content_hash()
 
 
 @pytest.mark.parametrize(
