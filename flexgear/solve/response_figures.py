@@ -25,6 +25,8 @@ def response_figures(data: xr.Dataset) -> dict[str, Any]:
     doubled = ~stable & (data["multiplier_real"] < -1.0) & (data["multiplier_imag"] == 0.0)
     doubled &= DOUBLED not in data["stability_change_kind"]
     edges = np.diff(branch, prepend=0, append=0) != 0
+    changes = list(_rows(data, "stability_change", "parameter", "curve"))
+    places, curves, holds = _with_changes(parameter, branch, stable, changes)
     contact = {
         name: data[f"{name}_share"].max("gear_mesh").to_numpy() > 0.0
         for name in ("lost_contact", "back_contact")
@@ -71,14 +73,14 @@ def response_figures(data: xr.Dataset) -> dict[str, Any]:
             {
                 "curve": int(curve),
                 "period": int(period[at][0]),
-                "stable": _ranges(parameter, branch, stable & at),
+                "stable": _stable_ranges(places, curves, holds & (curves == curve), 1),
                 "force_n": float(force[stable & at].max()) if stable[at].any() else None,
             }
             for curve in np.unique(branch[period > 1])
             for at in [branch == curve]
         ],
         "sensors": dict(_sensors(data, share, stable)),
-        "several_stable": _stable_ranges(parameter, branch, stable, 2),
+        "several_stable": _stable_ranges(places, curves, holds, 2),
         "no_stable": _unstable(parameter, branch, stable),
         **{name: _ranges(parameter, branch, mask & stable) for name, mask in contact.items()},
     }
@@ -112,6 +114,26 @@ def _peaks(force: np.ndarray, branch: np.ndarray, stable: np.ndarray) -> list[in
         near_stable = np.convolve(stable[at], np.ones(2 * NEAR + 1), "same") > 0
         out += [int(at[k]) for k in tops if near_stable[k]]
     return sorted(out, key=lambda k: -force[k])[:MAX_PEAKS]
+
+
+def _with_changes(
+    parameter: np.ndarray, branch: np.ndarray, stable: np.ndarray, changes: list[tuple[Any, ...]]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """λ, curve and stability of all states, with a further stable one at each change of stability
+    (λ, curve) between two states."""
+    k = np.flatnonzero((np.diff(branch) == 0) & (np.diff(stable.astype(int)) != 0))
+    at = [
+        (i + 1, value)
+        for i in k
+        for value, curve in changes
+        if curve == branch[i] and (parameter[i] - value) * (parameter[i + 1] - value) <= 0.0
+    ]
+    places, values = [i for i, _ in at], [value for _, value in at]
+    return (
+        np.insert(parameter, places, values),
+        np.insert(branch, places, branch[places]),
+        np.insert(stable, places, True),
+    )
 
 
 def _stable_ranges(

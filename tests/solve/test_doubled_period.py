@@ -7,6 +7,7 @@ import pytest
 from dead_zone import GEAR_MESH_HZ, DeadZone, case_text
 
 import flexgear
+from flexgear.solve.response_figures import response_figures
 
 DAMPING, SETTLED = 0.05, 200  # periods until what is free has decayed
 
@@ -72,6 +73,18 @@ def test_the_period_doubles_once_more_where_motion_in_time_repeats_after_four(da
             at = at[np.argsort(share[at])]
             quarter = np.interp(speed, share[at], largest[at])
             assert quarter == pytest.approx(2 * abs(np.fft.rfft(x.ravel())[2]) / x.size, rel=2e-2)
+
+
+def test_ranges_of_stable_states_end_where_stability_changes(data):
+    """Not at the nearest computed state."""
+    figures = response_figures(data)
+    ranges = {row["curve"]: row["stable"] for row in figures["longer_periods"]}
+    changes = [row for row in figures["stability_changes"] if row["period"] == 2]
+    changes = [row for row in changes if row["kind"] == "doubled period"]
+    assert len(changes) >= 2
+    for row in changes:
+        ends = [end for ends in ranges[row["curve"]] for end in ends]
+        assert min(abs(end / row["speed_share"] - 1.0) for end in ends) < 1e-9
 
 
 def test_a_sweep_jumps_to_the_state_of_one_period(data):
