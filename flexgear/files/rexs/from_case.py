@@ -224,11 +224,13 @@ def _add_port(train: TrainOut, port: Input | Output) -> int:
 
 def _add_forces(train: TrainOut, forces: dict[str, list[int]], member: str, load: Array) -> None:
     """Add an external load (6,) on a member and append its id to ``forces``."""
+    begins_here = member in train.ends  # the shaft behind a spline
+    at = 0.0 if begins_here else train.places[member][0] - train.begins[member]
     number = train.model.part(
         train.end(member),
         "external_load",
         f"force on {member}",
-        u_coordinate_on_shaft=0.0,
+        u_coordinate_on_shaft=at,
         transmits_torque=False,
         **_force_attributes(load),
     )

@@ -18,7 +18,7 @@ from flexgear.files.case_text import CaseText, Datum, Section
 from flexgear.files.rexs.assembly import Assembly
 from flexgear.files.rexs.document import Component, flag, read, value
 from flexgear.files.rexs.shafts import SunShaft
-from flexgear.files.rexs.stages import Member
+from flexgear.files.rexs.stages import Member, axial_place
 from flexgear.files.rexs.tables import FORCES, INERTIA, MOMENTS, PORT, PORT_BODY, SCHEMA_UNITS
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
@@ -27,6 +27,7 @@ from flexgear.model.load import case_of_toml
 from flexgear.model.units import RPM
 
 _SPEED_TOLERANCE = 1e-3  # of the largest speed, between stated and derived speeds
+_LEAST_LEVER = 1e-9  # m, of a force
 _ALIGNMENT_TOLERANCE = 1e-6  # of the entries of a rotation matrix
 SPEED, TORQUE, POWER = PORT
 _WITHOUT_LOADS = "the case is one of free vibration, for modes only"
@@ -145,12 +146,14 @@ def _member_of(assembly: Assembly, load: Component, members: list[Member]) -> Me
 
 
 def forces_of(
-    assembly: Assembly, members: list[Member]
+    assembly: Assembly, members: list[Member], shafts: Mapping[Member, SunShaft]
 ) -> Iterator[tuple[Component, Member, list[float]]]:
     """External loads with forces or moments, each with its member and components (5,).
 
     Components are forces along x, y, z (v, w, u), N, and moments about x and y, N m, in fixed axes
-    at the middle of the member. Loads on shafts with other axes than the gear unit are ignored.
+    at the middle of the member, of a sun in ``shafts`` at the end of its shaft. Moments include
+    those of forces at a distance l along the axis, −l F_y and l F_x. Loads on shafts with other
+    axes than the gear unit are ignored.
     """
     for load in assembly.document.kind("external_load"):
         shaft = assembly.frames.shaft(load)
@@ -163,6 +166,12 @@ def forces_of(
         values = [value(load, name, SCHEMA_UNITS[name]) for name in names]
         if any(values):
             load.role = load.role or f"forces on {member.name}"
+        at = shafts[member].ends[1] if member in shafts else member.z
+        place = axial_place(assembly, load)
+        lever = 0.0 if at is None or place is None else 1e-3 * (place - at)
+        if abs(lever) > _LEAST_LEVER:
+            values[3] -= lever * values[1]
+            values[4] += lever * values[0]
         if {*names} & load.attributes.keys():
             yield load, member, values
 
@@ -225,13 +234,16 @@ class PortWriter:
                     self._end(section, port)
             return
         self._loaded(chosen, loaded, speeds)
-        for load, member, values in forces_of(self.assembly, self.members):
+        for load, member, values in forces_of(self.assembly, self.members, self.shafts):
             if any(values):
                 section = self.case.section("[[loads]]")
                 section.put("member", member.name, load.label)
                 put_forces(section, values, load.label)
                 place = "behind the shaft" if member in self.shafts else "in the middle"
-                self.case.warn(f"{load.label}: its force acts {place} of {member.name} in the case")
+                self.case.warn(
+                    f"{load.label}: its force acts {place} of {member.name} in the case, with the"
+                    " moment of its distance"
+                )
 
     def _case(self, speeds: Mapping[str, Datum]) -> Case:
         """The case written so far, with these speeds (rpm) and no torques."""

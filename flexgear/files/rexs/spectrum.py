@@ -6,6 +6,7 @@ duration of zero marks an extreme load.
 """
 
 import tomllib
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from flexgear.files.case_text import CaseText, Datum, Section
 from flexgear.files.rexs.assembly import Assembly
 from flexgear.files.rexs.document import Document, LoadCase, number
 from flexgear.files.rexs.ports import POWER, SPEED, TORQUE, forces_of, ports_of, put_forces
+from flexgear.files.rexs.shafts import SunShaft
 from flexgear.files.rexs.stages import Member
 from flexgear.files.rexs.tables import PORT
 
@@ -25,9 +27,14 @@ _TOTAL_HOURS = 20_000.0  # h, assumed if a file gives only shares
 
 
 def write_load_cases(
-    document: Document, assembly: Assembly, text: CaseText, members: list[Member]
+    document: Document,
+    assembly: Assembly,
+    text: CaseText,
+    members: list[Member],
+    shafts: Mapping[Member, SunShaft],
 ) -> set[int]:
-    """Write the load cases that have a duration at the end of a case; returns their ids."""
+    """Write the load cases that have a duration at the end of a case; returns their ids. shafts: of
+    suns."""
     written: dict[str, Any] = tomllib.loads(text.text())
     ports = [*written.get("inputs", ()), *([written["output"]] if "output" in written else [])]
     if "output" not in written:
@@ -70,7 +77,7 @@ def write_load_cases(
                 why = f"{back_driven}: power against the rated direction"
                 sections[written["inputs"][0]["member"]].put("back_driven", True, why)
             sums: dict[str, tuple[Array, list[str]]] = {}
-            for load, on, values in forces_of(assembly, members):
+            for load, on, values in forces_of(assembly, members, shafts):
                 total, labels = sums.get(on.name, (np.zeros(len(values)), []))
                 sums[on.name] = total + values, [*labels, load.label]
             for member, (total, labels) in sums.items():

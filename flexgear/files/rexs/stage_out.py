@@ -35,7 +35,8 @@ _DATUM, _ORIENTATION = -1, "negative"
 class TrainOut:
     """A train that is exported to a REXS model, with the ids of its components.
 
-    places: positions of members. unit, casing, material: ids. shafts: ids by member or planet.
+    places: positions of members. unit, casing, material: ids. shafts, begins: id of the shaft of a
+    member or planet, and where it begins along u, m.
     ends: ids of the shafts behind the splines of suns, at which ports and joints act. gear_data:
     ids by gear meshes of one half and gear. bearings: ids by bearing.
     """
@@ -48,6 +49,7 @@ class TrainOut:
     casing: int
     material: int
     shafts: dict[str, int] = field(default_factory=dict)
+    begins: dict[str, float] = field(default_factory=dict)
     ends: dict[str, int] = field(default_factory=dict)
     gear_data: dict[tuple[GroupName, str], list[int]] = field(default_factory=dict)
     bearings: dict[str, list[int]] = field(default_factory=dict)
@@ -57,7 +59,7 @@ class TrainOut:
         port = self.case.port_at(member)
         defines = None if port is None else port.speed is not None
         number = self.model.part(whole, "shaft", member, **located(place), defines_speed=defines)
-        self.shafts[member] = number
+        self.shafts[member], self.begins[member] = number, place[0]
         return number
 
     def end(self, member: str) -> int:

@@ -147,7 +147,9 @@ class _Conversion:
                 scale, section = self.scales[member.stage_name], ports.sections[member]
                 shaft.write_bearings(self.case, section, self.supports, scale)
         gears.modified.write(self._carries(named))
-        written = write_load_cases(self.document, self.assembly, self.case, self.members)
+        written = write_load_cases(
+            self.document, self.assembly, self.case, self.members, self.joints.shafts
+        )
         self._list_other_cases(written)
         self._warn_of_units()
         listed = tuple(self.lost + left_out(self.document))

@@ -482,6 +482,18 @@ def test_forces_on_members(imported):
     assert (load.member, load.force, load.moment) == ("low.carrier", (20, 30, 10), (0, 5, 0))
 
 
+def test_force_at_a_distance_has_its_moment(imported):
+    """r × F about the middle of the carrier, 250 mm behind the begin of its shaft, of a weight that
+    acts 40 mm behind it."""
+    m = planetary()
+    m.part(m.drive, "external_load", "weight", u_coordinate_on_shaft=(40.0, MM),
+           force_v_direction=(-9e4, "N"), force_w_direction=(2e4, "N"))  # fmt: skip
+    load = imported(m)[0].loads[0]
+    assert load.force == (-9e4, 2e4, 0)
+    moment = np.cross([0, 0, 0.04 - 0.25], [-9e4, 2e4, 0])
+    assert load.moment == pytest.approx(moment.tolist())
+
+
 def test_time_grows_with_the_number_of_components_alone(tmp_path):
     """Eight times as many bearings on the gear unit take about eight times as long; a search for
     each, 64 times as long."""
