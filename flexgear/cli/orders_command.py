@@ -260,7 +260,7 @@ def _labels(order: float, expected: Lines, turns: float, passes: Mapping[str, in
     """Labels of the nearest expected lines at an order in a spectrum of so many turns, or of the
     nearest multiples of lines of tooth faults and of a carrier's turn of the same order, else of
     their sidebands, carrier turns by name in ``passes``; empty where none is near."""
-    named = [(f"{words(x.stage)} {x.label}".removeprefix("stage "), at) for x, at in expected]
+    named = [(words(f"{x.stage} {x.label}"), at) for x, at in expected]
     carriers = {
         line.stage: (name, at)
         for (line, at), (name, _) in zip(expected, named, strict=True)

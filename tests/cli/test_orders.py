@@ -105,6 +105,14 @@ def test_map_and_planets_from_the_accessor(transient):
     assert patterns[1:, 35] == pytest.approx(np.full(3, patterns[0, 35]), rel=0.05)
 
 
+def test_lines_of_a_train_name_their_stages(flexgear, tmp_path):
+    file = tmp_path / "run.nc"
+    flexgear.out("simulate", "pitch-drive", "--duration-s", 0.15, "--out", file, "-q")
+    text = flexgear.out("orders", file, "-q", "--only", "stage_3 sun 1")
+    first, second = text.splitlines()[1:3]
+    assert first.endswith("(stage 1 gear mesh 1)") and second.endswith("(stage 2 gear mesh 1)")
+
+
 def test_command_names_the_lines(flexgear, transient, tmp_path):
     """Table, JSON, and a folder with dataset, picture and page; a map and an average, too."""
     file, _ = transient
