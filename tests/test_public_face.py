@@ -291,6 +291,8 @@ def test_a_run_in_a_folder_is_read_again_and_drawn(tmp_path):
 
 
 def test_cases_and_models_are_shown_in_a_line(case, model):
+    methods = repr(model.static().fg)
+    assert "plot" in methods and "orders" in methods and " at 0x" not in methods
     for shown in (repr(case), repr(model)):
         assert "lin-parker" in shown and len(shown) < 300
     assert "<td>lin-parker</td>" in model._repr_html_()

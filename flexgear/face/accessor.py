@@ -30,6 +30,10 @@ class Accessor:
     def __init__(self, data: xr.Dataset) -> None:
         self._data = data
 
+    def __repr__(self) -> str:
+        methods = (name for name in dir(self) if not name.startswith("_"))
+        return f"<methods of a flexgear dataset: {', '.join(methods)}>"
+
     @cached_property
     def plot(self) -> Plots:
         """Pictures; their names are those of the files that ``flexgear run`` writes."""
