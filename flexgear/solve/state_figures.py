@@ -26,7 +26,8 @@ from flexgear.solve.model import Model
 MEASURES = ("maximum", "minimum", "mean", "rms")
 # of a period for the monodromy matrix, as far as there are samples: in all, and for every harmonic
 MIN_STEPS, STEPS = 256, 8
-FIRST_STATES, STATES, LONG = 4, 150, 120.0  # that are timed, of a curve; s: a wait to be announced
+FIRST_STATES, STATES = 4, (50, 150)  # that are timed, and of a curve
+LONG = 120.0  # of a curve, s, to be announced
 FIRST = "response, first states"
 STABLE = 1e-5  # excess over 1 allowed for multipliers of stable states: undamped modes have |μ| = 1
 
@@ -103,13 +104,14 @@ class Figures:
         return True
 
     def _announce(self, each: float) -> None:
-        """Warn where a curve of ``STATES`` states, each of so many seconds, takes long."""
-        if STATES * each > LONG:
+        """Warn where a curve of ``STATES`` states, each of so many seconds, may take long."""
+        fewest, most = STATES
+        if most * each > LONG:
             warnings.warn(
-                f"a steady state takes {each:.2g} s, a curve of some {STATES} about "
-                f"{STATES * each / 60:.0f} min, and there may be several: fewer --harmonics than "
-                f"{self.train.harmonics}, a shorter range, --doublings 0 and --rigid are quicker; "
-                "--linear takes seconds",
+                f"a steady state takes {each:.2g} s, a curve of {fewest} to {most} states "
+                f"{fewest * each / 60:.0f} to {most * each / 60:.0f} min, and there may be "
+                f"several: fewer --harmonics than {self.train.harmonics}, a shorter range, "
+                "--doublings 0 and --rigid are quicker; --linear takes seconds",
                 stacklevel=2,
             )
 

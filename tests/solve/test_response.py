@@ -108,7 +108,7 @@ def test_a_long_response_first_says_how_long_it_takes(pair, monkeypatch):
     pair.response((0.5, 0.6), harmonics=3, doublings=0, progress=show)
     stages = list(dict.fromkeys(shown))
     assert stages[0] == "response, first states"
-    assert re.search("about 0 min, .* fewer --harmonics than 3, .*--doublings 0", stages[1])
+    assert re.search("states 0 to 0 min, .* fewer --harmonics than 3, .*--doublings 0", stages[1])
     assert sorted(stages[2:4]) == ["response, curve 1", "response, curve 1 beyond the range"]
     assert not any(re.search("a steady state takes", line) for line in stages[2:])
 
