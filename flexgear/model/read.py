@@ -98,15 +98,22 @@ def match_key(
 
 
 def _suggest(section: type[Section], key: str) -> str:
+    """Remedy for an unknown key: the nearest key, with the unit of this one where that is known."""
     usual = {usual_key(section, name): name for name in section.model_fields}
-    close = get_close_matches(key, accepted_keys(section), n=1, cutoff=0.6)
-    if not close:
-        stem = next((key[: -len(s) - 1] for s in ALL_SUFFIXES if key.endswith(f"_{s}")), key)
-        names = get_close_matches(stem, list(usual.values()), n=1, cutoff=0.6)
-        close = [usual_key(section, names[0])] if names else []
+    keys = accepted_keys(section)
+    unit = next((s for s in ALL_SUFFIXES if key.endswith(f"_{s}")), "")
+    close = get_close_matches(key, keys, n=1, cutoff=0.6)
     if close:
-        return f"did you mean {close[0]}?"
-    return nearest(key, list(usual) if len(usual) < 60 else accepted_keys(section))
+        name, _ = match_key(section, close[0], "", "")
+        if key.startswith(f"{name}_"):  # a misspelt unit
+            return f"did you mean {close[0]}?"
+    else:
+        names = get_close_matches(key.removesuffix(f"_{unit}"), usual.values(), n=1, cutoff=0.6)
+        if not names:
+            return nearest(key, list(usual) if len(usual) < 60 else keys)
+        name = names[0]
+    same_unit = f"{name}_{unit}"
+    return f"did you mean {same_unit if same_unit in keys else usual_key(section, name)}?"
 
 
 def to_si(
