@@ -33,6 +33,7 @@ from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData
 from flexgear.model.errors import FlexgearError
 
+ROUNDING = 1e-9  # rate of a row over the fastest rotation, below which it does not turn
 WITHIN = 64  # positions within a step over which tangents are averaged
 JUMP = 0.02  # change of a tangent within a step over the largest one, beyond which it is averaged
 MAX_ITERATIONS = 40  # for the forces of rows of one sample that are coupled by flexibility
@@ -258,7 +259,8 @@ def orbit_elements(
     """Force elements of a stage (number from 0) at ``samples`` samples; coast: also of the flanks
     without rated load. FlexgearError where a bearing or damper depends on its shaft's speed."""
     system, pairs = modal.system, periodic(modal.system.pairs)
-    if first_memory(_without_axial_dampers(pairs), system.rolling_rates)[:, 1].any():
+    rates = first_memory(_without_axial_dampers(pairs), system.rolling_rates)[:, 1]
+    if np.abs(rates).max(initial=0.0) > ROUNDING * np.abs(system.rolling_rates).max():
         raise FlexgearError(
             "periodic states have no shaft speeds, on which the forces of plain bearings and of "
             "dampers against rotation depend: run transients, or remove them from the case"
