@@ -18,6 +18,7 @@ Some curves enter the range only from outside, such as the one of parted teeth i
 hysteresis. They are found by following all curves up to the far ends of the resonances around it.
 """
 
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
@@ -36,6 +37,7 @@ FEW_CORRECTIONS = 4  # Newton steps with which the next step is longer
 LARGEST_TURN, TURN = 0.55, 0.35  # of the tangent in a step, rad: accepted, and aimed at
 KINK = 1e-3  # step below which the tangent may turn at once, as where a sample loses contact
 MAX_STATES = 4000  # of a curve
+CREEP, LEAST = 60, 1e-3  # a curve ends where so many steps together are shorter than this
 MAX_RISE = 10.0  # of forces over the largest at the first state, added to the force over backlash
 DIFFERENCE = 1e-7  # of λ, for ∂/∂λ
 SAME = 0.02  # relative error in forces with which neighbouring states interpolate their curve
@@ -50,7 +52,7 @@ REJOINED = 1e-3  # product of the odd harmonics of two states over their square:
 class Cut:
     """Reason why a curve ends within the range, and λ at that end.
 
-    reason: forces above the limit, no state at the shortest step, too many states, or the user."""
+    reason: forces above the limit, no state but at short steps, too many states, or the user."""
 
     value: float
     reason: Literal["forces", "steps", "states", "stopped"]
@@ -278,7 +280,7 @@ class _CurveFollower:
     def follow(self, current: _CurvePoint, states: list[Orbit]) -> Cut | None:
         """Append the states after ``current`` up to an end of the wide range, or to where a curve
         of a longer period meets that of half its period. Returns the cut, if any, before."""
-        step, bend = FIRST, np.zeros_like(current.tangent)
+        step, bend, steps = FIRST, np.zeros_like(current.tangent), deque[float](maxlen=CREEP)
         for _ in range(MAX_STATES):
             step, before = min(step, self._longest(current)), self.span.value(current.orbit.point)
             while (following := self._next(current, bend, step)) is None or (
@@ -304,6 +306,9 @@ class _CurveFollower:
             states.append(self.stored(successor.orbit))
             if np.abs(successor.orbit.force).max() > self.max_force:
                 return Cut(self.span.value(successor.orbit.point), "forces")
+            steps.append(step)
+            if len(steps) == CREEP and sum(steps) < LEAST:
+                return Cut(self.span.value(successor.orbit.point), "steps")
             bend, current = (successor.tangent - current.tangent) / step, successor
             step *= 1.4 if corrections <= FEW_CORRECTIONS else 0.8
             step *= max(TURN / max(turn, TURN), 0.5)
