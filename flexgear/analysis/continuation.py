@@ -206,8 +206,8 @@ def _follow(
 ) -> tuple[list[Orbit], list[Cut | None]]:
     """States of the curve through a state, in both directions over the wide range, and the cut at
     either end; None at an end of the range."""
-    follower, value = _CurveFollower(train, span, wide, start, keep), wide.value(start.point)
-    follower.beyond = beyond
+    follower = _CurveFollower(train, span, wide, start, keep, beyond=beyond)
+    value = wide.value(start.point)
     first = follower.stored(start)
     backward, forward, cuts = list[Orbit](), list[Orbit](), list[Cut | None]([None, None])
     try:
@@ -239,9 +239,10 @@ class _CurveFollower:
     def __init__(
         self, train: CondensedTrain, span: Range, wide: Range, start: Orbit,
         keep: Callable[[Orbit], Orbit], left: Sequence[Orbit] = (),
+        beyond: Callable[[float], None] = lambda share: None,
     ) -> None:  # fmt: skip
+        self.beyond = beyond
         self.train, self.narrow, self.span, self.keep, self.left = train, span, wide, keep, left
-        self.beyond: Callable[[float], None] = lambda share: None
         self.width = wide.high - wide.low
         self.solver = Solver()
         self.balance = self._balance(wide.value(start.point))
@@ -256,7 +257,8 @@ class _CurveFollower:
             return self.keep(orbit)
         value, inner, outer = self.span.value(orbit.point), self.narrow, self.span
         begin, end = (inner.high, outer.high) if value > inner.high else (inner.low, outer.low)
-        self.beyond((value - begin) / (end - begin))
+        if end != begin:
+            self.beyond((value - begin) / (end - begin))
         return replace(orbit.without_histories, waves=Waves(*np.zeros((2, 0, 0))))
 
     def _balance(self, value: float) -> Balance:

@@ -233,7 +233,7 @@ def in_time(harmonics: Complex, samples: int) -> Array:
 
 
 def _coefficients(values: Array, highest: int) -> Complex:
-    """K̂_m, m = −highest … highest, of samples (N, G, p, p)."""
+    """Fourier coefficients K̂_m, m = −highest … highest, of tangents (N, G, p, p) at N samples."""
     spectrum = np.fft.rfft(values, axis=0)[: highest + 1] / len(values)
     return np.concatenate([spectrum[:0:-1].conj(), spectrum])
 

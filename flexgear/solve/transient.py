@@ -260,7 +260,7 @@ def stepping_of(
 
 
 def lost_contacts(model: Model) -> list[str]:
-    """``lost_contact`` of all stages of a train."""
+    """Warnings of faulty teeth that leave no pair in contact, of all stages: ``lost_contact``."""
     views = ((model.case.view(stage.name), stage) for stage in model.flow.stages)
     return [text for view, flow in views for text in lost_contact(view, flow.gear_mesh_forces)]
 
