@@ -11,8 +11,6 @@ from rexs_samples import (
     DEG,
     HELIX,
     MM,
-    NM,
-    RPM,
     at,
     bearing,
     planetary,
@@ -22,11 +20,9 @@ from rexs_samples import (
 import flexgear as fg
 from flexgear.files.rexs.reading import VERSIONS, read_rexs
 from flexgear.files.rexs.to_case import case_of_document
-from flexgear.gears.load_bins import bins_of_load_cases
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import stage_radii
 from flexgear.gears.tooth import involute, tooth_geometry, transverse_angle
-from flexgear.model.errors import InputError
 
 TURNS = 60 / (2 * math.pi)
 
@@ -150,18 +146,6 @@ def test_units_of_the_file_count(imported):
     assert a.torque == pytest.approx(b.torque, rel=1e-12)
 
 
-@pytest.mark.parametrize("unit", ["lbf / in", "N m"])
-def test_values_in_unknown_units_are_named(imported, spectrum, unit):
-    """Such a value is as good as missing, which must be seen where the file is imported."""
-    m = spectrum
-    m.set(m.fixed, radial_stiffness=(4e9, unit))
-    m.load_cases[4][m.drive] = {"rotational_speed": (6.0, "furlong")}
-    assumed = imported(m)[1].assumed
-    (line,) = (line for line in assumed if "radial_stiffness:" in line)
-    assert line.startswith(f"coupling {m.fixed},") and unit in line
-    assert any("rotational_speed, load case 4:" in line for line in assumed)
-
-
 def test_axis_that_points_the_other_way_turns_signs(imported):
     m = planetary()
     m.set(m.drive, u_axis_vector=((-1.0, 0.0, 0.0), MM))
@@ -267,75 +251,6 @@ def test_double_helical(imported):
     assert stage.planet_hand == "right" and stage.ring.support.radial == 2e9  # of each half
 
 
-@pytest.fixture
-def spectrum():
-    """The planetary stage with two load cases."""
-    m = planetary()
-    m.load_cases = {
-        4: {m.load: {"torque_around_u_axis": (2000.0, NM)}},
-        9: {
-            m.load: {"torque_around_u_axis": (1000.0, NM)},
-            m.drive: {"rotational_speed": (6.0, RPM)},
-        },
-    }
-    return m
-
-
-def test_load_cases(imported, spectrum):
-    m = spectrum
-    first, made = imported(m)
-    assert first.inputs[0].torque == 2000 and first.inputs[0].speed * TURNS == pytest.approx(12)
-    assert any("load case 9" in line and "--load-case 9" in line for line in made.left_out)
-    assert any("that of the load case is used" in line for line in made.left_out)
-    second, _ = imported(m, load_case_id=9)
-    assert second.inputs[0].torque == 1000 and second.inputs[0].speed * TURNS == pytest.approx(6)
-    with pytest.raises(InputError, match="there are: 4, 9"):
-        imported(m, load_case_id=5)
-
-
-def test_load_cases_with_durations(imported, spectrum):
-    """Durations, or shares of the whole; the first one stays the rated state."""
-    m = spectrum
-    m.load_cases[4][m.unit] = {"operating_time": (70.0, "h")}
-    m.load_cases[9][m.unit] = {"operating_time_fraction": (30.0, "%")}
-    m.load_cases[12] = {m.load: {"torque_around_u_axis": (10.0, NM)}}
-    case, made = imported(m)
-    assert case.inputs[0].torque == 2000
-    first, second = case.load_cases
-    assert (first.hours, first.torque) == (70, 2000)
-    assert (second.hours, second.torque) == (pytest.approx(6000), 1000)
-    assert second.speed * TURNS == pytest.approx(6)
-    assert any("of 20000 h in all, assumed" in line for line in made.assumed)
-    assert any("load case 12" in line for line in made.left_out)
-    assert not any("load case 9 (" in line for line in made.left_out)
-    assert not any("the rated one" in line for line in made.assumed)
-    m.set(m.unit, operating_time=(1000.0, "h"))
-    case, made = imported(m, load_case_id=9)
-    assert case.load_cases[1].hours == pytest.approx(300)
-    assert any("load case 4 has 2 times the torque" in line for line in made.assumed)
-
-
-@pytest.mark.parametrize(
-    ("torque", "speed", "reversed_"),
-    [(2000.0, 12.0, False), (-2000.0, 12.0, True), (2000.0, -12.0, True), (-2000.0, -12.0, False),
-     (-2000.0, 0.0, True), (2000.0, 0.0, False), (0.0, 12.0, False)],
-)  # fmt: skip
-def test_back_driven_load_cases_run(imported, spectrum, torque, speed, reversed_):
-    """A file states the sense of power by the signs of torque and speed; the load bins of a rating,
-    which refuse power against the rated one, take the case as it is."""
-    m = spectrum
-    m.load_cases[4][m.unit] = {"operating_time": (70.0, "h")}
-    m.load_cases[9] = {
-        m.unit: {"operating_time": (30.0, "h")},
-        m.load: {"torque_around_u_axis": (torque, NM)},
-        m.drive: {"rotational_speed": (speed, RPM)},
-    }
-    case, _ = imported(m)
-    assert [c.back_driven for c in case.load_cases] == [False, reversed_]
-    second = bins_of_load_cases(case)[1]
-    assert second.torque["low.carrier"] == pytest.approx(torque)
-
-
 def test_thickness_allowances_are_backlash(imported):
     """j_bn = −Σ A_sn cos α_n of mean deviations, or −Σ A_W; beside a stated backlash they yield."""
     m = planetary()
@@ -390,26 +305,6 @@ def test_factors_of_thrust(imported, x_1):
         return
     thrust = bearing.thrust
     assert (thrust.e, thrust.x, thrust.y, thrust.y_1) == (0.4, 0.67, 2.5, 0.0)
-
-
-def test_load_and_speed_on_different_shafts(imported):
-    """A speed that is given at the other end counts; a torque against its speed brakes."""
-    m = planetary()
-    m.set(m.drive, rotational_speed=None, defines_speed=None)
-    m.set(m.sun_shaft, rotational_speed=(54.0, RPM), defines_speed=(True, "none"))
-    case, _ = imported(m)
-    flow = power_flow(case)
-    assert flow.speed["low.carrier"] * TURNS == pytest.approx(12)
-    assert case.output.member == "low.sun"
-    m.set(m.load, torque_around_u_axis=(-3000.0, NM))
-    assert imported(m)[0].output.member == "low.carrier"
-
-
-def test_without_loads_it_is_a_case_of_free_vibration(imported):
-    m = planetary()
-    m.set(m.load, torque_around_u_axis=None)
-    case, made = imported(m)
-    assert case.output is None and any("free vibration" in line for line in made.assumed)
 
 
 def test_every_attribute_is_used_or_listed(tmp_path):
@@ -469,29 +364,6 @@ def test_stiffness_at_the_operating_point(imported):
     rolling(m, **{f"{point}{key}": (value, "N / m") for key, value in results.items()})
     support = imported(m)[0].stages[0].carrier.support
     assert support.radial == 2e9 + 1.5e9 and support.axial == 4e8 + 3e8
-
-
-def test_forces_on_members(imported):
-    """Forces along v, w, u are those along x, y, z; a load that has only forces is no port."""
-    m = planetary()
-    forces = {f"force_{a}_direction": (f, "N") for a, f in (("u", 10.0), ("v", 20.0), ("w", 30.0))}
-    m.part(m.drive, "external_load", "weight", torque_around_w_axis=(5.0, NM), **forces)
-    case, _ = imported(m)
-    assert len(case.inputs) == 1
-    (load,) = case.loads
-    assert (load.member, load.force, load.moment) == ("low.carrier", (20, 30, 10), (0, 5, 0))
-
-
-def test_force_at_a_distance_has_its_moment(imported):
-    """r × F about the middle of the carrier, 250 mm behind the begin of its shaft, of a weight that
-    acts 40 mm behind it."""
-    m = planetary()
-    m.part(m.drive, "external_load", "weight", u_coordinate_on_shaft=(40.0, MM),
-           force_v_direction=(-9e4, "N"), force_w_direction=(2e4, "N"))  # fmt: skip
-    load = imported(m)[0].loads[0]
-    assert load.force == (-9e4, 2e4, 0)
-    moment = np.cross([0, 0, 0.04 - 0.25], [-9e4, 2e4, 0])
-    assert load.moment == pytest.approx(moment.tolist())
 
 
 def test_time_grows_with_the_number_of_components_alone(tmp_path):
