@@ -53,11 +53,14 @@ def modal():
 def dense_rows(modal, rows, n):
     """(n, n_c) rows on blocks, ports, lines of action: those of lines, then blocks beyond."""
     ports, pairs = len(modal.system.ports), modal.system.pairs
-    own = len(modal.channels) - ports
-    out = np.zeros((n, own + ports + 3 * len(pairs.s0)))
+    block_dofs = len(modal.channels) - ports
+    out = np.zeros((n, block_dofs + ports + 3 * len(pairs.s0)))
     for i in range(n):
         m = rows.row["line"][i]
-        out[i, own + ports + 2 * m : own + ports + 2 * m + 2] = 1.0, rows.row["along"][i]
+        out[i, block_dofs + ports + 2 * m : block_dofs + ports + 2 * m + 2] = (
+            1.0,
+            rows.row["along"][i],
+        )
         for a in range(rows.row["beyond"][i], rows.row["width"][i]):
             at = 6 * rows.blocks[i, a]
             out[i, at : at + 6] += rows.coef[i, a]
@@ -88,7 +91,7 @@ def test_products_on_active_dofs_are_the_dense_ones(modal):
         out = np.zeros((6, max(len(active.channel), modes)))
         products(active, rows, n, eta, force, data.springs, space.work.dofs, problem, out)
         phi = data.channels.modes[at]
-        for found, expected in (
+        for product, expected in (
             (problem.displacement[:n, :n], v @ g @ v.T),
             (problem.rate[:n, :n], SHARE * v @ (g - r) @ v.T),
             (out[0, :dofs], phi @ eta),
@@ -97,7 +100,9 @@ def test_products_on_active_dofs_are_the_dense_ones(modal):
             (out[4, :n], v @ (data.channels.modes @ eta)),
             (out[5, :dofs], v.sum(axis=0)[at]),
         ):
-            np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+            np.testing.assert_allclose(
+                product, expected, rtol=0, atol=1e-12 * np.abs(expected).max()
+            )
         assert not gathered(active, data.channels, rows, n, space.ledger.rows, 0)
     assert changes > 2
 

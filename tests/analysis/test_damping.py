@@ -86,11 +86,11 @@ def test_both_laws_agree_until_teeth_part(tmp_path):
     loads = [run.pair_load.sum(axis=(1, 2)) for run in light.values()]
     assert loads[0].min() > 0
     assert loads[0] == pytest.approx(loads[1], rel=1e-9)
-    apart = {law: stepped(m, reversal(-TORQUE, 0.0), 4e-3, 2e-6) for law, m in modal.items()}
-    hardest = {law: run.pair_load.max() for law, run in apart.items()}
+    runs = {law: stepped(m, reversal(-TORQUE, 0.0), 4e-3, 2e-6) for law, m in modal.items()}
+    hardest = {law: run.pair_load.max() for law, run in runs.items()}
     assert hardest["in-contact"] > 1.05 * hardest["always"]
-    assert apart["always"].pair_load.min() < 0  # flanks that leave each other are held back
-    assert apart["in-contact"].pair_load.min() >= 0
+    assert runs["always"].pair_load.min() < 0  # flanks that leave each other are held back
+    assert runs["in-contact"].pair_load.min() >= 0
 
 
 @pytest.mark.parametrize("model", ["per_pair", "lumped", "rectangular", "face_load"])
@@ -191,8 +191,8 @@ damping_nm_s_per_rad = 20
 def test_drag_is_in_the_balance_of_torques(tmp_path):
     """An equilibrium is one of steady running: what dampers take at rated speed the load lacks."""
     drag = 20 * SPEED + RATIO * 3 * RATIO * SPEED
-    found = gears(tmp_path, DAMPERS).assemble().static(angle_deg=[0.0])
-    carried = RATIO * abs(float(found.port_torque.sel(port="stage_1.pinion")[0]))
+    equilibrium = gears(tmp_path, DAMPERS).assemble().static(angle_deg=[0.0])
+    carried = RATIO * abs(float(equilibrium.port_torque.sel(port="stage_1.pinion")[0]))
     assert carried == pytest.approx(TORQUE - drag, rel=1e-9)
 
 

@@ -179,11 +179,11 @@ def test_crossing_of_a_line_with_foucault():
     mass, k, gyro, centripetal = point()
     c = campbell(mass, k, gyro, centripetal, np.linspace(0, 2, 41))
     slopes = [4.0, 8.0]
-    found = crossings(c, slopes)
+    points = crossings(c, slopes)
     base, spin = 20 / (2 * np.pi), 5 / (2 * np.pi)
-    wanted = sorted(base / (slope - sign * spin) for slope in slopes for sign in (-1, 1))
-    np.testing.assert_allclose([x.factor for x in found], wanted, rtol=1e-9)
-    for x in found:
+    factors = sorted(base / (slope - sign * spin) for slope in slopes for sign in (-1, 1))
+    np.testing.assert_allclose([x.factor for x in points], factors, rtol=1e-9)
+    for x in points:
         np.testing.assert_allclose(x.frequency, slopes[x.line] * x.factor)
 
 
@@ -192,8 +192,8 @@ def test_rigid_motion_has_no_crossing_and_a_grid_point_counts_once():
     stiffness = (2 * np.pi * 3.0) ** 2 * np.array([[1.0, -1.0], [-1.0, 1.0]]) / 2
     zero = np.zeros((2, 2))
     c = campbell(mass, stiffness, zero, zero, [0.0, 0.5, 1.0, 1.5])
-    found = crossings(c, [3.0])
-    assert [(x.mode, x.factor) for x in found] == [(1, 1.0)]
+    points = crossings(c, [3.0])
+    assert [(x.mode, x.factor) for x in points] == [(1, 1.0)]
 
 
 def test_gyroscopic_matrix_must_be_skew():

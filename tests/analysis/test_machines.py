@@ -36,7 +36,7 @@ def one_end(modal, port, machine, **changes):
     return with_ends(modal, *ends, **changes)
 
 
-def told(*columns, jumps=(), rates=None):
+def port_drive(*columns, jumps=(), rates=None):
     """A drive of one number or function of time for each port."""
 
     def table(of):
@@ -68,8 +68,8 @@ def left_over(run):
 @pytest.mark.parametrize("port", [INPUT, OUTPUT])
 def test_second_order_under_a_controller(gears, port):
     """Against the exponential of the whole elastic train with its controller."""
-    j, own = inertia(gears, port), 2000.0
-    controller = Controller(own * j, own**2 * j)
+    j, omega = inertia(gears, port), 2000.0
+    controller = Controller(omega * j, omega**2 * j)
     modal, other = one_end(gears, port, controller), 1 - port
     ends = rated(modal, port)
     start = start_state(modal, np.array(ends))
@@ -90,13 +90,13 @@ def test_second_order_under_a_controller(gears, port):
     state[2 * d, -1] = controller.integral * ends[port]
     first = [modal.modes @ start.eta, modal.modes @ start.velocity]
     y = np.concatenate([*first, [start.ports["integral"][port], 1.0]])
-    wanted = (expm(state * end) @ y)[d : 2 * d]
+    expected = (expm(state * end) @ y)[d : 2 * d]
     ends[other] = lambda t: np.where(t > 0, low, 2 * low)
 
     def error(step):
         run = deepcopy(start)
-        stepped(modal, told(*ends, jumps=(0.0,)), end, step, interval=end, start=run)
-        return np.linalg.norm(modal.modes @ run.velocity - wanted)
+        stepped(modal, port_drive(*ends, jumps=(0.0,)), end, step, interval=end, start=run)
+        return np.linalg.norm(modal.modes @ run.velocity - expected)
 
     errors = [error(h) for h in (4e-6, 2e-6, 1e-6)]
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
@@ -112,12 +112,12 @@ def test_a_ramp_of_speed_takes_the_torque_that_turns_all_inertia(gears, port):
     ends[port] = lambda t: first + steep * np.clip(t - 0.01, 0, 0.02)
     rate = [0.0, 0.0]
     rate[port] = lambda t: np.where((t > 0.01) & (t < 0.03), steep, 0.0)
-    drive = told(*ends, jumps=(0.01, 0.03), rates=rate)
+    drive = port_drive(*ends, jumps=(0.01, 0.03), rates=rate)
     run = stepped(modal, drive, 0.05, 1e-5, track_energy=True)
     assert np.abs(run.speeds[:, port] - ends[port](run.time)).max() < 1e-12 * abs(first)
-    wanted = inertia(modal, port) * steep
+    expected = inertia(modal, port) * steep
     late = (run.time > 0.029) & (run.time < 0.02999)
-    assert np.abs(run.torques[late, port] - load - wanted).max() < 1e-8 * abs(wanted)
+    assert np.abs(run.torques[late, port] - load - expected).max() < 1e-8 * abs(expected)
     assert np.abs(run.torques[run.time > 0.049, port] - load).max() < 1e-8 * abs(load)
     assert left_over(run) < 1e-9
 
@@ -125,7 +125,7 @@ def test_a_ramp_of_speed_takes_the_torque_that_turns_all_inertia(gears, port):
 def free_run(folder, **options):
     """A run under a torque against the brake, through teeth that come and go; every step of it."""
     modal = two_gears(folder, model="per_pair", speed=200, **options)
-    drive = told(lambda t: TORQUE * (1 + 0.3 * np.sin(300 * t)), 0.0,
+    drive = port_drive(lambda t: TORQUE * (1 + 0.3 * np.sin(300 * t)), 0.0,
                  rates=(lambda t: 90 * TORQUE * np.cos(300 * t), 0.0))  # fmt: skip
     return modal, stepped(modal, drive, 0.02, 2e-5)
 
@@ -144,7 +144,7 @@ def test_a_speed_as_found_in_a_free_run_takes_the_torque_of_that_run(tmp_path):
     def rate(t):
         return np.where(t < times[1], first, slope[np.searchsorted(times, t) - 1])
 
-    drive = told(lambda t: np.interp(t, times, speeds), 0.0, rates=(rate, 0.0))
+    drive = port_drive(lambda t: np.interp(t, times, speeds), 0.0, rates=(rate, 0.0))
     run = stepped(held, drive, 0.02, 2e-5)
     assert np.abs(run.torques - free.torques).max() < 1e-6 * TORQUE
     assert np.abs(run.pair_load - free.pair_load).max() < 1e-6 * free.pair_load.max()
@@ -152,10 +152,10 @@ def test_a_speed_as_found_in_a_free_run_takes_the_torque_of_that_run(tmp_path):
 
 def test_a_run_goes_on_from_its_state(gears):
     """What a controller carries on is in the state: two halves are the whole."""
-    j, own = inertia(gears, INPUT), 300.0
-    modal = one_end(gears, INPUT, Controller(own * j, own**2 * j))
+    j, omega = inertia(gears, INPUT), 300.0
+    modal = one_end(gears, INPUT, Controller(omega * j, omega**2 * j))
     speed, load = rated(gears, INPUT)
-    drive = told(1.2 * speed, load)
+    drive = port_drive(1.2 * speed, load)
     states = [start_state(modal, np.array([speed, load])) for _ in range(2)]
     stepped(modal, drive, 0.01, 2e-5, start=states[0])
     for _ in range(2):
@@ -167,14 +167,14 @@ def test_a_run_goes_on_from_its_state(gears):
 
 
 def test_energy_closes_under_controllers_and_given_speeds(gears):
-    j, own = inertia(gears, INPUT), 300.0
+    j, omega = inertia(gears, INPUT), 300.0
     brake = gears.system.machines[-1]
     speed = float(gears.system.rated_input_speeds[0])
-    controlled = with_ends(gears, Controller(own * j, own**2 * j), brake)
-    drive = told(lambda t: np.where(t > 0.005, 1.2, 1.0) * speed, 0.0, jumps=(0.005,))
+    controlled = with_ends(gears, Controller(omega * j, omega**2 * j), brake)
+    drive = port_drive(lambda t: np.where(t > 0.005, 1.2, 1.0) * speed, 0.0, jumps=(0.005,))
     assert left_over(stepped(controlled, drive, 0.05, 2e-5, track_energy=True)) < 1e-9
     held = with_ends(gears, GivenSpeed(), brake)
-    drive = told(lambda t: speed * (1 + np.sin(100 * t)), 0.0,
+    drive = port_drive(lambda t: speed * (1 + np.sin(100 * t)), 0.0,
                  rates=(lambda t: 100 * speed * np.cos(100 * t), 0.0))  # fmt: skip
     run = stepped(held, drive, 0.05, 2e-5, track_energy=True)
     assert left_over(run) < 1e-9
@@ -186,14 +186,14 @@ def test_energy_closes_under_controllers_and_given_speeds(gears):
 
 def test_a_controller_at_its_limit_does_not_wind_up(gears):
     """The integral stands while torque is at its limit; the speed then comes without overshoot."""
-    j, own = inertia(gears, INPUT), 20.0
+    j, omega = inertia(gears, INPUT), 20.0
     speed, _ = rated(gears, INPUT)
     most = 1.2 * TORQUE
-    drive = told(lambda t: np.where(t > 0, 200.0, 1.0) * speed,
+    drive = port_drive(lambda t: np.where(t > 0, 200.0, 1.0) * speed,
                  gears.system.rated_port_torques[1], jumps=(0.0,))  # fmt: skip
     runs = {}
     for name, limits in (("limited", (-most, most)), ("free", ())):
-        modal = one_end(gears, INPUT, Controller(2 * own * j, own**2 * j, *limits))
+        modal = one_end(gears, INPUT, Controller(2 * omega * j, omega**2 * j, *limits))
         state = start_state(modal, prescribed_values(modal, drive, np.zeros(1))[0])
         first = state.ports["integral"][INPUT]
         runs[name] = stepped(modal, drive, 1.0, 5e-5, interval=1e-3, start=state)
@@ -227,7 +227,7 @@ def test_runs_begin_stationary(gears, ends, share):
     speeds = share * rows * system.rated_input_speeds[0]
     machines, values = ends(system.machines[-1], share * system.rated_port_torques, speeds)
     modal = with_ends(gears, *machines)
-    run = stepped(modal, told(*values), 0.01, 1e-4)
+    run = stepped(modal, port_drive(*values), 0.01, 1e-4)
     assert np.abs(np.ptp(run.speeds, axis=0) / speeds).max() < 1e-9
     assert np.abs(np.ptp(run.torques, axis=0) / system.rated_port_torques).max() < 1e-9
     assert np.abs(run.torques @ rows).max() < 1e-9 * TORQUE
@@ -236,6 +236,6 @@ def test_runs_begin_stationary(gears, ends, share):
 def test_a_constant_brake_takes_nothing_at_rest(gears):
     """A run from zero speed begins without load: the torque fades there, so that it drives none."""
     brake = replace(gears.system.machines[-1], exponent=0.0)
-    run = stepped(with_ends(gears, GivenSpeed(), brake), told(0.0, 0.0), 0.01, 1e-4)
+    run = stepped(with_ends(gears, GivenSpeed(), brake), port_drive(0.0, 0.0), 0.01, 1e-4)
     assert np.abs(run.torques).max() < 1e-9 * TORQUE
     assert not run.speeds.any()

@@ -25,15 +25,15 @@ HELD = {  # members of compatibility: ring fixed, carrier on its axis, sun sprun
 }
 
 
-def close(found, expected):
-    return np.abs(found - expected).max() < 1e-10 * np.abs(expected).max()
+def close(forces, expected):
+    return np.abs(forces - expected).max() < 1e-10 * np.abs(expected).max()
 
 
 @pytest.mark.slow
 def test_linear_contact(linear_modal):
     sets = random_sets(linear_modal.system.pairs, 4, 3e-4)
-    found = gear_mesh_forces(error_study(linear_modal, ANGLES, TORQUE), sets)
-    assert close(found, revolutions(linear_modal, ANGLES, TORQUE, sets))
+    forces = gear_mesh_forces(error_study(linear_modal, ANGLES, TORQUE), sets)
+    assert close(forces, revolutions(linear_modal, ANGLES, TORQUE, sets))
 
 
 @pytest.mark.parametrize(
@@ -47,12 +47,12 @@ def test_linear_contact(linear_modal):
 def test_one_sided_contact(one_sided_modal, size, torque, parted, coasts):
     """All teeth loaded; planets jammed between both flanks; reversed."""
     sets = random_sets(one_sided_modal.system.pairs, 6, size)
-    found = gear_mesh_forces(error_study(one_sided_modal, ANGLES, torque), sets)
-    assert close(found, revolutions(one_sided_modal, ANGLES, torque, sets))
+    forces = gear_mesh_forces(error_study(one_sided_modal, ANGLES, torque), sets)
+    assert close(forces, revolutions(one_sided_modal, ANGLES, torque, sets))
     drive = one_sided_modal.system.pairs.carries == 1
-    assert found.min() >= 0
-    assert bool((found[:, drive] == 0).any()) == parted
-    assert bool((found[:, ~drive] > 0).any()) == coasts
+    assert forces.min() >= 0
+    assert bool((forces[:, drive] == 0).any()) == parted
+    assert bool((forces[:, ~drive] > 0).any()) == coasts
 
 
 @pytest.mark.parametrize("size", [40e-6, 200e-6])
@@ -108,8 +108,8 @@ def test_lumped_stage_with_runouts(tmp_path, law, model):
     modal = modal_system(build_system(train))
     torque = modal.system.rated_torque
     sets = random_sets(modal.system.pairs, 5, 1e-5)
-    found = gear_mesh_forces(error_study(modal, ANGLES, torque), sets)
-    assert close(found, revolutions(modal, ANGLES, torque, sets))
+    forces = gear_mesh_forces(error_study(modal, ANGLES, torque), sets)
+    assert close(forces, revolutions(modal, ANGLES, torque, sets))
 
 
 def test_bearings_with_clearance_are_solved_one_set_after_the_other(tmp_path):
@@ -129,9 +129,9 @@ def test_a_set_that_is_no_number_is_a_gap_of_its_own(one_sided_modal):
     broken = ErrorSets(**{**sets.__dict__, "offset": sets.offset.copy()})
     broken.offset[1] = np.nan
     study = error_study(one_sided_modal, ANGLES[:2], TORQUE)
-    found, whole = gear_mesh_forces(study, broken), gear_mesh_forces(study, sets)
-    assert np.isnan(found[..., 1]).any(axis=1).all()
-    assert np.array_equal(found[..., [0, 2]], whole[..., [0, 2]])
+    forces, whole = gear_mesh_forces(study, broken), gear_mesh_forces(study, sets)
+    assert np.isnan(forces[..., 1]).any(axis=1).all()
+    assert np.array_equal(forces[..., [0, 2]], whole[..., [0, 2]])
 
 
 def test_stiffnesses_too_far_apart_are_an_error(one_sided_modal):

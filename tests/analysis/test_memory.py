@@ -47,22 +47,25 @@ def stepped(modal, sizes, tolerance, guard):
     """Samples of two chunks through a reversal of the drive, energies booked."""
     rooms = []
 
-    def own(value):
+    def copied(value):
         return guarded(value, rooms) if guard else value
 
     laws = law_functions(modal.system.pairs)
     rated = modal.system.rated_port_torques[:-1]
     plain = work_space(modal, track_energy=True, sizes=len(sizes))
-    data, state = own(step_data(modal, sizes)), own(start_state(modal, modal.system.rated_torque))
-    space = Space(*(own(part) for part in plain))
+    data, state = (
+        copied(step_data(modal, sizes)),
+        copied(start_state(modal, modal.system.rated_torque)),
+    )
+    space = Space(*(copied(part) for part in plain))
     levels = control(len(sizes), tolerance, largest_rated_load(modal), every=8)
     saved = []
     for share in (1.0, -0.2):
-        given = own(share * np.tile(rated, (TICKS, 1)))
-        first = own(share * rated)
+        torques = copied(share * np.tile(rated, (TICKS, 1)))
+        first = copied(share * rated)
         assert consistent_acceleration(modal, data, state, first, space) == 0
-        samples = own(empty_samples(modal, TICKS // 8))
-        status, count = advance(data, laws, given, 0, state, space, samples, levels)
+        samples = copied(empty_samples(modal, TICKS // 8))
+        status, count = advance(data, laws, torques, 0, state, space, samples, levels)
         assert (status, count) == (0, TICKS // 8)
         saved.append(samples)
     for room in rooms:

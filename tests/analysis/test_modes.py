@@ -43,11 +43,11 @@ def test_modes_up_to_a_limit_are_the_lowest_of_all(linear, every, limit):
 
 def test_shapes_solve_the_coupled_system(linear):
     contact = springs_at(linear, 0.3).stiffness
-    found = modes(linear, contact, limit_hz=1000.0)
+    natural = modes(linear, contact, limit_hz=1000.0)
     k = linear.stiffness + contact
-    force = linear.mass @ found.shapes * (2 * np.pi * found.frequencies) ** 2
-    left = linalg.norm(k @ found.shapes - force, axis=0)
-    assert left.max() < 1e-8 * np.abs(k).max() * np.abs(found.shapes).max()
+    force = linear.mass @ natural.shapes * (2 * np.pi * natural.frequencies) ** 2
+    left = linalg.norm(k @ natural.shapes - force, axis=0)
+    assert left.max() < 1e-8 * np.abs(k).max() * np.abs(natural.shapes).max()
 
 
 # Lin & Parker 1999, J. Vib. Acoust. 121:316, as printed (rounded)

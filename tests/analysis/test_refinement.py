@@ -31,15 +31,13 @@ def test_same_answer_as_fine_fixed_steps_in_fewer_the_closer_the_tolerance(one_s
     fine = run(one_sided_modal, 0.1 * TORQUE, 5e-6)
     usual = run(one_sided_modal, 0.1 * TORQUE, 2e-5)  # what torque steps take with fixed steps
     tolerances = (1e-2, 1e-3, 1e-4)
-    found = [
-        run(one_sided_modal, 0.1 * TORQUE, 1e-4, Adaptive(t, 2.5e-6, 4e-4)) for t in tolerances
-    ]
-    errors = np.array([apart(f, fine) for f in found])
-    taken = np.array([f.steps.taken for f in found])
+    runs = [run(one_sided_modal, 0.1 * TORQUE, 1e-4, Adaptive(t, 2.5e-6, 4e-4)) for t in tolerances]
+    errors = np.array([apart(f, fine) for f in runs])
+    taken = np.array([f.steps.taken for f in runs])
     assert (np.diff(errors) < 0).all() and (np.diff(taken) > 0).all()
     assert (errors < 10 * np.array(tolerances)).all()
     assert (taken < 0.4 * usual.steps.taken).all()
-    for f in found:
+    for f in runs:
         assert sum(f.steps.by_size.values()) == f.steps.taken
         assert sum(h * n for h, n in f.steps.by_size.items()) == pytest.approx(0.3)
 
@@ -114,6 +112,8 @@ def test_equilibria_close_far_below_what_is_asked(one_sided, size, share):
     sets = random_sets(modal.system.pairs, 3, size)
     for j in range(3):
         system = modal.system.with_(pairs=sets.pairs(modal.system.pairs, j))
-        found = revolution(modal_system(system, 3000.0), np.linspace(0.0, 2.0, 5), share * TORQUE)
-        assert found.closure.max() < 0.1 * CLOSURE
-        assert (found.pair_load >= 0.0).all()
+        equilibrium = revolution(
+            modal_system(system, 3000.0), np.linspace(0.0, 2.0, 5), share * TORQUE
+        )
+        assert equilibrium.closure.max() < 0.1 * CLOSURE
+        assert (equilibrium.pair_load >= 0.0).all()

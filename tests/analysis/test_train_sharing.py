@@ -54,8 +54,8 @@ def test_a_free_sun_on_three_planets_shares_evenly(tmp_path, pins, sun, ring, pl
             "stage.gear_mesh.model": wave,
         },
     )
-    found = forces(train, [0.0, 0.61, 2.9])
-    assert np.abs(found / found.mean(axis=-1, keepdims=True) - 1).max() < 1e-9
+    loads = forces(train, [0.0, 0.61, 2.9])
+    assert np.abs(loads / loads.mean(axis=-1, keepdims=True) - 1).max() < 1e-9
 
 
 @pytest.mark.parametrize(("planets", "helix"), [(4, 0), (4, 12), (7, 0)])
@@ -79,7 +79,7 @@ def test_sharing_follows_compatibility(tmp_path, planets, helix, sun):
     e = theory.path_errors(paths, pin_tangential=1e-6 * pins[0], pin_radial=1e-6 * pins[1])
     torque = 3000 * 26 / 84
     expected = theory.sharing(paths, e, torque, sun=theory.FIXED if np.isinf(sun) else sun)
-    found = forces(train, [0.0])[0]
-    assert np.allclose(found[0], expected, rtol=1e-4, atol=1e-4 * np.abs(expected).max())
-    assert np.allclose(found[1], expected, rtol=1e-4, atol=1e-4 * np.abs(expected).max())
-    assert theory.factor(found[0]) > 1.02
+    loads = forces(train, [0.0])[0]
+    assert np.allclose(loads[0], expected, rtol=1e-4, atol=1e-4 * np.abs(expected).max())
+    assert np.allclose(loads[1], expected, rtol=1e-4, atol=1e-4 * np.abs(expected).max())
+    assert theory.factor(loads[0]) > 1.02

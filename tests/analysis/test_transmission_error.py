@@ -32,9 +32,12 @@ def flexible_stage(**keys):
 def test_teeth_of_fe_bodies(keys):
     """Spur teeth close by F/k each: the mean by their loads, at several angles of all planets."""
     system = flexible_stage(**keys)
-    found = revolution(static_system(system), np.linspace(0.0, 0.3, 6), TORQUE)
-    error = dynamic_transmission_error(Recovery(found))
-    load, stiffness = found.pair_load, np.where(found.pair_load > 0, found.pair_stiffness, 1.0)
+    equilibrium = revolution(static_system(system), np.linspace(0.0, 0.3, 6), TORQUE)
+    error = dynamic_transmission_error(Recovery(equilibrium))
+    load, stiffness = (
+        equilibrium.pair_load,
+        np.where(equilibrium.pair_load > 0, equilibrium.pair_stiffness, 1.0),
+    )
     total = load.sum(axis=-1)
     carries = np.asarray(system.pairs.carries) == 1
     assert (total[:, carries] > 0).all()
@@ -46,8 +49,8 @@ def test_teeth_of_fe_bodies(keys):
 def test_lumped_train():
     """One spring a gear mesh: planetary and helical parallel stages without errors."""
     model = bundled("nrel-5mw")
-    found = revolution(model.modal, [0.1], model.system.rated_torque)
-    error = dynamic_transmission_error(Recovery(found))
-    total, stiffness = found.pair_load.sum(axis=-1), found.pair_stiffness.sum(axis=-1)
+    equilibrium = revolution(model.modal, [0.1], model.system.rated_torque)
+    error = dynamic_transmission_error(Recovery(equilibrium))
+    total, stiffness = equilibrium.pair_load.sum(axis=-1), equilibrium.pair_stiffness.sum(axis=-1)
     assert (np.abs(total) > 0).all()
     np.testing.assert_allclose(error, total / stiffness, rtol=1e-6)

@@ -21,11 +21,11 @@ from flexgear.solve import long_run
 def test_static_closes_and_balances(flexgear, tmp_path):
     out = tmp_path / "still.nc"
     command = ("static", "wind-5mw", "--angle-deg", 0, "--angle-deg", 72, "--json", "--quiet")
-    found = json.loads(flexgear.quiet(*command, "--out", out))
-    assert list(found) == ["0 deg", "72 deg", "closure", "neglected"]
-    assert any("ovalising planet rims (up to 126 µm)" in x for x in found.pop("neglected"))
-    assert found.pop("closure") < 1e-8
-    for position in found.values():
+    summary = json.loads(flexgear.quiet(*command, "--out", out))
+    assert list(summary) == ["0 deg", "72 deg", "closure", "neglected"]
+    assert any("ovalising planet rims (up to 126 µm)" in x for x in summary.pop("neglected"))
+    assert summary.pop("closure") < 1e-8
+    for position in summary.values():
         torques = {"stage.carrier": 4e6, "stage.sun": -4e6 * 27 / 120}
         assert position["port_torque_nm"] == pytest.approx(torques, rel=1e-6)
         assert np.mean(position["gear_mesh_force_n"]["stage ring"]) == pytest.approx(
@@ -79,11 +79,11 @@ def test_rigid_ring_does_not_bend(flexgear):
 def test_reversed_torque_is_shown_on_the_flanks_that_carry(flexgear):
     """Coast flanks bear what drive flanks do: not zero, as the drive flanks' own loads are."""
     few = ("--duration-s", 0.02, "--json", "-q", "--rigid", "all")
-    found = {}
+    stages = {}
     for torque in ("4e6", "-4e6"):
         text = flexgear.out("simulate", "wind-5mw", "--set", f"drive.torque_nm={torque}", *few)
-        found[torque] = json.loads(text)["transient"]["stage"]
-    ahead, back = found.values()
+        stages[torque] = json.loads(text)["transient"]["stage"]
+    ahead, back = stages.values()
     assert ahead["carrying_flank"] == {"ring": "drive", "sun": "drive"}
     assert back["carrying_flank"] == {"ring": "coast", "sun": "coast"}
     for name in ("ring_tooth_load_n", "sun_tooth_load_n"):
@@ -95,14 +95,15 @@ def test_reversed_torque_is_shown_on_the_flanks_that_carry(flexgear):
 
 @pytest.mark.slow
 def test_compare_has_eight_variants(flexgear):
-    found = flexgear.json("compare", "wind-5mw", "--positions", 3)
-    assert len(found) == 8
-    assert {"flexible", "rigid", "ring+carrier", "shaft"} <= set(found)
-    for row in found.values():
+    variants = flexgear.json("compare", "wind-5mw", "--positions", 3)
+    assert len(variants) == 8
+    assert {"flexible", "rigid", "ring+carrier", "shaft"} <= set(variants)
+    for row in variants.values():
         assert 1.0 <= row["load_sharing"]["mean"] < 1.2
     # without any flexible ring the tooth nodes move less
     assert (
-        found["rigid"]["tooth_displacement_um_max"] < found["flexible"]["tooth_displacement_um_max"]
+        variants["rigid"]["tooth_displacement_um_max"]
+        < variants["flexible"]["tooth_displacement_um_max"]
     )
 
 
@@ -194,9 +195,9 @@ def test_size_is_said_before(flexgear, tmp_path):
     out = tmp_path / "run.nc"
     code, _, err = flexgear("simulate", "lin-parker", "--duration-s", 0.1, "--out", out)
     assert code == 0
-    said, *progress = (line for line in err.splitlines() if "compiled, once" not in line)
-    assert said.startswith("transient: 1000 samples, ")
-    assert said.endswith(f" kB in {out} before compression")
+    first, *progress = (line for line in err.splitlines() if "compiled, once" not in line)
+    assert first.startswith("transient: 1000 samples, ")
+    assert first.endswith(f" kB in {out} before compression")
     assert progress[0] == "transient"
     assert load(out).sizes["time"] == 1000
     code, _, err = flexgear("simulate", "lin-parker", *SHORT)
@@ -222,8 +223,8 @@ def test_progress_says_how_long_it_takes(capsys, monkeypatch):
     report = display.PlainProgress()
     for now[0], share in ((0.0, 0.0), (1.0, 0.02), (6.0, 0.05), (60.0, 1.0)):
         report("transient", share)
-    said = ["transient", "transient: 5 %, about 114 s left", "transient: done in 60.0 s"]
-    assert capsys.readouterr().err.splitlines() == said
+    lines = ["transient", "transient: 5 %, about 114 s left", "transient: done in 60.0 s"]
+    assert capsys.readouterr().err.splitlines() == lines
     for now[0], share in ((70.0, 0.0), (76.0, 0.001)):
         report("response", share)
     assert capsys.readouterr().err.splitlines()[-1] == "response: 0 %, about 100 min left"
@@ -233,8 +234,13 @@ def test_progress_says_how_long_it_takes(capsys, monkeypatch):
     for now[0], share in ((200.0, 0.0), (201.0, 1.0), (201.0, 1.0), (202.0, 0.0), (208.0, 0.5),
                           (214.0, 1.0), (214.0, 1.0), (215.0, 0.0), (216.0, 1.0)):  # fmt: skip
         report("modes", share)  # again with more modes, and a third time, which takes a second
-    said = ["modes", "modes: done in 1.0 s", "modes: 50 %, about 6 s left", "modes: done in 12.0 s"]
-    assert capsys.readouterr().err.splitlines() == said
+    lines = [
+        "modes",
+        "modes: done in 1.0 s",
+        "modes: 50 %, about 6 s left",
+        "modes: done in 12.0 s",
+    ]
+    assert capsys.readouterr().err.splitlines() == lines
 
 
 def test_chosen_variables(flexgear, tmp_path):
@@ -255,7 +261,7 @@ def test_chosen_variables(flexgear, tmp_path):
 
 @pytest.mark.parametrize("case", ["lin-parker", "wind-5mw"])
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         (("--save", "nonsense", "--out", "run.nc"), "--save: nonsense: is not a variable"),
         (("--save", "load_sharing"), "--save: load_sharing: has no file to go to"),
@@ -263,10 +269,10 @@ def test_chosen_variables(flexgear, tmp_path):
         ((*ABSURD, "--out", "run.nc"), "1e+15 steps, more than a month on any machine"),
     ],
 )
-def test_refused_before_the_work(flexgear, tmp_path, monkeypatch, no_work, case, options, said):
+def test_refused_before_the_work(flexgear, tmp_path, monkeypatch, no_work, case, options, message):
     monkeypatch.chdir(tmp_path)
     err = flexgear.refused("simulate", case, *options)
-    assert said in err and err.count("\n") == 1
+    assert message in err and err.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
 
 

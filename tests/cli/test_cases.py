@@ -49,28 +49,28 @@ def test_rayleigh_damping_says_what_it_leaves_to_the_teeth(tmp_path):
 
 def test_torques_of_a_star_stand_beside_the_members_that_they_act_on(flexgear):
     """Sun in, ring out, carrier held: T_r = T_s z_r/z_s and T_c = −(T_s + T_r), by hand."""
-    found = flexgear.json("check", "star-ring")
+    summary = flexgear.json("check", "star-ring")
     sun, ring = 250.0, 250.0 * 75 / 21
     expected = {"stage.sun": sun, "stage.ring": ring, "stage.carrier": -(sun + ring)}
-    assert found["torques_from_outside_nm"] == pytest.approx(expected)
+    assert summary["torques_from_outside_nm"] == pytest.approx(expected)
     powers = {"stage.sun": sun * 100 * math.pi, "stage.ring": -sun * 100 * math.pi}
-    assert found["powers_into_the_stages_w"] == pytest.approx({**powers, "stage.carrier": 0.0})
+    assert summary["powers_into_the_stages_w"] == pytest.approx({**powers, "stage.carrier": 0.0})
 
     def named(sections, key):
         for name, value in sections.items():
             yield from named(value, key) if isinstance(value, dict) else [value] * (name == key)
 
-    assert list(named(found, "input_torque_nm")) in ([], [sun])
+    assert list(named(summary, "input_torque_nm")) in ([], [sun])
 
 
 def test_check_as_json_follows_willis(flexgear):
-    found = flexgear.json("check", "wind-5mw", "--set", "inputs.0.speed_rpm=10")
-    assert found["speeds_rpm"]["stage.sun"] == pytest.approx(10 * (1 + 93 / 27))
-    assert found["running"]["gear_mesh_frequency_hz"] == pytest.approx(93 / 6)
-    assert found["assembly"]["(z_sun + z_ring)/N"] == 24
-    assert found["ring"]["reference_diameter_mm"] == pytest.approx(1688.44, abs=0.01)
+    summary = flexgear.json("check", "wind-5mw", "--set", "inputs.0.speed_rpm=10")
+    assert summary["speeds_rpm"]["stage.sun"] == pytest.approx(10 * (1 + 93 / 27))
+    assert summary["running"]["gear_mesh_frequency_hz"] == pytest.approx(93 / 6)
+    assert summary["assembly"]["(z_sun + z_ring)/N"] == 24
+    assert summary["ring"]["reference_diameter_mm"] == pytest.approx(1688.44, abs=0.01)
     # planet 2 is 93/5 ring teeth on: the fraction is its phase, falling along the path
-    assert found["ring_gear_mesh"]["phase_of_planets_in_pitches"][1] == pytest.approx(0.4)
+    assert summary["ring_gear_mesh"]["phase_of_planets_in_pitches"][1] == pytest.approx(0.4)
 
 
 FLANKS = ("--set", "stage.planet.modifications.ring.lead_crowning_um=20",
@@ -82,11 +82,11 @@ def test_check_says_and_draws_what_flanks_lack(flexgear, tmp_path):
     folder = tmp_path / "checked"
     out = json.loads(flexgear.quiet("check", "wind-5mw", "--json", "--out", folder, *FLANKS))
     expected = {"planet_ring_um": [0.0, 20.0], "sun_coast_um": [-6.0, 6.0]}
-    found = out["missing_on_flanks"]
-    assert found.keys() == expected.keys()
-    assert all(found[name] == pytest.approx(expected[name]) for name in expected)
+    missing = out["missing_on_flanks"]
+    assert missing.keys() == expected.keys()
+    assert all(missing[name] == pytest.approx(expected[name]) for name in expected)
     written = json.loads((folder / "summary.json").read_text())
-    assert written["figures"]["missing_on_flanks"] == found
+    assert written["figures"]["missing_on_flanks"] == missing
     files = ["flank_stage_planet_ring.png", "flank_stage_sun_coast.png", "summary.json"]
     assert sorted(f.name for f in folder.iterdir()) == files
     assert all((folder / name).read_bytes().startswith(b"\x89PNG") for name in files[:2])
@@ -108,11 +108,11 @@ def test_check_speaks_up(flexgear, tmp_path):
     """On stderr, as JSON and in the folder's summary; the case is valid all the same."""
     gravity = ("--set", "gravity_m_per_s2=[0, -9810, 0]")
     code, _, err = flexgear("check", "lin-parker", *gravity)
-    said = "gravity is 9810 m/s², and that of the Earth 9.81: check its unit"
-    assert (code, err) == (0, f"flexgear: {said}\n")
+    warning = "gravity is 9810 m/s², and that of the Earth 9.81: check its unit"
+    assert (code, err) == (0, f"flexgear: {warning}\n")
     code, out, err = flexgear("check", "lin-parker", *gravity, "--json", "--out", tmp_path / "c")
-    assert json.loads(out)["warnings"] == [said] and said in err
-    assert json.loads((tmp_path / "c" / "summary.json").read_text())["warnings"] == [said]
+    assert json.loads(out)["warnings"] == [warning] and warning in err
+    assert json.loads((tmp_path / "c" / "summary.json").read_text())["warnings"] == [warning]
     assert json.loads(flexgear("check", "lin-parker", "--json")[1])["warnings"] == []
 
 
@@ -122,7 +122,7 @@ def test_a_mesh_file_in_the_wrong_place_is_refused_by_check_and_mesh(flexgear, t
     case, file = load_case("wind-5mw", {"solver.fidelity": "quick"}).view(), tmp_path / "ring.msh"
     m = ring_source(case).fe_mesh()
     write_fe_mesh(FeMesh(1e3 * (m.points + [0, 0, 0.215]), m.cells, m.kind, m.facets), file)
-    own = (
+    options = (
         *quick,
         "--set",
         "stage.ring.fe.fe_mesh=file",
@@ -130,14 +130,14 @@ def test_a_mesh_file_in_the_wrong_place_is_refused_by_check_and_mesh(flexgear, t
         f"stage.ring.fe.fe_mesh_file={file}",
     )
     for command in (("check",), ("mesh", "-q", "-c", "ring")):
-        err = flexgear.refused(*command, "wind-5mw", *own)
+        err = flexgear.refused(*command, "wind-5mw", *options)
         for word in (
             "ring.msh: tooth_root_",
             "z 215 mm",
             "set stage.ring.fe.fe_mesh_shift_mm = -215",
         ):
             assert word in err
-        flexgear.out(*command, "wind-5mw", *own, "--set", "stage.ring.fe.fe_mesh_shift_mm=-215")
+        flexgear.out(*command, "wind-5mw", *options, "--set", "stage.ring.fe.fe_mesh_shift_mm=-215")
 
 
 def test_named_groups_are_listed_with_their_places(flexgear):
@@ -160,9 +160,9 @@ def test_cases_lists_prints_and_copies(flexgear, tmp_path):
     assert copy.read_text() == bundled_text("wind-5mw")
     (tmp_path / "beside").mkdir()
     flexgear("schema", "--out", tmp_path / "beside" / "flexgear.schema.json")
-    known = tmp_path / "beside" / "mine.toml"
-    assert flexgear("cases", "wind-5mw", "--copy", known)[0] == 0
-    header, _, rest = known.read_text().partition("\n")
+    file = tmp_path / "beside" / "mine.toml"
+    assert flexgear("cases", "wind-5mw", "--copy", file)[0] == 0
+    header, _, rest = file.read_text().partition("\n")
     assert (header, rest) == ("#:schema ./flexgear.schema.json", bundled_text("wind-5mw"))
     assert "is there already" in flexgear.refused("cases", "wind-5mw", "--copy", copy)
     assert flexgear("check", copy)[0] == 0

@@ -51,12 +51,12 @@ def test_signals_that_are_ignored_stay_so(monkeypatch):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
 def test_while_libraries_load():
-    found = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", WHILE_LOADING],
         capture_output=True, text=True, check=False, preexec_fn=hear_interrupts,
     )  # fmt: skip
-    assert (found.returncode, found.stdout) == (1, "")
-    assert found.stderr == "flexgear: stopped; nothing half-written was left\n"
+    assert (process.returncode, process.stdout) == (1, "")
+    assert process.stderr == "flexgear: stopped; nothing half-written was left\n"
 
 
 def test_again_while_it_is_closing(monkeypatch):

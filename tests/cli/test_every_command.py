@@ -107,8 +107,8 @@ def run_of_case(request, tmp_path_factory):
 
 
 def test_no_command_and_no_case_is_left_out():
-    known = {command.split()[0] for command in COMMANDS} | OF_A_RUN | OF_NO_CASE
-    assert known == set(typer.main.get_command(app).commands)
+    commands = {command.split()[0] for command in COMMANDS} | OF_A_RUN | OF_NO_CASE
+    assert commands == set(typer.main.get_command(app).commands)
     assert {*BUNDLED, *FLEXIBLE} == set(bundled_cases())
 
 
@@ -132,12 +132,12 @@ def short(name, case):
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "coarse"),
     [([], True), (["--rigid", "ring"], False), (["--set", "solver.fidelity=standard"], False)],
 )
-def test_modes_say_how_high_frequencies_of_coarse_rims_are(flexgear, options, said):
+def test_modes_say_how_high_frequencies_of_coarse_rims_are(flexgear, options, coarse):
     text = flexgear.out("modes", "wind-5mw", *QUICK, *options, "--limit-hz", 100)
-    assert ("up to 4.4 % high" in text) == said
+    assert ("up to 4.4 % high" in text) == coarse
 
 
 @pytest.mark.slow
@@ -184,8 +184,8 @@ def test_every_figure_of_a_run_is_written_down(run_of_case):
 def test_every_kind_of_run_is_drawn(flexgear, run_of_case, tmp_path):
     case, folder = run_of_case
     pictures = tmp_path / "pictures"
-    code, said, err = flexgear("render", folder, "-q", "--no-interactive", "--out", pictures)
-    assert (code, said) == (0, f"drew {case} into {pictures}\n"), err
+    code, out, err = flexgear("render", folder, "-q", "--no-interactive", "--out", pictures)
+    assert (code, out) == (0, f"drew {case} into {pictures}\n"), err
     assert (pictures / "report.html").stat().st_size > 1e5
 
 

@@ -52,9 +52,9 @@ def test_export_of_reduced_bodies(flexgear, tmp_path, monkeypatch, form):
     flexgear.quiet(*command, "--recovery")
     for name in ("ring", "carrier"):
         files = [f for f in (tmp_path / "out").glob(f"{name}*") if f.suffix != ".csv"]
-        found = read_reduced(files, tmp_path / "out" / f"{name}_nodes.csv")
-        assert found.recovery.shape == b.recovery.shape
-        assert frequencies(found.stiffness, found.mass) == pytest.approx(
+        matrices = read_reduced(files, tmp_path / "out" / f"{name}_nodes.csv")
+        assert matrices.recovery.shape == b.recovery.shape
+        assert frequencies(matrices.stiffness, matrices.mass) == pytest.approx(
             frequencies(b.stiffness, b.mass), rel=1e-9
         )
     assert "is there already" in flexgear.refused(*command)

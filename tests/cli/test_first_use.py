@@ -26,8 +26,8 @@ def text_of(page):
 
 def blocks(text, start):
     """Fenced blocks whose first line begins so."""
-    found = re.findall(FENCED, text, re.DOTALL | re.MULTILINE)
-    return [block for block in found if block.startswith(start)]
+    texts = re.findall(FENCED, text, re.DOTALL | re.MULTILINE)
+    return [block for block in texts if block.startswith(start)]
 
 
 def commands(text, start="flexgear "):
@@ -36,8 +36,8 @@ def commands(text, start="flexgear "):
 
 def shell(line, folder, path=None):
     """What a line prints in a shell that has flexgear; it must succeed without a warning."""
-    here = str(Path(sys.executable).parent)
-    env = {**os.environ, "PATH": path or f"{here}{os.pathsep}{os.environ['PATH']}"}
+    scripts = str(Path(sys.executable).parent)
+    env = {**os.environ, "PATH": path or f"{scripts}{os.pathsep}{os.environ['PATH']}"}
     env["PYTHONPATH"] = str(ROOT)
     ran = subprocess.run(
         ["/bin/sh", "-c", line], cwd=folder, env=env, capture_output=True, text=True,

@@ -63,20 +63,20 @@ def has_room(one):
     return ARRANGEMENTS[one.arrangement].basic_ratio(one.ratio) < 0.75 * (1 + sine) / (1 - sine)
 
 
-def check_proposal(wanted, rated):
+def check_proposal(stage_requests, rated):
     """It assembles, passes check without a doubt, and passes the power on by its ratio."""
-    assume(not (rated.at_sun and wanted[-1].arrangement == "solar"))
+    assume(not (rated.at_sun and stage_requests[-1].arrangement == "solar"))
     try:
-        text, stages = proposed_case(wanted, rated)
+        text, stages = proposed_case(stage_requests, rated)
     except InputError as fault:
         refusal = fault
-        roomy, tame = all(map(has_room, wanted)), 30 < rated.torque < 3e5
+        roomy, tame = all(map(has_room, stage_requests)), 30 < rated.torque < 3e5
     else:
-        return computed(wanted, rated, text, stages)
+        return computed(stage_requests, rated, text, stages)
     assert refusal.where == "new"
     assert not (roomy and refusal.key == "--planets"), refusal
     slow = refusal.key.endswith("speed-rpm") and rated.speed < 1.0
-    assert slow or not (roomy and tame and len(wanted) == 1), refusal
+    assert slow or not (roomy and tame and len(stage_requests) == 1), refusal
     return None
 
 
@@ -93,12 +93,12 @@ def bending(stage, normal_force):
     return force * (root + rim / 2) ** 3 * shape / (206e9 * inertia) / module
 
 
-def computed(wanted, rated, text, stages):
+def computed(stage_requests, rated, text, stages):
     """Case and power flow of a proposal, which are as they were wanted."""
     case = case_of(text)
     flow = power_flow(case)
-    for asked, found, stage in zip(wanted, stages, case.stages, strict=True):
-        assert found.ratio == pytest.approx(asked.ratio, rel=0.05)
+    for asked, proposal, stage in zip(stage_requests, stages, case.stages, strict=True):
+        assert proposal.ratio == pytest.approx(asked.ratio, rel=0.05)
         assert (stage.sun.teeth + stage.ring.teeth) % stage.planets == 0
         rim = stage.ring.fe.rim_thickness / stage.normal_module
         if stage.ring.fe.splines:  # a rim above three modules is what bending asks for
@@ -120,19 +120,19 @@ def computed(wanted, rated, text, stages):
 @pytest.mark.slow
 @settings(max_examples=60, phases=PHASES)
 @given(wanted_stage(), ends)
-def test_any_stage_is_computed(wanted, rated):
-    check_proposal([wanted], rated)
+def test_any_stage_is_computed(stage_request, rated):
+    check_proposal([stage_request], rated)
 
 
 def test_a_cutter_with_a_full_round_tip_has_the_radius_that_the_case_states():
     """``check`` warns of a stated radius that the cutter of this ring has no room for."""
-    wanted = [StageRequest(1.15081294524137, 2, math.nan, math.nan, arrangement="solar")]
+    stage_requests = [StageRequest(1.15081294524137, 2, math.nan, math.nan, arrangement="solar")]
     rated = Rated(141.95, 3.25)
-    computed(wanted, rated, *proposed_case(wanted, rated))
+    computed(stage_requests, rated, *proposed_case(stage_requests, rated))
 
 
 @pytest.mark.parametrize(
-    ("wanted", "rated"),
+    ("stage_request", "rated"),
     [
         (StageRequest(1.14, 3, 1.0, 1.0, math.radians(11.4), arrangement="solar"),
          Rated(1017, 0.13)),
@@ -140,25 +140,25 @@ def test_a_cutter_with_a_full_round_tip_has_the_radius_that_the_case_states():
         (StageRequest(1.137, 3, 1.0, 1.0, arrangement="solar"), Rated(1249, 0.06)),
     ],
 )  # fmt: skip
-def test_gears_that_turn_slowly_pass_a_gear_mesh_period_in_a_transient(wanted, rated):
+def test_gears_that_turn_slowly_pass_a_gear_mesh_period_in_a_transient(stage_request, rated):
     """Beside the period of their vibration, a gear-mesh period of seconds is long."""
-    case, flow = computed([wanted], rated, *proposed_case([wanted], rated))
+    case, flow = computed([stage_request], rated, *proposed_case([stage_request], rated))
     span = case.solver.duration * flow.stage("stage").gear_mesh_frequency
     assert 1 <= span <= 8.1
 
 
 @settings(max_examples=4, phases=PHASES)
 @given(st.lists(wanted_stage(), min_size=2, max_size=3), ends)
-def test_any_chain_is_computed(wanted, rated):
-    check_proposal(wanted, rated)
+def test_any_chain_is_computed(stage_requests, rated):
+    check_proposal(stage_requests, rated)
 
 
 @settings(max_examples=3, phases=PHASES)
 @given(wanted_stage(), st.floats(2.0, 4.5), st.booleans())
-def test_it_carries_its_torque(wanted, power, at_sun):
+def test_it_carries_its_torque(stage_request, power, at_sun):
     """Equilibrium of rigid bodies, which are neither meshed nor reduced."""
-    assume(has_room(wanted) and not (at_sun and wanted.arrangement == "solar"))
-    case, flow = check_proposal([wanted], Rated(10**power, 20.0, at_sun))
+    assume(has_room(stage_request) and not (at_sun and stage_request.arrangement == "solar"))
+    case, flow = check_proposal([stage_request], Rated(10**power, 20.0, at_sun))
     solved = static(assemble(case, ["all"]), np.zeros(1))
     out = solved.port_torque.isel(port=-1).item()
     assert out == pytest.approx(flow.torque[case.output.member], rel=1e-3)
@@ -182,33 +182,33 @@ def teeth_that_assemble(draw):
 def test_a_ratio_that_tooth_numbers_have_is_met(teeth):
     """4.2 = 1 + 64/20 and all others: an exact ratio comes before one that is nearly so."""
     sun, ring, planets = teeth
-    found = next(tooth_numbers(ring / sun, planets, 0.0)).gears
-    assert found["ring"].teeth / found["sun"].teeth == pytest.approx(ring / sun, rel=1e-9)
+    gears = next(tooth_numbers(ring / sun, planets, 0.0)).gears
+    assert gears["ring"].teeth / gears["sun"].teeth == pytest.approx(ring / sun, rel=1e-9)
 
 
 def test_bolts_are_of_usual_number_and_fit_in_the_rim():
     """Hold by friction what they say, VDI 2230 in the numbers of an M20 of grade 10.9."""
-    text, (found,) = proposed_case([StageRequest(5.5, 3, 1.0, 1.0)], Rated(1.2e5, 5.0))
+    text, (stage,) = proposed_case([StageRequest(5.5, 3, 1.0, 1.0)], Rated(1.2e5, 5.0))
     fe = case_of(text).stages[0].ring.fe
     bolts, rim = fe.bolts, fe.rim_thickness
     assert 8 <= bolts.number <= 40
-    assert 2.5 * found.module <= rim <= 3.5 * found.module
+    assert 2.5 * stage.module <= rim <= 3.5 * stage.module
     pitch = math.pi * bolts.circle_diameter / bolts.number
     assert pitch > 2.9 * bolts.diameter and rim > 2 * bolts.diameter
     area = {0.016: 157e-6, 0.012: 84.3e-6, 0.010: 58e-6, 0.008: 36.6e-6}[round(bolts.diameter, 6)]
     held = bolts.number * 0.12 * 0.65 * 940e6 * area * bolts.circle_diameter / 2 / 1.5
-    share = held / (found.ring_torque)
-    said = text.partition("friction holds ")[2].partition(" %")[0]
-    assert min(share, 1.0) == pytest.approx(float(said) / 100 if said else 1.0, abs=0.01)
+    share = held / (stage.ring_torque)
+    percent = text.partition("friction holds ")[2].partition(" %")[0]
+    assert min(share, 1.0) == pytest.approx(float(percent) / 100 if percent else 1.0, abs=0.01)
 
 
 @pytest.mark.parametrize("torque", [2e2, 2e4])
 @pytest.mark.parametrize("arrangement", ARRANGEMENTS)
 def test_its_bodies_can_be_meshed(arrangement, torque):
-    wanted = StageRequest(
+    stage_request = StageRequest(
         ARRANGEMENTS[arrangement].ratio(3.5), 4, 1.0, 1.0, arrangement=arrangement
     )
-    text, _ = proposed_case([wanted], Rated(torque, 10.0))
+    text, _ = proposed_case([stage_request], Rated(torque, 10.0))
     view = case_of(text).with_(**{"solver.fidelity": "quick"}).view()
     assert ring_source(view).fe_mesh().points.size
     assert carrier_source(view).fe_mesh().points.size
@@ -239,10 +239,10 @@ def test_each_member_may_be_held_and_either_end_drive(flexgear, tmp_path):
     seen = {}
     for kind, ratio in (("planetary", 4.5), ("star", 3.5), ("solar", 1.25)):
         flexgear.quiet("new", case, *flags(ratio=ratio, arrangement=kind), "--force")
-        found = fg.load_case(case)
-        speeds = fg.power_flow(found).speed
-        seen[kind] = (found.held, found.inputs[0].member, found.output.member)
-        turned = speeds[found.output.member] / speeds[found.inputs[0].member]
+        train = fg.load_case(case)
+        speeds = fg.power_flow(train).speed
+        seen[kind] = (train.held, train.inputs[0].member, train.output.member)
+        turned = speeds[train.output.member] / speeds[train.inputs[0].member]
         assert turned == pytest.approx(-ratio if kind == "star" else ratio)
     assert seen == {
         "planetary": (("stage.ring",), "stage.carrier", "stage.sun"),
@@ -251,10 +251,10 @@ def test_each_member_may_be_held_and_either_end_drive(flexgear, tmp_path):
     }
     at_sun = flags(torque_nm=None, speed_rpm=None, sun_torque_nm=200, sun_speed_rpm=8000)
     assert flexgear("new", case, *at_sun, "--force")[0] == 0
-    found = fg.load_case(case)
-    assert found.inputs[0].member == "stage.sun" and found.output.member == "stage.carrier"
-    assert found.inputs[0].torque == 200
-    assert found.inputs[0].speed == pytest.approx(8000 * math.pi / 30)
+    train = fg.load_case(case)
+    assert train.inputs[0].member == "stage.sun" and train.output.member == "stage.carrier"
+    assert train.inputs[0].torque == 200
+    assert train.inputs[0].speed == pytest.approx(8000 * math.pi / 30)
 
 
 def test_two_halves_are_helical_by_themselves(flexgear, tmp_path):
@@ -268,13 +268,13 @@ def test_stages_in_series_pass_their_torque_on(flexgear, tmp_path):
     case = tmp_path / "mine.toml"
     code, out, _ = flexgear("new", case, *flags(ratio="6,5.2,3.4", planets="3,4,5"))
     assert code == 0 and out.count("teeth of module") == 3
-    found = fg.load_case(case)
-    flow = fg.power_flow(found)
-    assert [s.planets for s in found.stages] == [3, 4, 5]
-    assert [s.normal_module for s in found.stages] == sorted(
-        (s.normal_module for s in found.stages), reverse=True
+    train = fg.load_case(case)
+    flow = fg.power_flow(train)
+    assert [s.planets for s in train.stages] == [3, 4, 5]
+    assert [s.normal_module for s in train.stages] == sorted(
+        (s.normal_module for s in train.stages), reverse=True
     )
-    for before, after in itertools.pairwise(found.stages):
+    for before, after in itertools.pairwise(train.stages):
         assert flow.speed[f"{before.name}.sun"] == pytest.approx(
             flow.speed[f"{after.name}.carrier"]
         )

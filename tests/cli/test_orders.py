@@ -55,7 +55,7 @@ def test_lines_stand_where_the_table_says(transient):
     force = data["bearing_force"].sel(support="stage.ring_support")
     in_space = force.sel(dof="ux") * np.cos(angle) - force.sel(dof="uy") * np.sin(angle)
     history = history_over_turns(data.assign(ring=in_space), "ring", "carrier", highest=300)
-    found = amplitudes_at(history, np.arange(1, 300))
+    amplitudes = amplitudes_at(history, np.arange(1, 300))
     turns = power_flow(case).speed["stage.carrier"] / (2 * np.pi)
     listed = {
         round(x.frequency / turns)
@@ -65,11 +65,11 @@ def test_lines_stand_where_the_table_says(transient):
     for harmonic in (1, 3):
         beside = {TEETH * harmonic + n for n in (-1, 0, 1)}
         (heard,) = beside & listed
-        largest = float(found.sel(order=heard))
+        largest = float(amplitudes.sel(order=heard))
         assert largest > 5.0  # N
         for other in beside - listed:
-            assert float(found.sel(order=other)) < 1e-3 * largest
-    assert not {int(o) for o in found["order"][found > 1e-2 * found.max()]} - listed
+            assert float(amplitudes.sel(order=other)) < 1e-3 * largest
+    assert not {int(o) for o in amplitudes["order"][amplitudes > 1e-2 * amplitudes.max()]} - listed
 
 
 def test_gear_mesh_force_and_transmission_error_have_the_gear_mesh_alone(transient):

@@ -135,9 +135,9 @@ def test_a_disk_that_fills_up_meanwhile(flexgear, mine, monkeypatch, tmp_path_fa
     code, _, err = flexgear("static", mine, "-q", "--out", mine.parent / "a.nc")
     assert code == 1 and err.count("\n") == 1
     assert "a.nc: No space left on device" in err
-    kept = list(elsewhere.glob("*/a.nc"))
-    assert len(kept) == (1 if len(full) == 1 else 0)
-    assert all(err.endswith(f"kept as {path}\n") and origin_of(path) for path in kept)
+    files = list(elsewhere.glob("*/a.nc"))
+    assert len(files) == (1 if len(full) == 1 else 0)
+    assert all(err.endswith(f"kept as {path}\n") and origin_of(path) for path in files)
     assert [p.name for p in mine.parent.iterdir()] == ["mine.toml"]
 
 

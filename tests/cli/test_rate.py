@@ -147,6 +147,6 @@ def test_a_life_has_three_figures(hours, text):
 def test_loads_without_duration_are_not_of_zero_hours(flexgear, tmp_path):
     path = tmp_path / "pair.toml"
     path.write_text(spur_pair())
-    said = flexgear.out("rate", path, "--no-pictures", "--out", tmp_path / "rating")
-    assert said.startswith("pair: 1 load bin; in each equilibria at ")
-    assert "no duration" in said and " 0 h" not in said
+    out = flexgear.out("rate", path, "--no-pictures", "--out", tmp_path / "rating")
+    assert out.startswith("pair: 1 load bin; in each equilibria at ")
+    assert "no duration" in out and " 0 h" not in out

@@ -31,8 +31,10 @@ def test_commands_mesh_and_reduce_only_what_bends(flexgear, monkeypatch, argumen
     monkeypatch.setattr(FeBody, "fe_mesh", refused)
     monkeypatch.setattr(bodies, "stage_bodies", STAGE_BODIES)
     monkeypatch.setattr(RingSource, "reduced", refused)
-    made = arguments[1:] == ("--rigid", "ring")
-    monkeypatch.setattr(CarrierSource, "reduced", (lambda *_: carrier) if made else refused)
+    carrier_bends = arguments[1:] == ("--rigid", "ring")
+    monkeypatch.setattr(
+        CarrierSource, "reduced", (lambda *_: carrier) if carrier_bends else refused
+    )
     text = flexgear.json(arguments[0], "wind-5mw", *arguments[1:])
     if arguments[0] == "static":
         assert 1.0 < text["0 deg"]["stage"]["load_sharing"] < 1.2

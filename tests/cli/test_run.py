@@ -28,13 +28,13 @@ FAST = [
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     """Folder, exit code and warnings of one run without pictures, shared by the tests."""
-    said = []
+    warnings = []
     out = tmp_path_factory.mktemp("results") / "mine"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("flexgear.solve.bodies.stage_bodies", lambda s, *_: doubtful_stage(s))
-        patch.setattr(run_commands, "warn", said.extend)
+        patch.setattr(run_commands, "warn", warnings.extend)
         code = run(["run", "wind-5mw", "--no-pictures", "--out", str(out), *FAST])
-    return out, code, said
+    return out, code, warnings
 
 
 @pytest.fixture(scope="module")
@@ -44,12 +44,12 @@ def content(finished):
 
 
 def test_run_writes_results_and_summary(finished, content):
-    out, code, said = finished
+    out, code, warnings = finished
     assert code == 0
     summary = json.loads((out / "summary.json").read_text())
-    assert len(said) == 1
-    assert said == summary["warnings"]  # others stand beside their figures
-    assert not {*said} & {one["sentence"] for one in summary["neglected"]}
+    assert len(warnings) == 1
+    assert warnings == summary["warnings"]  # others stand beside their figures
+    assert not {*warnings} & {one["sentence"] for one in summary["neglected"]}
     assert missing_keys(summary) == []
     assert summary["case"] == "wind-5mw"
     assert summary["timing_s"]["bodies"] >= 0
@@ -69,8 +69,10 @@ def test_pictures_that_fail_cost_no_results(monkeypatch, tmp_path, capsys, broke
     monkeypatch.setattr(pictures, broken, fails)
     out, short = tmp_path / "mine", ["--set", "solver.duration_s=0.02"]
     assert run(["run", "lin-parker", "--quiet", "--out", str(out), *short]) == 1
-    (said,) = (line for line in capsys.readouterr().err.splitlines() if "pictures" in line)
-    assert "no room for a label" in said and f"complete in {out}" in said and "render" in said
+    (warning,) = (line for line in capsys.readouterr().err.splitlines() if "pictures" in line)
+    assert (
+        "no room for a label" in warning and f"complete in {out}" in warning and "render" in warning
+    )
     summary = json.loads((out / "summary.json").read_text())
     assert missing_keys(summary) == []
     assert load(out / "transient.nc").sizes["time"] > 10
@@ -114,10 +116,10 @@ def test_any_process_draws_a_run_from_its_folder(finished, content, tmp_path, mo
     monkeypatch.setattr(pictures, "_of_folders", {})
     folders = finished[0], tmp_path / "there"
     for name in ("load_sharing", "torque_step_2e6_energy"):
-        there = pictures._picture(folders, name)
-        here = pictures.Pictures(content, tmp_path / "here").picture(name)
-        assert there.caption == here.caption
-        assert there.file.read_bytes() == here.file.read_bytes()
+        from_folder = pictures._picture(folders, name)
+        in_memory = pictures.Pictures(content, tmp_path / "here").picture(name)
+        assert from_folder.caption == in_memory.caption
+        assert from_folder.file.read_bytes() == in_memory.file.read_bytes()
     assert list(pictures._of_folders) == [folders]  # read once
 
 

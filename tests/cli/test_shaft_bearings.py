@@ -340,11 +340,11 @@ def test_a_carrier_on_two_bearings_carries_what_hangs_on_it(flexgear, tmp_path):
     rated = 'dynamic_rating_kn = 200, static_rating_kn = 300, rolling = "roller"'
     table_b = f"{{ z_mm = 400, radial_n_per_m = 4e8, axial_n_per_m = 5e8, {rated} }}"
     text = planetary_text(f"[{table_a}, {table_b}]")
-    found = flexgear.json("static", write(tmp_path, text + ROTOR))["0 deg"]["bearing"]
+    bearings = flexgear.json("static", write(tmp_path, text + ROTOR))["0 deg"]["bearing"]
     # about x at a: 0.1 * 9000 + 1200 = 0.5 f_b, f_b what the shaft gives the bearing along −y
     far = (0.1 * 9000 + 1200) / 0.5
     near = 9000 - far
-    first, second = (found[f"stage.carrier_support_{k}"] for k in (1, 2))
+    first, second = (bearings[f"stage.carrier_support_{k}"] for k in (1, 2))
     assert first["force_n"] == pytest.approx(abs(near), rel=0.01)
     assert second["force_n"] == pytest.approx(abs(far), rel=0.01)
     assert abs(second["axial_n"]) == pytest.approx(4000, rel=1e-6)
@@ -384,13 +384,13 @@ bearing = { radial_n_per_m = 1e9, axial_n_per_m = 1e9, tilt_nm_per_rad = 1e6 }
         for key, value in (("axial_n_per_m", "1e9"), ("tilt_nm_per_rad", "1e8"))
     }
     options = [word for key, value in keys.items() for word in ("--set", f"{key}={value}")]
-    found = flexgear.json("static", write(tmp_path, text), *options)["0 deg"]
-    bearings = found["bearing"]
+    figures = flexgear.json("static", write(tmp_path, text), *options)["0 deg"]
+    bearings = figures["bearing"]
     assert bearings["stage.sun_support_1"]["force_n"] == pytest.approx(150, rel=1e-2)
     assert bearings["stage.sun_support_2"]["force_n"] == pytest.approx(50, rel=1e-2)
     bending = 210e9 * math.pi * 0.02**4 / 64
     deflection = 1e6 * 100 * 0.1**2 * 0.3 / (3 * bending)
-    assert found["distance_from_axis_um"]["stage.sun"] == pytest.approx(deflection, rel=0.03)
+    assert figures["distance_from_axis_um"]["stage.sun"] == pytest.approx(deflection, rel=0.03)
 
 
 def test_hub_and_body_behind_a_shaft_have_lives(flexgear):
@@ -399,12 +399,12 @@ def test_hub_and_body_behind_a_shaft_have_lives(flexgear):
         rated = {"dynamic_rating_kn": 5, "rolling": rolling, "count": 2}
         keys += [word for k, x in rated.items() for word in ("--set", f"{bearing}.{k}={x}")]
     speeds = flexgear.json("check", "star-ring", *keys)["speeds_rpm"]
-    found = flexgear.json("static", "star-ring", "--rigid", "ring", *keys)["0 deg"]["bearing"]
+    bearings = flexgear.json("static", "star-ring", "--rigid", "ring", *keys)["0 deg"]["bearing"]
     for name, member, exponent in (("hub", "ring", 10 / 3), ("output", "sun", 3)):
-        load, speed = found[f"stage.{name}"]["force_n"], abs(speeds[f"stage.{member}"])
+        load, speed = bearings[f"stage.{name}"]["force_n"], abs(speeds[f"stage.{member}"])
         hours = life(load / 2, speed, exponent, 5e3)
         assert load > 0.0
-        assert found[f"stage.{name}"]["life_h"] == pytest.approx(hours, rel=1e-9)
+        assert bearings[f"stage.{name}"]["life_h"] == pytest.approx(hours, rel=1e-9)
 
 
 def test_modified_life_of_a_catalogue_bearing(tmp_path):

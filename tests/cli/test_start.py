@@ -104,15 +104,15 @@ DISTRIBUTION = {"skfem": "scikit-fem", "PIL": "pillow", "vtkmodules": "vtk"}
 
 def third_party() -> set[str]:
     """Distributions of all modules that the package imports, wherever the line stands."""
-    found = set()
+    modules = set()
     for path in (ROOT / "flexgear").rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Import):
-                found |= {alias.name.split(".")[0] for alias in node.names}
+                modules |= {alias.name.split(".")[0] for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
-                found.add(node.module.split(".")[0])
-    known = set(sys.stdlib_module_names) | {"flexgear", "__future__"}
-    return {DISTRIBUTION.get(name, name.replace("_", "-")) for name in found - known}
+                modules.add(node.module.split(".")[0])
+    standard = set(sys.stdlib_module_names) | {"flexgear", "__future__"}
+    return {DISTRIBUTION.get(name, name.replace("_", "-")) for name in modules - standard}
 
 
 def test_imports_are_dependencies():

@@ -65,20 +65,20 @@ def test_two_keys_to_a_file(flexgear, tmp_path):
 
 
 def test_json_holds_everything(flexgear, tmp_path):
-    found = flexgear.json(
+    sweep = flexgear.json(
         "sweep", "lin-parker", "stage.planets=3,4,99", "--no-pictures",
         "--out", tmp_path / "d", "--measure", "frequencies", "--modes", "2",
         "--set", f"{KEY}=2e8", "--workers", "1",
     )  # fmt: skip
-    assert found["case"] == "lin-parker"
-    assert found["keys"] == [{"key": "stage.planets", "units": "", "values": [3, 4, 99]}]
-    frequency = found["measures"]["frequency"]
+    assert sweep["case"] == "lin-parker"
+    assert sweep["keys"] == [{"key": "stage.planets", "units": "", "values": [3, 4, 99]}]
+    frequency = sweep["measures"]["frequency"]
     assert frequency["units"] == "Hz"
     assert frequency["dims"] == ["stage.planets", "mode"]
     assert frequency["values"][2] == [None, None]
     assert frequency["values"][0][0] > 700
-    assert found["measures"]["mode_type"]["values"][0] == ["translational"] * 2
-    assert [f["point"] for f in found["failed"]] == ["stage.planets = 99"]
+    assert sweep["measures"]["mode_type"]["values"][0] == ["translational"] * 2
+    assert [f["point"] for f in sweep["failed"]] == ["stage.planets = 99"]
     assert [p.name for p in (tmp_path / "d").iterdir()] == ["sweep.nc"]
 
 

@@ -22,25 +22,25 @@ def healthy(monkeypatch, cache):
 
 def findings(flexgear):
     code, out, _ = flexgear("doctor", "--json")
-    found = json.loads(out)
-    assert found["healthy"] == (code == 0)
-    return code, {one["what"]: one for one in found["findings"]}
+    report = json.loads(out)
+    assert report["healthy"] == (code == 0)
+    return code, {one["what"]: one for one in report["findings"]}
 
 
 def test_all_is_well(flexgear):
-    code, found = findings(flexgear)
+    code, checks = findings(flexgear)
     assert code == 0
-    assert "numpy" in found["packages"]["found"]
-    assert not any(one["mend"] for one in found.values())
+    assert "numpy" in checks["packages"]["found"]
+    assert not any(one["mend"] for one in checks.values())
 
 
 def test_missing_libraries_come_with_their_line(flexgear, monkeypatch):
     monkeypatch.setattr(system_commands.sys, "platform", "linux")
     monkeypatch.setattr(system_commands, "_loads", lambda library: library != "libEGL.so.1")
-    code, found = findings(flexgear)
+    code, checks = findings(flexgear)
     assert code == 1
-    assert "libEGL.so.1" in found["system libraries"]["found"]
-    assert found["system libraries"]["mend"].endswith("libegl1")
+    assert "libEGL.so.1" in checks["system libraries"]["found"]
+    assert checks["system libraries"]["mend"].endswith("libegl1")
     out = flexgear("doctor")[1]
     assert "!!  system libraries" in out
     assert "apt-get install" in out
@@ -64,11 +64,11 @@ def test_rendering_cache_and_disk(flexgear, monkeypatch):
     monkeypatch.setattr(system_commands, "_writable", lambda folder: folder.name != "cache")
     usage = shutil.disk_usage("/")._replace(free=1 << 20)
     monkeypatch.setattr(shutil, "disk_usage", lambda place: usage)
-    code, found = findings(flexgear)
+    code, checks = findings(flexgear)
     assert code == 1
-    assert "no GL" in found["rendering"]["found"]
-    assert "only" in found["results"]["found"]
-    assert "cache --clear" in found["results"]["mend"]
+    assert "no GL" in checks["rendering"]["found"]
+    assert "only" in checks["results"]["found"]
+    assert "cache --clear" in checks["results"]["mend"]
 
 
 def test_a_place_that_cannot_be_written(flexgear, monkeypatch):

@@ -109,15 +109,15 @@ def test_ctrl_c_while_workers_work(tmp_path, cache):
 @pytest.mark.slow
 def test_cluster(flexgear, tmp_path):
     """Studies and sweeps on a cluster give what they give here."""
-    here, there = tmp_path / "here", tmp_path / "there"
+    local, remote = tmp_path / "here", tmp_path / "there"
     command = ("tolerance", "lin-parker", "--samples", 250, "--set", PIN, "-q", "--no-pictures")
-    assert flexgear(*command, "--out", here)[::2] == (0, "")
+    assert flexgear(*command, "--out", local)[::2] == (0, "")
     with cluster() as address:
-        assert flexgear(*command, "--out", there, "--scheduler", address)[0] == 0
+        assert flexgear(*command, "--out", remote, "--scheduler", address)[0] == 0
         sweep = ("sweep", "lin-parker", "stage.planets=3,4", "--measure", "frequencies", "-q",
                  "--no-pictures")  # fmt: skip
-        assert flexgear(*sweep, "--out", there, "--scheduler", address)[0] == 0
-    assert flexgear(*sweep, "--out", here, "--workers", 1)[0] == 0
+        assert flexgear(*sweep, "--out", remote, "--scheduler", address)[0] == 0
+    assert flexgear(*sweep, "--out", local, "--workers", 1)[0] == 0
     for name in ("tolerance.nc", "sweep.nc"):
-        assert load(here / name).identical(load(there / name))
-    assert np.isfinite(load(there / "tolerance.nc")["load_sharing_max"]).all()
+        assert load(local / name).identical(load(remote / name))
+    assert np.isfinite(load(remote / "tolerance.nc")["load_sharing_max"]).all()

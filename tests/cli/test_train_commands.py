@@ -63,8 +63,8 @@ def test_check_and_static_agree_on_planet_bearings(flexgear, name):
     running = sections["stage_2 running"]
     load = static["stage_2.planet_bearing_1"]
     assert load["force_n"] == pytest.approx(running["planet_bearing_force_n"], rel=1e-6)
-    said = running["planet_bearing_force_direction_deg"]
-    assert load["direction_deg"] == pytest.approx(said, abs=1e-3)
+    direction = running["planet_bearing_force_direction_deg"]
+    assert load["direction_deg"] == pytest.approx(direction, abs=1e-3)
 
 
 def test_modes_list_what_ratios_of_damping_are_of(flexgear):
@@ -80,12 +80,12 @@ def test_modes_list_what_ratios_of_damping_are_of(flexgear):
 
 
 def test_modes_with_another_number_of_planets(flexgear):
-    found = flexgear.json("modes", "lin-parker", "--set", "stage.planets=6")
-    kinds = [m["type"] for m in found["modes"]]
+    summary = flexgear.json("modes", "lin-parker", "--set", "stage.planets=6")
+    kinds = [m["type"] for m in summary["modes"]]
     assert len(kinds) == 27
     assert kinds.count("planet") == 9
-    assert all(m["multiplicity"] == 3 for m in found["modes"] if m["type"] == "planet")
-    assert sum(found["modes"][1]["kinetic_energy"].values()) == pytest.approx(1)
+    assert all(m["multiplicity"] == 3 for m in summary["modes"] if m["type"] == "planet")
+    assert sum(summary["modes"][1]["kinetic_energy"].values()) == pytest.approx(1)
     out = flexgear.out("modes", "lin-parker", "--limit-hz", "2000")
     assert "translational x2" in out
     assert "stage.planet_bearing" in out
@@ -93,23 +93,23 @@ def test_modes_with_another_number_of_planets(flexgear):
 
 def test_campbell_diagram_and_its_file(flexgear, tmp_path):
     out = tmp_path / "campbell.nc"
-    found = flexgear.json("modes", "herringbone", "--campbell", "--out", out)
-    assert found["gyroscopic"] is True
-    assert len(found["frequency_hz"][0]) == len(found["speed_factor"])
-    assert found["crossings"][0]["excitation"].startswith("stage x")
+    summary = flexgear.json("modes", "herringbone", "--campbell", "--out", out)
+    assert summary["gyroscopic"] is True
+    assert len(summary["frequency_hz"][0]) == len(summary["speed_factor"])
+    assert summary["crossings"][0]["excitation"].startswith("stage x")
     assert load(out)["campbell_frequency"].attrs["units"] == "Hz"
     assert "do not depend on speed" in flexgear.out("modes", "lin-parker", "--campbell")
 
 
 def test_static_at_two_angles(flexgear, tmp_path):
     out = tmp_path / "static.nc"
-    found = flexgear.json(
+    summary = flexgear.json(
         "static", "nrel-5mw", "--angle-deg", "0", "--angle-deg", "40", "--out", out
     )
-    assert set(found) == {"0 deg", "40 deg", "closure", "neglected"}
-    forces = found["40 deg"]["gear_mesh_force_n"]
+    assert set(summary) == {"0 deg", "40 deg", "closure", "neglected"}
+    forces = summary["40 deg"]["gear_mesh_force_n"]
     assert len(forces["stage_1 ring"]) == 3
-    assert found["0 deg"]["planet_bearing"]["stage_1.planet_bearing_1"]["life_h"] > 1e5
+    assert summary["0 deg"]["planet_bearing"]["stage_1.planet_bearing_1"]["life_h"] > 1e5
     assert load(out).sizes["position"] == 2
     half = flexgear.json("static", "nrel-5mw", "--torque-nm", "1972995.16")
     assert half["0 deg"]["gear_mesh_force_n"]["stage_1 ring"][0] == pytest.approx(
@@ -122,10 +122,12 @@ def test_static_at_two_angles(flexgear, tmp_path):
 
 def test_simulate(flexgear, tmp_path):
     out = tmp_path / "run.nc"
-    found = flexgear.json("simulate", "herringbone", *QUICK, "--energy", "--out", out)["transient"]
-    assert found["time_s"] == pytest.approx(0.04)
-    assert found["energy_residual"] < 0.05
-    assert found["gear_mesh_force"]["stage sun left"]["mean_n"] == pytest.approx(70104, rel=0.02)
+    summary = flexgear.json("simulate", "herringbone", *QUICK, "--energy", "--out", out)[
+        "transient"
+    ]
+    assert summary["time_s"] == pytest.approx(0.04)
+    assert summary["energy_residual"] < 0.05
+    assert summary["gear_mesh_force"]["stage sun left"]["mean_n"] == pytest.approx(70104, rel=0.02)
     assert load(out)["gear_mesh_force"].dims == ("time", "gear_mesh")
     more = flexgear.json("simulate", "herringbone", *QUICK, "--torque-share", "1.5")["transient"]
     assert more["port_torque_nm"]["stage.sun"] == pytest.approx(150e3)
@@ -133,8 +135,8 @@ def test_simulate(flexgear, tmp_path):
 
 
 def test_compare_load_sharing(flexgear):
-    found = flexgear.json("compare", "herringbone", *QUICK, "--cycles", "50")
-    assert set(found) == {
+    summary = flexgear.json("compare", "herringbone", *QUICK, "--cycles", "50")
+    assert set(summary) == {
         "lumped: quasi-static", "lumped: harmonic", "lumped: transient",
         "lumped, without errors: quasi-static",
     }  # fmt: skip
@@ -144,8 +146,8 @@ def test_compare_load_sharing(flexgear):
 
 
 def test_compare_two_trains(flexgear):
-    found = flexgear.json("compare", "double-rotor-5mw", "--against", "nrel-5mw")
-    ratio = found["bearing_life_ratio"]["stage_1_planet_bearing_ball"]
+    comparison = flexgear.json("compare", "double-rotor-5mw", "--against", "nrel-5mw")
+    ratio = comparison["bearing_life_ratio"]["stage_1_planet_bearing_ball"]
     assert ratio == pytest.approx(3.4193, rel=1e-3)
     other = flexgear.json("compare", "nrel-5mw", "--against", "wind-5mw")
     assert set(other) == {"nrel-5mw", "wind-5mw", "bearing_life_ratio"}
@@ -190,9 +192,9 @@ def test_run_and_compare(flexgear, tmp_path):
 def test_a_flexible_stage_in_a_train(flexgear, tmp_path):
     """--rigid reaches it; without one there is nothing to make rigid."""
     path = write(tmp_path, MIXED, 'kinematics = "spatial"\n')
-    found = flexgear.json("modes", path, "--limit-hz", "50")
-    assert found["variant"] == "flexible"
-    assert "first.ring" in found["modes"][0]["strain_energy"]
+    summary = flexgear.json("modes", path, "--limit-hz", "50")
+    assert summary["variant"] == "flexible"
+    assert "first.ring" in summary["modes"][0]["strain_energy"]
     assert flexgear.json("modes", path, "--rigid", "all")["variant"] == "rigid"
     assert flexgear.json("check", path)["system"]["flexible_stages"] == ["first"]
     err = flexgear.refused("modes", "lin-parker", "--rigid", "ring")
@@ -218,12 +220,12 @@ def test_what_cannot_work_is_said_before_any_work(flexgear, tmp_path, monkeypatc
     monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", work)
     settings = [*settings, "--set", "stages.second.pinion.support.tilt_nm_per_rad=0"]
     path = write(tmp_path, MIXED, 'kinematics = "spatial"\n')
-    said = set()
+    messages = set()
     for command in ("check", "static", "modes", "simulate", "run", "compare", "tolerance"):
         err = flexgear.refused(command, path, *settings)
-        said.add(err)
+        messages.add(err)
     _, _, err = flexgear("sweep", path, "damping.ratio=0.01,0.02", *settings)
-    assert len(said | {err}) == 1
+    assert len(messages | {err}) == 1
     assert " -- " in err
 
 
@@ -238,6 +240,6 @@ def test_json_holds_null_for_what_is_missing(flexgear):
             command[0], "herringbone", *command[1:], "--json", "-q",
             "--set", "inputs.0.torque_knm=0", "--set", "solver.settle_s=0",
         )  # fmt: skip
-        found = json.loads(text, parse_constant=refuse)
+        summary = json.loads(text, parse_constant=refuse)
         if command[0] == "simulate":
-            assert found["transient"]["load_sharing"]["stage ring left"]["instantaneous"] is None
+            assert summary["transient"]["load_sharing"]["stage ring left"]["instantaneous"] is None

@@ -137,7 +137,7 @@ def moved(data, key):
 
 
 @pytest.mark.parametrize(
-    ("text", "wanted"),
+    ("text", "expected"),
     [
         ("drive.rated_torque_nm = 3 # a\nring.rim_thickness_mm = 9\n[stage]\nplanets = 3\n",
          {"inputs.0.torque_nm": 3, "stage.ring.fe.rim_thickness_mm": 9, "stage.planets": 3}),
@@ -159,19 +159,19 @@ def moved(data, key):
          {"loads.0.member": "stage.sun", "loads.1.member": 3}),
     ],
 )  # fmt: skip
-def test_other_ways_to_write_them(flexgear, file, text, wanted):
+def test_other_ways_to_write_them(flexgear, file, text, expected):
     """Dotted keys, braces, lists over several lines, ports that are there; or one line, and the
     file as it was."""
     file.write_text(text, encoding="utf-8")
     _, out, err = flexgear("upgrade", file)
-    if wanted is None:
+    if expected is None:
         assert "TOML" in err
         return
     assert out.startswith("wrote ")
     present = file.read_text(encoding="utf-8")
     data = tomllib.loads(present)
     assert sorted(re.findall("# .*", present)) == sorted(re.findall("# .*", text))
-    assert {key: moved(data, key) for key in wanted} == wanted
+    assert {key: moved(data, key) for key in expected} == expected
     assert data["output"]["member"] == "stage.sun"
 
 
