@@ -100,8 +100,8 @@ def test_without_a_gap_it_is_the_linear_bearing(tmp_path, make, places, number, 
     scale = np.abs(linear.pair_load).max()
     assert np.abs(tight.pair_load - linear.pair_load).max() < 1e-8 * scale
     for bearing in tight.modal.system.bearings:
-        wanted, found = (Recovery(e).link_force(bearing.name) for e in (linear, tight))
-        assert np.abs(found - wanted).max() < 1e-7 * np.abs(wanted).max()
+        linear_force, force = (Recovery(e).link_force(bearing.name) for e in (linear, tight))
+        assert np.abs(force - linear_force).max() < 1e-7 * np.abs(linear_force).max()
 
 
 @pytest.mark.parametrize("more", [{}, HOUSING], ids=["ground", "housing"])
@@ -112,12 +112,12 @@ def test_forces_balance_with_gaps_and_rollers(more):
         **{f"stage.carrier.bearing_far.rollers.{k}": v for k, v in ROLLERS.items()},
         "output.bearing.clearance_um": "50",
     }
-    found = with_seats(**more, **laws)
-    assert found.closure.max() < 1e-8
-    system = found.modal.system
+    equilibrium = with_seats(**more, **laws)
+    assert equilibrium.closure.max() < 1e-8
+    system = equilibrium.modal.system
     assert {b.law for b in system.bearings} == {"clearance", "rollers"}
     # all bodies but the ring hang on these bearings and the gear meshes: y forces add to the weight
-    recovery = Recovery(found)
+    recovery = Recovery(equilibrium)
     rows = recovery.bearing_loads("stage.carrier_far")
     force = recovery.link_force("stage.carrier_far")
     psi = 2 * np.pi * np.arange(30) / 30
@@ -129,9 +129,9 @@ def rollers(places=SEATS):
     return {f"{at}.rollers.{key}": value for at in places for key, value in FORTY_ROLLERS.items()}
 
 
-def loaded_system(bodies=None, **given):
+def loaded_system(bodies=None, **settings):
     """The small stage with a force and a moment in space on its carrier."""
-    case = make_case(**SMALL, **given).with_(loads=(LOAD,))
+    case = make_case(**SMALL, **settings).with_(loads=(LOAD,))
     return build_system(case.case, bodies or make_bodies(case))
 
 
@@ -142,12 +142,12 @@ def test_a_heavy_stage_drops_by_the_clearance(angle):
     plain = make_case(**SMALL, **gaps("50", places))
     bodies = make_bodies(plain)
     heavy = plain.with_(gravity=(0.0, -G, 0.0))
-    found, free = (solved(case, bodies, [angle]) for case in (heavy, make_case(**SMALL)))
-    system = found.modal.system
+    equilibrium, free = (solved(case, bodies, [angle]) for case in (heavy, make_case(**SMALL)))
+    system = equilibrium.modal.system
     weight = mass_of(system) * G
-    more = reactions(found) - reactions(free)
+    more = reactions(equilibrium) - reactions(free)
     assert more[:3] == pytest.approx([0.0, weight, 0.0], abs=1e-8 * weight)
-    recovery = Recovery(found)
+    recovery = Recovery(equilibrium)
     for side in ("drive", "far"):
         u = recovery.node("stage.carrier", f"bearing_{side}")[0, :2]
         k = plain.stage.seat_bearings[side].stiffness[0]
@@ -190,14 +190,14 @@ def test_results_hold_the_rows_of_seats_beside_those_of_planets():
     case = make_case(**SMALL, **rollers(SEATS[1:2]), **planets).with_(loads=(LOAD,)).case
     bodies = make_bodies(case.view())
     model = model_of(case, build_system(case, bodies))
-    found = revolution(model.modal, np.array([0.0, 0.7]), TORQUE)
-    data = equilibrium_data(model, found)
+    equilibrium = revolution(model.modal, np.array([0.0, 0.7]), TORQUE)
+    data = equilibrium_data(model, equilibrium)
     seat = data.bearing_row_load.sel(support="stage.carrier_far")
     assert np.isfinite(seat).all() and seat.max() > 1e4
     assert np.isnan(data.bearing_row_load.sel(support="stage.carrier_drive")).all()
     assert np.isfinite(data.planet_bearing_row_load[:, :, 0]).all()
     assert np.isnan(data.planet_bearing_row_load[:, :, 1]).all()
-    recovered = Recovery(found).row_loads(["stage.carrier_far"])[:, 0]
+    recovered = Recovery(equilibrium).row_loads(["stage.carrier_far"])[:, 0]
     np.testing.assert_allclose(seat, recovered, rtol=1e-12)
 
 

@@ -80,8 +80,8 @@ def test_rollers_are_let_down_as_circles_are(tmp_path, kind):
     without slip, and two circles at the edge of a gap. The other planets' bearings are sound."""
     system = build_system(faulty(tmp_path, kind))
     carrier = np.linspace(0.0, 6.0, 97)
-    found = revolution(modal_system(system), carrier, system.rated_torque)
-    recovery = Recovery(found)
+    equilibrium = revolution(modal_system(system), carrier, system.rated_torque)
+    recovery = Recovery(equilibrium)
     two = next(b for b in system.bearings if b.name.endswith("bearing_2"))
     assert [b.turned >= 0 for b in system.bearings] == [False, True, False]
     loads = recovery.bearing_loads(two.name)[:, 0]

@@ -35,44 +35,46 @@ def system(drive_z=-0.6, rigid=(), **changes):
     )
 
 
-def forces(found, side, kind):
+def forces(equilibrium, side, kind):
     """Gear-mesh forces (p, N) of one half, N."""
-    labels = found.modal.system.gear_meshes
-    own = [m for m, x in enumerate(labels) if (x.side, x.kind) == (side, kind)]
-    return found.pair_load[:, own].sum(axis=-1)
+    labels = equilibrium.modal.system.gear_meshes
+    columns = [m for m, x in enumerate(labels) if (x.side, x.kind) == (side, kind)]
+    return equilibrium.pair_load[:, columns].sum(axis=-1)
 
 
 @pytest.mark.parametrize("rigid", [(), ("ring", "carrier", "shaft")])
 def test_both_halves_carry_what_the_power_flow_says(rigid):
     case, built = system(rigid=rigid)
-    found = revolution(modal_system(built), ANGLES, TORQUE)
+    equilibrium = revolution(modal_system(built), ANGLES, TORQUE)
     flow = power_flow(case.case).stages[0]
     for kind in ("ring", "sun"):
-        both = forces(found, "left", kind) + forces(found, "right", kind)
+        both = forces(equilibrium, "left", kind) + forces(equilibrium, "right", kind)
         expected = 2 * flow.gear_mesh_forces[kind]
         np.testing.assert_allclose(both.mean(axis=1), expected, rtol=5e-3)
 
 
 def test_the_mirror_image_of_the_machine_swaps_the_halves():
     """Driven from the other end, the other half carries what this one did."""
-    found, image = (revolution(modal_system(system(z)[1]), ANGLES, TORQUE) for z in (-0.6, 0.6))
-    size = forces(found, "left", "ring").max()
+    equilibrium, image = (
+        revolution(modal_system(system(z)[1]), ANGLES, TORQUE) for z in (-0.6, 0.6)
+    )
+    size = forces(equilibrium, "left", "ring").max()
     for kind in ("ring", "sun"):
-        left, right = (forces(found, side, kind) for side in ("left", "right"))
+        left, right = (forces(equilibrium, side, kind) for side in ("left", "right"))
         assert np.abs(left - right).max() > 1e-3 * size  # twist of carrier and shaft
         np.testing.assert_allclose(forces(image, "right", kind), left, atol=1e-8 * size)
         np.testing.assert_allclose(forces(image, "left", kind), right, atol=1e-8 * size)
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"stage.carrier.fe.plate_gap_mm": "430"}, "both halves and their gap"),
         ({"stage.gear_mesh.model": "face_load", "stage.gear_mesh.root_stress": "fe"}, "two halves"),
     ],
 )
-def test_what_does_not_fit_is_said(changes, said):
-    with pytest.raises(InputError, match=said):
+def test_what_does_not_fit_is_said(changes, message):
+    with pytest.raises(InputError, match=message):
         make_case(**{**DOUBLE, **changes})
 
 
@@ -99,8 +101,8 @@ def test_a_load_on_a_ring_of_two_halves_is_shared_by_them():
                 halves.append(carried)
         held.append((total, *halves))
     more = [loaded - plain for plain, loaded in zip(*held, strict=True)]
-    wanted = np.array([*force, *moment])
-    assert more[0] == pytest.approx(wanted, abs=1e-8 * np.abs(wanted).max())
+    six_components = np.array([*force, *moment])
+    assert more[0] == pytest.approx(six_components, abs=1e-8 * np.abs(six_components).max())
     assert np.abs(more[1] - more[2]).max() < 0.2 * np.abs(more[1]).max()
 
 

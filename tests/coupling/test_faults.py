@@ -34,11 +34,11 @@ ANGLES = RING_PITCH * np.linspace(0.0, 4.0, 41)
 def stage(tmp_path):
     """A train with faults, as a user writes them: ``stage(text, "per_pair", *faults)``."""
 
-    def made(text, model, *faults):
+    def stage_case(text, model, *faults):
         sections = "".join(f"[[faults]]\n{fault}\n" for fault in faults)
         return load_case(write(tmp_path, text.replace("MODEL", model) + sections))
 
-    return made
+    return stage_case
 
 
 def forces(case, angles=ANGLES, torque=None):
@@ -143,8 +143,8 @@ def test_transients_warn_where_a_faulty_tooth_leaves_none_in_contact(
         case.assemble().transient(2e-3)
     texts = [str(w.message) for w in issued if "alone on the path" in str(w.message)]
     assert len(texts) == lost
-    assert all("face_load" in said for said in texts)
-    assert texts == [said for said in implausible(case, power_flow(case)) if said in texts]
+    assert all("face_load" in line for line in texts)
+    assert texts == [line for line in implausible(case, power_flow(case)) if line in texts]
 
 
 def test_points_of_a_sweep_have_the_warning_where_the_fault_is_deep(stage, tmp_path):

@@ -43,15 +43,15 @@ def written(folder, places, stiff):
 def places_of(bodies, shaft_end, shift=(0.0, 0.0, 0.0)):
     """Where the supports of the bundled stage stand, after the mount at the origin, m."""
     ring, carrier = bodies.values()
-    found = {"mount_1": (0.0, 0.0, 0.0)}
+    places = {"mount_1": (0.0, 0.0, 0.0)}
     for name, place in zip(ring.node_names, ring.positions, strict=True):
         if not name.startswith("tooth"):
-            found[f"stage.{name}"] = place + np.array(shift)
+            places[f"stage.{name}"] = place + np.array(shift)
     for side in ("drive", "far"):
         at = carrier.node_names.index(f"bearing_{side}")
-        found[f"stage.carrier_{side}"] = carrier.positions[at] + np.array(shift)
-    found["stage.output"] = shaft_end + np.array(shift)
-    return found
+        places[f"stage.carrier_{side}"] = carrier.positions[at] + np.array(shift)
+    places["stage.output"] = shaft_end + np.array(shift)
+    return places
 
 
 def stage_on(housing, **settings):
@@ -81,22 +81,24 @@ def test_a_stiff_one_is_the_lumped_one(tmp_path, places, gap):
         "housing.mass_kg": str(inertia[0, 0]),
         "housing.inertia_kg_m2": str(np.diag(inertia)[3:].tolist()),
     }
-    wanted, off = stage_on(lumped, **gap), []
+    reference, off = stage_on(lumped, **gap), []
     for stiff in (1e11, 1e12):
-        found = stage_on(written(tmp_path, places, stiff), **gap)
-        off.append(np.abs(found.pair_load - wanted.pair_load).max() / wanted.pair_load.max())
+        equilibrium = stage_on(written(tmp_path, places, stiff), **gap)
+        off.append(
+            np.abs(equilibrium.pair_load - reference.pair_load).max() / reference.pair_load.max()
+        )
     assert off[1] < 1e-3
     assert off[1] < 0.15 * off[0]
 
 
 def test_its_mount_takes_all_weight(tmp_path, places):
     """Also its own; beside it only the moments that the stage's torques leave."""
-    found = stage_on(written(tmp_path, places, 3e9))
-    weight = mass_of(found.modal.system) * G
-    held = Recovery(found).link_force("housing_mount_1")
-    assert found.closure.max() < 1e-8
+    equilibrium = stage_on(written(tmp_path, places, 3e9))
+    weight = mass_of(equilibrium.modal.system) * G
+    held = Recovery(equilibrium).link_force("housing_mount_1")
+    assert equilibrium.closure.max() < 1e-8
     assert held[:, :3] == pytest.approx(np.tile([0, -weight, 0], (2, 1)), abs=1e-8 * weight)
-    torques = found.torques.sum(axis=1)  # the ports'; the housing takes the ring's
+    torques = equilibrium.torques.sum(axis=1)  # the ports'; the housing takes the ring's
     assert held[:, 5] == pytest.approx(torques, rel=1e-8)
 
 
@@ -106,14 +108,14 @@ def test_where_a_stage_stands_in_it_changes_nothing_without_tilt(tmp_path, place
     case = make_case(**SMALL)
     bodies = make_bodies(case)
     moved = places_of(bodies, np.array(places["stage.output"]), shift=(0.0, 0.0, 1.5))
-    found = []
+    equilibria = []
     for at in (places, moved):
-        (tmp_path / str(len(found))).mkdir()
-        keys = written(tmp_path / str(len(found)), at, 1e13)
+        (tmp_path / str(len(equilibria))).mkdir()
+        keys = written(tmp_path / str(len(equilibria)), at, 1e13)
         case = make_case(**SMALL, **dict.fromkeys(MOUNT, "1e13"), **keys)
         system = build_system(case.case, bodies)
-        found.append(revolution(modal_system(system), ANGLES, case.case.inputs[0].torque))
-    a, b = (one.pair_load for one in found)
+        equilibria.append(revolution(modal_system(system), ANGLES, case.case.inputs[0].torque))
+    a, b = (one.pair_load for one in equilibria)
     assert np.abs(a - b).max() < 1e-4 * a.max()
 
 
@@ -150,25 +152,25 @@ def test_its_walls_and_the_bearings_are_springs_in_series(tmp_path):
     }
     for name, keys in (("fe", fe), ("series", series)):
         system = build_system(load_case(write(tmp_path, PAIR), keys))
-        found = revolution(modal_system(system), np.array([0.0, 0.2]), system.rated_torque)
-        recovery = Recovery(found)
+        equilibrium = revolution(modal_system(system), np.array([0.0, 0.2]), system.rated_torque)
+        recovery = Recovery(equilibrium)
         moved = [recovery.node(f"stage_1.{g}", f"stage_1.{g}")[:, :2] for g in GEARS]
-        force[name] = np.hstack([*moved, 1e-9 * found.pair_load.sum(axis=-1)])
+        force[name] = np.hstack([*moved, 1e-9 * equilibrium.pair_load.sum(axis=-1)])
     assert np.abs(force["fe"] - force["series"]).max() < 1e-5 * np.abs(force["series"]).max()
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         (lambda at: at.pop("stage.bolt_03"), "lacks stage.bolt_03 -- give this name to the node"),
         (lambda at: at.update({"stage.carrier_far": (0.9, 0.0, 0.4)}),
          "stage.carrier_far is .* mm from where the first support of its stage puts it"),
     ],
 )  # fmt: skip
-def test_nodes_that_are_not_where_supports_stand_are_refused(tmp_path, places, change, said):
+def test_nodes_that_are_not_where_supports_stand_are_refused(tmp_path, places, change, message):
     at = dict(places)
     change(at)
-    with pytest.raises(InputError, match=said) as caught:
+    with pytest.raises(InputError, match=message) as caught:
         stage_on(written(tmp_path, at, 1e12))
     assert "\n" not in str(caught.value)
 
@@ -182,7 +184,7 @@ def test_a_housing_without_a_mount_is_refused(tmp_path, places):
 
 
 @pytest.mark.parametrize(
-    ("keys", "said"),
+    ("keys", "message"),
     [
         ({"housing.kind": "reduced"}, "housing.fe_mesh_file: is missing"),
         ({"housing.kind": "reduced", "housing.fe_mesh_file": "a.npz"}, "fe_mesh_nodes: is missing"),
@@ -195,8 +197,8 @@ def test_a_housing_without_a_mount_is_refused(tmp_path, places):
           **MOUNT}, "housing.fe_mesh_file.*there is no such file"),
     ],
 )  # fmt: skip
-def test_keys_that_belong_together(keys, said):
-    with pytest.raises(InputError, match=said):
+def test_keys_that_belong_together(keys, message):
+    with pytest.raises(InputError, match=message):
         build_system(make_case(**keys).case, make_bodies(make_case()))
 
 
@@ -217,8 +219,8 @@ def test_bearings_along_a_shaft_stand_on_nodes_of_their_own(tmp_path):
     force = []
     for keys in ({}, stiff | dict.fromkeys(MOUNT, "1e14")):
         system = build_system(load_case(train, keys))
-        found = revolution(modal_system(system), np.array([0.0, 0.2]), system.rated_torque)
-        recovery = Recovery(found)
+        equilibrium = revolution(modal_system(system), np.array([0.0, 0.2]), system.rated_torque)
+        recovery = Recovery(equilibrium)
         force.append([recovery.link_force(f"stage_1.pinion_support_{k}") for k in (1, 2)])
     on_ground, on_housing = np.array(force)
     assert np.abs(on_housing - on_ground).max() < 1e-4 * np.abs(on_ground).max()

@@ -25,16 +25,16 @@ GAP = 12e-6
 def gears(folder, model="per_pair", **overrides):
     """Pinion and gear with all modes kept; what is there overrides by TOML key of the stage."""
     path = write(folder, gears_text(model, backlash=60))
-    given = {f"stages.stage_1.{key}": str(value) for key, value in overrides.items()}
+    settings = {f"stages.stage_1.{key}": str(value) for key, value in overrides.items()}
     helical = {"stages.stage_1.helix_angle_deg": "15", "stages.stage_1.planet_hand": '"right"'}
-    return modal_system(build_system(load_case(path, {**helical, **given})))
+    return modal_system(build_system(load_case(path, {**helical, **settings})))
 
 
 def approach(modal, angles, torque):
     """Approach of both bodies along N at mid-face (p,), m, and loads of all pairs."""
-    found = revolution(modal, angles, torque)
+    equilibrium = revolution(modal, angles, torque)
     out = []
-    for angle, eta in zip(angles, found.eta, strict=True):
+    for angle, eta in zip(angles, equilibrium.eta, strict=True):
         moved = modal.channel_modes @ eta
         rows, _ = rows_at(modal.system, angle)
         row = next(
@@ -44,7 +44,7 @@ def approach(modal, angles, torque):
         coef = rows.coef[row, : rows.row["width"][row]].copy()
         coef[:, 3:5] = 0.0  # tilts, of a row at another z
         out.append((coef * moved[at]).sum())
-    return np.array(out), found.pair_load
+    return np.array(out), equilibrium.pair_load
 
 
 def uniform(gear, *flanks):
@@ -60,9 +60,11 @@ def uniform(gear, *flanks):
 def test_a_uniform_gap_moves_the_transmission_error_by_itself(tmp_path, model):
     """Loads stay to the last digit that closure allows; bodies approach by g cosβ_b more."""
     angles, torque = np.linspace(0.0, 0.2, 7), 500.0
-    own = {"gear_mesh.path_only": "true", "gear_mesh.slices": "5"} if model == "face_load" else {}
-    plain, loads = approach(gears(tmp_path, model, **own), angles, torque)
-    (system,) = (gears(tmp_path, model, **own, **uniform("gear", "drive")),)
+    settings = (
+        {"gear_mesh.path_only": "true", "gear_mesh.slices": "5"} if model == "face_load" else {}
+    )
+    plain, loads = approach(gears(tmp_path, model, **settings), angles, torque)
+    (system,) = (gears(tmp_path, model, **settings, **uniform("gear", "drive")),)
     moved, same = approach(system, angles, torque)
     cos_b = math.cos(math.atan(float(system.system.pairs.slope[0])))
     np.testing.assert_allclose(moved - plain, GAP * cos_b, rtol=1e-7)
@@ -99,13 +101,13 @@ def test_a_helix_slope_error_is_the_modification_of_that_flank(tmp_path, keys, t
     options = {"gear_mesh.model": '"face_load"', "gear_mesh.slices": "7", "helix_angle_deg": "12",
                "gear_mesh.contact_law": '"one-sided"', "gear_mesh.path_only": "true"}  # fmt: skip
     value = "[20]" if "planet" in error else "20"
-    found = []
+    results = []
     for key, amount in ((ground, "20"), (error, value), ("planets", "4")):
-        given = {f"stage.{k}": v for k, v in {**options, key: amount}.items()}
-        modal = modal_system(build_system(stage_train(tmp_path, helix=12, **given)))
+        settings = {f"stage.{k}": v for k, v in {**options, key: amount}.items()}
+        modal = modal_system(build_system(stage_train(tmp_path, helix=12, **settings)))
         result = revolution(modal, np.array([0.0, 0.02]), float(torque))
-        found.append((result, line_loads(result)))
-    (a, x), (b, y), (plain, _) = found
+        results.append((result, line_loads(result)))
+    (a, x), (b, y), (plain, _) = results
     if ground.startswith("planet") or float(torque) > 0:
         assert np.abs(a.far_load - plain.far_load).max() > 1e-3 * plain.pair_load.max()
     scale = a.pair_load.max()
@@ -125,8 +127,8 @@ def test_a_helix_slope_error_on_pairs_that_are_one_spring(tmp_path):
         "errors.planet_sun_helix_slope_um",
     ):
         value = "[60]" if "errors" in key else "60"
-        given = {f"stage.{k}": v for k, v in {**options, key: value}.items()}
-        modal = modal_system(build_system(stage_train(tmp_path, helix=12, **given)))
+        settings = {f"stage.{k}": v for k, v in {**options, key: value}.items()}
+        modal = modal_system(build_system(stage_train(tmp_path, helix=12, **settings)))
         loads.append(revolution(modal, np.linspace(0, 0.05, 4), 3000.0).pair_load)
     np.testing.assert_allclose(*loads, rtol=0, atol=2e-3 * loads[0].max())
 
@@ -135,8 +137,8 @@ KEYS = {"amount_um": "60", "length_mm": "12", "form": '"parabolic"'}
 
 
 def keys(prefix, length="12"):
-    given = {**KEYS, "length_mm": length}
-    return {f"{prefix}.modifications.tip_relief.{name}": value for name, value in given.items()}
+    relief = {**KEYS, "length_mm": length}
+    return {f"{prefix}.modifications.tip_relief.{name}": value for name, value in relief.items()}
 
 
 def lumped(folder, **changes):
@@ -171,12 +173,12 @@ def test_relief_is_the_gap_of_each_pair_at_its_place(tmp_path, make):
         short[rows.pair["gear_mesh"][q], rows.pair["tooth"][q]] -= gap[q]
     shifted = system.with_(pairs=clean._replace(error_gear=short))
     torque = system.rated_torque
-    found, expected, plain = (
+    loads, expected, plain = (
         revolution(modal_system(s), np.array([angle]), torque).pair_load
         for s in (system, shifted, unmodified(system))
     )
-    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-8 * expected.max())
-    assert np.abs(found - plain).max() > 1e-2 * plain.max()
+    np.testing.assert_allclose(loads, expected, rtol=0, atol=1e-8 * expected.max())
+    assert np.abs(loads - plain).max() > 1e-2 * plain.max()
 
 
 def wide_lumped(folder):
@@ -192,27 +194,27 @@ def test_pairs_of_a_wide_stage_share_the_force_of_their_gear_mesh(tmp_path, make
     system = make(tmp_path)
     pairs = system.pairs
     angles = np.linspace(0.0, 2 * np.pi / pairs.gear_teeth.max(), 5)
-    found = revolution(modal_system(system), angles, system.rated_torque)
+    equilibrium = revolution(modal_system(system), angles, system.rated_torque)
     front = pairs.carries == 1
-    load, tooth = found.pair_load[:, front], found.pair_tooth[:, front]
+    load, tooth = equilibrium.pair_load[:, front], equilibrium.pair_tooth[:, front]
     reach = pairs.s_hi - pairs.s_lo + 2 * np.abs(pairs.slope) * pairs.half_face
     ratio = np.floor(reach / pairs.pitch)[front]
     at_work = (tooth >= 0).sum(axis=-1)
     assert at_work.max() > 4
     assert np.all((at_work == ratio) | (at_work == ratio + 1))
     for sample in tooth.reshape(-1, pairs.slots):
-        own = sample[sample >= 0]
-        assert len(set(own)) == len(own)  # none is written over by another
+        entries = sample[sample >= 0]
+        assert len(set(entries)) == len(entries)  # none is written over by another
     # sun and ring turn no planet: all pairs are in the balance of its moments
     moment = load.sum(axis=-1) * pairs.planet_arm[front]
     planets = pairs.planet_block[front]
     for block in set(planets):
-        own = moment[:, planets == block]
-        assert np.abs(own.sum(axis=1)).max() < 1e-8 * np.abs(own).max()
+        entries = moment[:, planets == block]
+        assert np.abs(entries.sum(axis=1)).max() < 1e-8 * np.abs(entries).max()
 
 
 def test_energy_closes_while_many_pairs_come_and_go():
     modal = modal_system(wide_flexible(None), 3000.0)
-    found = stepped(modal, jump(TORQUE, 0.3 * TORQUE, 0.01), 0.04, 5e-5, 1e-3, track_energy=True)
-    assert (found.pair_load > 0.0).sum(axis=-1).max() > 4
-    assert energy_error(found) < 1e-2
+    run = stepped(modal, jump(TORQUE, 0.3 * TORQUE, 0.01), 0.04, 5e-5, 1e-3, track_energy=True)
+    assert (run.pair_load > 0.0).sum(axis=-1).max() > 4
+    assert energy_error(run) < 1e-2

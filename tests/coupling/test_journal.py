@@ -123,19 +123,19 @@ def test_stiffness_and_damping_are_those_of_the_short_bearing(eccentricity):
 @pytest.mark.parametrize("torque", ["200", "1000", "4000"])
 def test_a_planet_stands_on_its_film_where_ocvirk_says(tmp_path, torque):
     case = with_film(tmp_path, **{"inputs.0.torque_nm": torque})
-    found = case.assemble().static(angle_deg=[0, 1.3])
-    off, load = pin(found, 1)
+    result = case.assemble().static(angle_deg=[0, 1.3])
+    off, load = pin(result, 1)
     speed = 100 * np.pi / 30 * PLANET
     eccentricity, attitude = short_bearing(abs(load), speed)
     assert abs(off) == pytest.approx(eccentricity, rel=1e-6)
     film = CLEARANCE * (1 - eccentricity)
-    assert found.film_thickness.values[1, 0] == pytest.approx(film, rel=1e-5)
+    assert result.film_thickness.values[1, 0] == pytest.approx(film, rel=1e-5)
     # the bore turns backwards, and takes the pin with it from the direction of the load
     assert np.angle(off / load) == pytest.approx(-attitude, rel=1e-5)
     drag = 2 * np.pi * OIL * (DIAMETER / 2) ** 3 * LENGTH / CLEARANCE * speed
     lost = 3 * PLANET * drag / np.sqrt(1 - eccentricity**2)  # at the carrier; the wedge's beside
     carried = 94 / 26 + 1  # turns of the sun
-    missing = float(torque) + carried * float(found.port_torque.sel(port="stage.sun")[1])
+    missing = float(torque) + carried * float(result.port_torque.sel(port="stage.sun")[1])
     wedge = 3 * PLANET * 0.5 * abs(off) * CLEARANCE * abs(load) * np.sin(attitude)
     assert missing == pytest.approx(lost + wedge, rel=1e-3)
 
@@ -143,8 +143,8 @@ def test_a_planet_stands_on_its_film_where_ocvirk_says(tmp_path, torque):
 def test_surfaces_touch_where_no_film_carries(tmp_path):
     """With next to no oil a pin stands in its bore as in a bearing with that clearance."""
     thin = FILM | {"viscosity_mpa_s": "1e-6", "least_film_um": "1"}
-    found = with_film(tmp_path, thin).assemble().static(angle_deg=[0.0])
-    off, load = pin(found, 0)
+    result = with_film(tmp_path, thin).assemble().static(angle_deg=[0.0])
+    off, load = pin(result, 0)
     closer = abs(off) * CLEARANCE - (CLEARANCE - 1e-6)
     assert abs(load) == pytest.approx((5e8 - CENTERING) * closer, rel=1e-4)
 
@@ -152,12 +152,12 @@ def test_surfaces_touch_where_no_film_carries(tmp_path):
 def test_the_film_follows_the_speed_of_the_moment(tmp_path):
     """Held at half of its rated speed, a train runs on the film of that speed, not the rated one;
     viscosity of the lubricant times density is that of the film."""
-    kept = {k: v for k, v in FILM.items() if k != "viscosity_mpa_s"}
+    film = {k: v for k, v in FILM.items() if k != "viscosity_mpa_s"}
     oil = {"viscosity_40_mm2_per_s": "100", "operating_viscosity_mm2_per_s": "30"}
     keys = {f"lubricant.{k}": v for k, v in oil.items()} | {"lubricant.density_kg_per_m3": "1000"}
     machine = {"law": '"speed"', "kind": '"ramp"', "times_s": "[0, 1]", "speeds_rpm": "[50, 50]"}
     keys |= {f"inputs.0.machine.{k}": v for k, v in machine.items()}
-    case = with_film(tmp_path, kept, **keys)
+    case = with_film(tmp_path, film, **keys)
     run = case.assemble().transient(duration=0.004)
     off, load = pin(run, -1)
     eccentricity, attitude = short_bearing(abs(load), 50 * np.pi / 30 * PLANET)

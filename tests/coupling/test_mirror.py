@@ -47,20 +47,20 @@ MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])  # of (u, ω), ω being an 
 
 def errors_as_keys(image, turn=0.0):
     """The same errors or their image's, planet i in the place of −i, in an image at −θ + turn."""
-    found = {}
+    settings = {}
     for name, values in ERRORS.items():
         sign = -1.0 if image and name in ODD else 1.0
         shift = -math.degrees(TURNS.get(name, 0.0) * turn)
         unit = "deg" if name.endswith("phase") else "um"
         if isinstance(values, list):
             values = [sign * values[-i if image else i] + shift for i in range(len(values))]
-            found[f"stage.errors.{name}_{unit}"] = str(values)
+            settings[f"stage.errors.{name}_{unit}"] = str(values)
         else:
-            found[f"stage.errors.{name}_{unit}"] = str(sign * values + shift)
-    return found
+            settings[f"stage.errors.{name}_{unit}"] = str(sign * values + shift)
+    return settings
 
 
-def made(tmp_path, image, *parts, held="ring", turn=0.0, **more):
+def stage_modal(tmp_path, image, *parts, held="ring", turn=0.0, **more):
     """The stage whose sun is driven backwards onto drive flanks, or its image; parts: lumped."""
     sign, hand = (-1.0, "left") if image else (1.0, "right")
     more |= {**SUPPORT, **STANDS} if held == "carrier" else {}
@@ -73,14 +73,14 @@ def made(tmp_path, image, *parts, held="ring", turn=0.0, **more):
     return modal_system(build_system(case, cheap(case)))
 
 
-def thinned_on_the_other_flanks(image, own):
+def thinned_on_the_other_flanks(image, original):
     """The image with phases and play of flanks as the mirror shows them."""
-    here, there = image.system.pairs, own.system.pairs
-    number = {(m.kind, m.planet): k for k, m in enumerate(own.system.gear_meshes)}
+    image_pairs, pairs = image.system.pairs, original.system.pairs
+    number = {(m.kind, m.planet): k for k, m in enumerate(original.system.gear_meshes)}
     seen = [number[mirrored(m.kind, m.planet, 0)[:2]] for m in image.system.gear_meshes]
-    off = there.s0[seen] - here.s0
-    off -= here.pitch * np.rint(off / here.pitch)
-    changed = here._replace(s0=here.s0 + off, gap=there.gap[seen])
+    off = pairs.s0[seen] - image_pairs.s0
+    off -= image_pairs.pitch * np.rint(off / image_pairs.pitch)
+    changed = image_pairs._replace(s0=image_pairs.s0 + off, gap=pairs.gap[seen])
     return replace(image, system=image.system.with_(pairs=changed)), np.abs(off).max()
 
 
@@ -93,23 +93,23 @@ def loads_by_tooth(result):
     """By position the load of every ring tooth, and the sum of every sun gear mesh."""
     out = []
     for loads, teeth in zip(result.pair_load, result.pair_tooth, strict=True):
-        found = {}
+        by_tooth = {}
         for label, load, tooth in zip(result.modal.system.gear_meshes, loads, teeth, strict=True):
             if label.kind.startswith("sun"):
-                found[label.kind, label.planet, 0] = float(load.sum())
+                by_tooth[label.kind, label.planet, 0] = float(load.sum())
                 continue
             for f, j in zip(load, tooth, strict=True):
                 if j >= 0:
-                    found[label.kind, label.planet, int(j)] = float(f)
-        out.append(found)
+                    by_tooth[label.kind, label.planet, int(j)] = float(f)
+        out.append(by_tooth)
     return out
 
 
-def assert_mirrored(own, image):
+def assert_mirrored(original, image):
     """Tooth loads within 1e-8 of the largest, on the other flanks."""
-    here, there = loads_by_tooth(own), loads_by_tooth(image)
-    largest = max(load for position in here for load in position.values())
-    for a, b in zip(here, there, strict=True):
+    loads, image_loads = loads_by_tooth(original), loads_by_tooth(image)
+    largest = max(load for position in loads for load in position.values())
+    for a, b in zip(loads, image_loads, strict=True):
         seen = {mirrored(*key): load for key, load in a.items() if load > 1e-6 * largest}
         assert len(seen) > 2 * PLANETS
         assert all(abs(b.get(key, 0.0) - load) < 1e-8 * largest for key, load in seen.items())
@@ -117,7 +117,7 @@ def assert_mirrored(own, image):
         assert not any(kind.endswith("_coast") for kind, _, _ in seen)
 
 
-def assert_same_motion(own, image, ring="tooth_017", image_ring="tooth_078"):
+def assert_same_motion(original, image, ring="tooth_017", image_ring="tooth_078"):
     """Planets, sun, carrier and ring move as the mirror shows."""
     nodes = [("stage.shaft", "sun", "stage.shaft", "sun"),
              ("stage.carrier", "bearing_far", "stage.carrier", "bearing_far"),
@@ -125,7 +125,7 @@ def assert_same_motion(own, image, ring="tooth_017", image_ring="tooth_078"):
              *((f"stage.planet_{i + 1}",) * 2 + (f"stage.planet_{-i % PLANETS + 1}",) * 2
                for i in range(PLANETS))]  # fmt: skip
     for body, node, other, other_node in nodes:
-        a, b = Recovery(own).node(body, node), Recovery(image).node(other, other_node)
+        a, b = Recovery(original).node(body, node), Recovery(image).node(other, other_node)
         for part in (slice(0, 3), slice(3, 6)):
             close = 1e-8 * np.abs(a[:, part]).max()
             np.testing.assert_allclose((b * MIRROR)[:, part], a[:, part], rtol=0, atol=close)
@@ -133,12 +133,13 @@ def assert_same_motion(own, image, ring="tooth_017", image_ring="tooth_078"):
 
 @pytest.mark.parametrize("held", ["ring", "carrier"])
 def test_an_fe_stage_with_the_other_flanks_thinned(tmp_path, held):
-    own, plain = (made(tmp_path, image, held=held) for image in (False, True))
-    image, moved = thinned_on_the_other_flanks(plain, own)
-    cos_b = math.cos(math.atan(float(own.system.pairs.slope[0])))
+    original, plain = (stage_modal(tmp_path, image, held=held) for image in (False, True))
+    image, moved = thinned_on_the_other_flanks(plain, original)
+    cos_b = math.cos(math.atan(float(original.system.pairs.slope[0])))
     assert moved == pytest.approx(BACKLASH / cos_b, rel=1e-9)
     results = [
-        revolution(modal, sign * ANGLES, sign * TORQUE) for modal, sign in ((own, 1), (image, -1))
+        revolution(modal, sign * ANGLES, sign * TORQUE)
+        for modal, sign in ((original, 1), (image, -1))
     ]
     assert_mirrored(*results)
     assert_same_motion(*results)
@@ -149,13 +150,13 @@ LUMPED = ("ring", "sun", "carrier")
 
 def turned_image(tmp_path, **more):
     """A lumped stage and its image, which coast flanks of the ring turn: both at their angles."""
-    own = made(tmp_path, False, *LUMPED, **more)
-    pairs, kinds = own.system.pairs, [m.kind for m in own.system.gear_meshes]
+    original = stage_modal(tmp_path, False, *LUMPED, **more)
+    pairs, kinds = original.system.pairs, [m.kind for m in original.system.gear_meshes]
     turn = -BACKLASH / abs(pairs.gear_arm[kinds.index("ring")])
-    image = made(tmp_path, True, *LUMPED, turn=turn, **more)
+    image = stage_modal(tmp_path, True, *LUMPED, turn=turn, **more)
     sun = turn * (1.0 + TEETH["ring"] / TEETH["sun"])
     return (
-        revolution(own, ANGLES, TORQUE),
+        revolution(original, ANGLES, TORQUE),
         revolution(image, -ANGLES + sun, -TORQUE),
     )
 
@@ -190,8 +191,8 @@ def face(request, monkeypatch, influences):
     """Keys of modified flanks followed along the face, with springs of slices or FE influences."""
 
     def influence(view, slot):
-        found = influences[slot]
-        return found if view.stage.planet_hand == "right" else found.mirrored()
+        influence = influences[slot]
+        return influence if view.stage.planet_hand == "right" else influence.mirrored()
 
     monkeypatch.setattr(influence_pairs, "tooth_influence", influence)
     compliance = {"gear_mesh.tooth_compliance": f'"{request.param}"'}
@@ -200,23 +201,23 @@ def face(request, monkeypatch, influences):
 
 def slices(result):
     """Forces (pairs, K) by position and gear mesh, pairs by their place on the path."""
-    force, found = line_loads(result).force, {}
+    force, forces = line_loads(result).force, {}
     for p, m in np.ndindex(force.shape[:2]):
-        there = np.flatnonzero(result.pair_tooth[p, m] >= 0)
-        order = there[np.argsort(result.pair_position[p, m, there])]
+        slots = np.flatnonzero(result.pair_tooth[p, m] >= 0)
+        order = slots[np.argsort(result.pair_position[p, m, slots])]
         label = result.modal.system.gear_meshes[m]
-        found[p, label.kind, label.planet] = force[p, m, order]
-    return found
+        forces[p, label.kind, label.planet] = force[p, m, order]
+    return forces
 
 
 def test_load_along_the_face_is_mirrored_slice_by_slice(tmp_path, face):
-    own, image = turned_image(tmp_path, **face)
-    assert_mirrored(own, image)
-    here, there = slices(own), slices(image)
-    largest = max(force.max(initial=0.0) for force in here.values())
-    for (p, kind, planet), force in here.items():
+    original, image = turned_image(tmp_path, **face)
+    assert_mirrored(original, image)
+    forces, image_forces = slices(original), slices(image)
+    largest = max(force.max(initial=0.0) for force in forces.values())
+    for (p, kind, planet), force in forces.items():
         if kind.endswith("_coast"):  # those that carry
-            seen = there[p, *mirrored(kind, planet, 0)[:2]]
+            seen = image_forces[p, *mirrored(kind, planet, 0)[:2]]
             np.testing.assert_allclose(seen, force, rtol=0, atol=1e-8 * largest)
 
 
@@ -225,7 +226,7 @@ def test_load_along_the_face_turns_with_the_planets_and_their_numbers(tmp_path, 
     before it. Planets roll without moment, the sun takes its torque."""
     step = 2 * np.pi / PLANETS * (1.0 + TEETH["ring"] / TEETH["sun"])
     pins = np.array(ERRORS["pin_tangential"])
-    found = []
+    results = []
     for values, angle in ((pins, 0.7), (np.roll(pins, -1), 0.7 + step)):
         keys = {
             "errors.pin_tangential_um": values,
@@ -233,17 +234,17 @@ def test_load_along_the_face_turns_with_the_planets_and_their_numbers(tmp_path, 
         }
         more = {**face, **{f"stage.{key}": str(v.tolist()) for key, v in keys.items()}}
         case = lumped(held_case(tmp_path, "ring", "sun", "carrier", **more), *LUMPED)
-        found.append(revolution(modal_system(build_system(case)), np.array([angle]), TORQUE))
-    one, next_ = found
-    here, there = slices(one), slices(next_)
-    largest = max(force.max(initial=0.0) for force in here.values())
-    for (p, kind, planet), force in there.items():
-        seen = here[p, kind, (planet + 1) % PLANETS]
+        results.append(revolution(modal_system(build_system(case)), np.array([angle]), TORQUE))
+    one, next_ = results
+    forces, next_forces = slices(one), slices(next_)
+    largest = max(force.max(initial=0.0) for force in forces.values())
+    for (p, kind, planet), force in next_forces.items():
+        seen = forces[p, kind, (planet + 1) % PLANETS]
         np.testing.assert_allclose(force, seen, rtol=0, atol=1e-8 * largest)
     pairs, load = one.modal.system.pairs, one.pair_load[0].sum(axis=1)
     labels = one.modal.system.gear_meshes
     for planet in range(PLANETS):
-        own = [k for k, m in enumerate(labels) if m.planet == planet]
-        assert abs(load[own] @ pairs.planet_arm[own]) < 1e-8 * TORQUE
+        columns = [k for k, m in enumerate(labels) if m.planet == planet]
+        assert abs(load[columns] @ pairs.planet_arm[columns]) < 1e-8 * TORQUE
     suns = [k for k, m in enumerate(labels) if m.kind.startswith("sun")]
     assert abs(load[suns] @ pairs.gear_arm[suns]) == pytest.approx(TORQUE, rel=1e-8)

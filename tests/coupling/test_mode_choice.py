@@ -101,11 +101,11 @@ def test_the_estimate_bounds_the_true_error_and_is_near_it(system, solved, estim
 
 def test_more_accuracy_keeps_more_modes_and_none_of_it_all(system, solved, estimates):
     omega, _ = solved
-    kept = [
+    counts = [
         choose_modes(omega, estimates, BAND, accuracy=a).count
         for a in (0.1, 0.05, 0.02, 0.005, 1e-3, 1e-5)
     ]
-    assert np.all(np.diff(kept) >= 0) and kept[-1] > 2 * kept[0]
+    assert np.all(np.diff(counts) >= 0) and counts[-1] > 2 * counts[0]
     assert np.all(np.diff(estimates[np.isfinite(estimates)]) <= 0)
     every = choose_modes(omega, estimates, BAND, accuracy=1e-14)
     assert every.count == len(omega) and every.estimate == 0.0
@@ -113,13 +113,13 @@ def test_more_accuracy_keeps_more_modes_and_none_of_it_all(system, solved, estim
 
 def test_a_wider_band_needs_more_modes_and_one_above_all_frequencies_all_of_them(system, solved):
     omega, phi = solved
-    kept = []
+    counts = []
     for band in (100.0, 300.0, 1000.0, 1e5):
-        found = np.array(list(mode_estimates(system, omega, phi, band)))
-        assert np.all(np.isinf(found[: np.sum(omega < 2 * np.pi * band)]))
-        kept.append(choose_modes(omega, found, band, accuracy=0.05).count)
-    assert np.all(np.diff(kept) > 0)
-    assert kept[-1] == len(omega)
+        estimates = np.array(list(mode_estimates(system, omega, phi, band)))
+        assert np.all(np.isinf(estimates[: np.sum(omega < 2 * np.pi * band)]))
+        counts.append(choose_modes(omega, estimates, band, accuracy=0.05).count)
+    assert np.all(np.diff(counts) > 0)
+    assert counts[-1] == len(omega)
 
 
 def test_no_cut_splits_equal_frequencies(solved, estimates):
@@ -145,9 +145,9 @@ def test_a_limit_is_an_upper_bound_of_an_accuracy(system, solved, estimates):
     highest = solved[0][free.count - 1] / (2 * np.pi)
     same = choose_modes(solved[0], estimates, BAND, accuracy=0.01, limit_hz=3000.0)
     assert same.count == free.count and highest < 3000.0
-    with pytest.raises(FlexgearError, match=f"needs modes to {highest:.0f} Hz, but") as said:
+    with pytest.raises(FlexgearError, match=f"needs modes to {highest:.0f} Hz, but") as fault:
         choose_modes(solved[0], estimates, BAND, accuracy=0.01, limit_hz=0.9 * highest)
-    assert "raise modes_to_hz" in str(said.value)
+    assert "raise modes_to_hz" in str(fault.value)
     with pytest.raises(FlexgearError, match="needs band_hz"):
         modal_system(system, accuracy=0.01)
 
@@ -176,9 +176,9 @@ def test_a_floating_sun_hides_no_error(system, solved, estimates):
     others, shapes = elastic_modes(held)
     assert others[0] > 5 * omega[0]
     floating = choose_modes(omega, estimates, BAND, accuracy=0.01)
-    found = choose_modes(others, mode_estimates(held, others, shapes, BAND), BAND, accuracy=0.01)
-    assert found.count == floating.count
-    assert found.estimate == pytest.approx(floating.estimate, rel=0.05)
+    choice = choose_modes(others, mode_estimates(held, others, shapes, BAND), BAND, accuracy=0.01)
+    assert choice.count == floating.count
+    assert choice.estimate == pytest.approx(floating.estimate, rel=0.05)
 
 
 def test_torques_at_ports_count(system, solved, estimates):
@@ -194,12 +194,12 @@ def test_torques_at_ports_count(system, solved, estimates):
 
 
 def test_rigid_bodies_and_trains_without_support_rows():
-    for found in (
+    for system in (
         make_system(("ring", "carrier", "shaft")),
         build_system(load_case("lin-parker")),
         build_system(load_case("double-rotor-5mw")),
     ):
-        modal = modal_system(found, accuracy=0.02, band_hz=300.0)
+        modal = modal_system(system, accuracy=0.02, band_hz=300.0)
         assert 0 <= modal.choice.estimate <= 0.02
 
 
@@ -212,11 +212,11 @@ def test_a_torque_drop_with_chosen_modes_agrees_with_all_modes():
     def loads(modal):
         return stepped(modal, drop, 0.05, 5e-5, 1e-4).pair_load
 
-    full, kept = loads(modal_system(system)), loads(chosen)
+    full, few = loads(modal_system(system)), loads(chosen)
     peak = full.max(axis=(0, 2))
     loaded = peak > 0.1 * peak.max()
-    assert np.abs(kept.max(axis=(0, 2)) / np.where(loaded, peak, np.inf) - loaded).max() < 0.01
-    assert np.abs(kept - full).max() < 0.01 * peak.max()
+    assert np.abs(few.max(axis=(0, 2)) / np.where(loaded, peak, np.inf) - loaded).max() < 0.01
+    assert np.abs(few - full).max() < 0.01 * peak.max()
 
 
 def test_displacements_are_counted_from_the_mean_pin_however_few_modes_there_are(system):

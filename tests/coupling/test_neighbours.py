@@ -67,11 +67,11 @@ def whole_lines(bends, path, lines, where, closer=0.0):
     x = approach + closer + tilt * z - gap
     flexibility = np.zeros((len(x), len(x)))
     for k, place in enumerate(s):
-        own = slice(k * count, (k + 1) * count)
-        flexibility[own, own] = at(bends.flexibility, place, path)
-        for apart, between in enumerate(at(bends.beside, place, path)[: len(s) - k - 1], k + 1):
-            after = slice(apart * count, (apart + 1) * count)
-            flexibility[own, after], flexibility[after, own] = between, between.T
+        block = slice(k * count, (k + 1) * count)
+        flexibility[block, block] = at(bends.flexibility, place, path)
+        for distance, between in enumerate(at(bends.beside, place, path)[: len(s) - k - 1], k + 1):
+            after = slice(distance * count, (distance + 1) * count)
+            flexibility[block, after], flexibility[after, block] = between, between.T
     scale = np.concatenate([at(bends.scale, place, path) for place in s])
     limit = np.concatenate([at(bends.limit, place, path) for place in s])
     return slots, pressed(flexibility, scale, limit, x).reshape(-1, count)
@@ -89,9 +89,9 @@ def pressed(flexibility, scale, limit, x):
     for _ in range(60):
         f[~touch] = 0.0
         some = np.flatnonzero(touch)
-        known = np.maximum(f[some], 1e-9 * limit[some])
-        ratio = np.log(limit[some] / known)
-        left = (x - flexibility @ f)[some] - scale[some] * known * ratio
+        force = np.maximum(f[some], 1e-9 * limit[some])
+        ratio = np.log(limit[some] / force)
+        left = (x - flexibility @ f)[some] - scale[some] * force * ratio
         tangent = flexibility[np.ix_(some, some)] + np.diag(scale[some] * (ratio - 1))
         f[some] += np.linalg.solve(tangent, left)
         wrong = (f < 0) | (~touch & (x - flexibility @ f > 1e-12 * x.max()))
@@ -110,10 +110,10 @@ def test_the_whole_set_of_slices_says_the_same(model, turned, kind, m):
     lines, worst, alone = line_loads(turned), 0.0, []
     for position in range(len(CYCLE)):
         slots, force = whole_lines(bends[kind], paths[kind, ""], lines, (position, m))
-        found, largest = lines.force[position, m, slots], turned.pair_load[:, m].max()
-        load = found.sum(axis=1)
+        by_lines, largest = lines.force[position, m, slots], turned.pair_load[:, m].max()
+        load = by_lines.sum(axis=1)
         assert force.sum(axis=1) == pytest.approx(load, abs=0.01 * largest)
-        worst = max(worst, np.abs(force - found).max() / found.max())
+        worst = max(worst, np.abs(force - by_lines).max() / by_lines.max())
         single = replace(bends[kind], beside=np.zeros_like(bends[kind].beside))
         _, force = whole_lines(single, paths[kind, ""], lines, (position, m))
         alone.append(force.sum() / load.sum() - 1)
@@ -127,14 +127,14 @@ def test_stiffness_of_the_gear_mesh_is_the_slope_of_all_slices(model, turned, ki
     """Central difference of the whole set of slices, neighbours and line contact included."""
     _, paths, bends = model
     lines, step = line_loads(turned), 1e-8
-    found = gear_mesh_stiffness(turned, lines)[:, m]
+    stiffness = gear_mesh_stiffness(turned, lines)[:, m]
     for position in range(len(CYCLE)):
         forces = [
             whole_lines(bends[kind], paths[kind, ""], lines, (position, m), closer)[1].sum()
             for closer in (-step, step)
         ]
         slope = (forces[1] - forces[0]) / (2.0 * step)
-        assert found[position] == pytest.approx(slope, rel=0.02)
+        assert stiffness[position] == pytest.approx(slope, rel=0.02)
         assert np.nansum(lines.tangent[position, m]) > 1.03 * slope  # each pair for itself
 
 
@@ -151,9 +151,9 @@ def test_modes_have_the_flexibility_that_rows_have(model):
     np.testing.assert_allclose(stiffness, stiffness.T, rtol=1e-9, atol=1e-9 * k.max())
     on = np.flatnonzero(k > 1e-6 * k.max())
     flexibility = np.linalg.inv(stiffness[np.ix_(on, on)])
-    own = np.diag(1 / k[on])
-    beside = flexibility - own
-    assert np.diag(beside) == pytest.approx(0.0, abs=1e-9 * own.max())
+    diagonal = np.diag(1 / k[on])
+    beside = flexibility - diagonal
+    assert np.diag(beside) == pytest.approx(0.0, abs=1e-9 * diagonal.max())
     table = model[0].system.pairs.slice_table
     assert 0.0 < beside.max() <= (1 + 1e-9) * table[:, :, 2:LINE_COLUMNS].max()
 

@@ -107,5 +107,5 @@ def test_drops_last_until_the_speed_is_back_but_no_longer_than_a_turn():
     assert speed_time_constant(case) == pytest.approx(inertia * 2 * math.pi * 25 / 300)
     assert timed_drops(case).after == pytest.approx(min(2 * speed_time_constant(case), turn))
     assert timed_drops(small(inputs__0__inertia_kg_m2=10)).after == pytest.approx(turn)
-    given = small(drive__steps__after_s=0.5, drive__steps__start_s=0.0)
-    assert timed_drops(given).times[::2] == (0.0, 0.5)
+    steps_case = small(drive__steps__after_s=0.5, drive__steps__start_s=0.0)
+    assert timed_drops(steps_case).times[::2] == (0.0, 0.5)

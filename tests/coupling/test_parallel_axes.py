@@ -64,8 +64,8 @@ def turned(folder, angle, **settings):
     text = TRAIN + f'[[loads]]\nmember = "stage_2.gear"\nforce_n = {force}\n'
     system = build_system(load_case(write(folder, text), keys))
     carrier = np.array([0.3, 1.7]) + angle
-    found = revolution(modal_system(system), carrier, system.rated_torque)
-    return found.pair_load.sum(axis=-1), found.torques
+    equilibrium = revolution(modal_system(system), carrier, system.rated_torque)
+    return equilibrium.pair_load.sum(axis=-1), equilibrium.torques
 
 
 @pytest.mark.parametrize("angle", [0.5 * math.pi, 2.0])
@@ -73,6 +73,8 @@ def turned(folder, angle, **settings):
     "settings", [{}, HOUSING, {**HOUSING, **GAP}], ids=["ground", "housing", "gap"]
 )
 def test_a_train_turned_as_a_whole_carries_the_same_loads(tmp_path, angle, settings):
-    (here, torques), (there, others) = (turned(tmp_path, a, **settings) for a in (0.0, angle))
-    assert np.abs(there - here).max() < 1e-8 * np.abs(here).max()
+    (loads, torques), (turned_loads, others) = (
+        turned(tmp_path, a, **settings) for a in (0.0, angle)
+    )
+    assert np.abs(turned_loads - loads).max() < 1e-8 * np.abs(loads).max()
     assert np.abs(others - torques).max() < 1e-8 * np.abs(torques).max()

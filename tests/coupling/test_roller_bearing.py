@@ -78,8 +78,8 @@ def lumped(folder):
 
 
 def flexible(_):
-    given = ROLLERS | {"length_mm": "120", "spacing_mm": "150"}
-    keys = {f"stage.planet_bearing.rollers.{k}": v for k, v in given.items()}
+    rollers = ROLLERS | {"length_mm": "120", "spacing_mm": "150"}
+    keys = {f"stage.planet_bearing.rollers.{k}": v for k, v in rollers.items()}
     return make_system(**{"stage.gear_mesh.contact_law": "one-sided"}, **keys)
 
 
@@ -88,8 +88,8 @@ def test_loaded_planet_bearing_is_in_equilibrium(tmp_path, make):
     """Loads of all rollers add up to the force on the pin; each follows from its own approach; in
     the lumped stage of spur gears the force is that of statics."""
     system = make(tmp_path)
-    found = revolution(modal_system(system), np.array([0.0, 0.2]), system.rated_torque)
-    recovery = Recovery(found)
+    equilibrium = revolution(modal_system(system), np.array([0.0, 0.2]), system.rated_torque)
+    recovery = Recovery(equilibrium)
     names = [b.name for b in system.bearings]
     assert len(names) == len({g.planet for g in system.gear_meshes})
     assert "planet_bearing_1" in names[0]
@@ -104,7 +104,7 @@ def test_loaded_planet_bearing_is_in_equilibrium(tmp_path, make):
         scale = 1e-8 * np.abs(resultant).max()
         np.testing.assert_allclose(resultant, (force + spring)[:, :2], rtol=0, atol=scale)
         if make is lumped:
-            gears = found.pair_load.sum(axis=-1)[0, 0]
+            gears = equilibrium.pair_load.sum(axis=-1)[0, 0]
             assert np.hypot(*force[0, :2]) == pytest.approx(
                 2 * gears * np.cos(np.radians(20)), rel=1e-8
             )

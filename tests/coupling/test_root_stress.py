@@ -38,14 +38,14 @@ def roots():
     """Influences of coarse submodels, not kept."""
     view = CASE.view()
     steel = view.material.young_modulus, view.material.poisson_ratio
-    found = {
+    influences = {
         slot: root_influence(replace(root_segment(view, slot), divisions=COARSE), *steel)
         for slot in ("planet", "sun", "ring")
     }
     with pytest.MonkeyPatch.context() as patch:
         for user in (tables, bodies):
-            patch.setattr(user, "root_of_case", lambda view, slot: found[slot])
-        yield found
+            patch.setattr(user, "root_of_case", lambda view, slot: influences[slot])
+        yield influences
 
 
 @pytest.fixture(scope="module")
@@ -72,23 +72,23 @@ def test_one_pair_is_what_its_slices_make_in_the_submodel(roots, model, data, ki
     slot = int(np.nanargmax(data[1].pair_load[0, m]))
     place, force = data[1].pair_position[0, m, slot], lines.force[0, m, slot]
     z, width = lines.z[0, m, slot], lines.width[0, m, slot]
-    for k, own in enumerate(model.root_tables.of(label)):
-        at = int(np.argmin(np.abs(own.s - place)))
-        s, between = own.s[at], own.s[at : at + 2].mean()
-        found, halfway, after = own.of(
-            np.array([s, between, own.s[at + 1]]), np.tile(force, (3, 1))
+    for k, table in enumerate(model.root_tables.of(label)):
+        at = int(np.argmin(np.abs(table.s - place)))
+        s, between = table.s[at], table.s[at : at + 2].mean()
+        stress, halfway, after = table.of(
+            np.array([s, between, table.s[at + 1]]), np.tile(force, (3, 1))
         )
-        np.testing.assert_allclose(halfway, (found + after) / 2, rtol=1e-9)
-        root = roots[own.name] if own.sense > 0 else roots[own.name].turned()
+        np.testing.assert_allclose(halfway, (stress + after) / 2, rtol=1e-9)
+        root = roots[table.name] if table.sense > 0 else roots[table.name].turned()
         roll = path.off_path.rolls(s + path.slope * z)[k]
         direct = np.tensordot(force, root.per_force(roll, z, width)[:, 1, 0], axes=1)
-        np.testing.assert_allclose(found[1, 0], direct, atol=1e-3 * direct.max())
+        np.testing.assert_allclose(stress[1, 0], direct, atol=1e-3 * direct.max())
         low, high = np.sort(root.roll[[0, -1]])
         on = (roll > low) & (roll < high)
         slope = np.polyfit(z[on], roll[on], 1)[0]
         assert slope == pytest.approx(root.slope, rel=1e-6)  # hand and flank
-        assert found[1, 0].max() > -0.2 * found[1, 1].min() > 0  # stretched here, pressed there
-        assert own.of(np.array([s]), 2.0 * force[None])[0] == pytest.approx(2.0 * found)
+        assert stress[1, 0].max() > -0.2 * stress[1, 1].min() > 0  # stretched here, pressed there
+        assert table.of(np.array([s]), 2.0 * force[None])[0] == pytest.approx(2.0 * stress)
 
 
 def test_neighbours_count_where_they_are():
@@ -98,9 +98,9 @@ def test_neighbours_count_where_they_are():
     roots = tables.PairRoots("sun", 1, -1, np.array([0.0, 1.0]), stress, np.array([-1.0, 1.0]))
     s = np.array([[0.1, 0.4, 0.7]])
     force = np.array([[[1.0], [2.0], [np.nan]]])
-    found = tooth_roots(roots, s, force, 0.3).tension[0, :, 0, 0]
-    assert found[:2] == pytest.approx([10.0 + 2.0 * 1.0, 20.0 + 1.0 * 100.0])
-    assert np.isnan(found[2])
+    tension = tooth_roots(roots, s, force, 0.3).tension[0, :, 0, 0]
+    assert tension[:2] == pytest.approx([10.0 + 2.0 * 1.0, 20.0 + 1.0 * 100.0])
+    assert np.isnan(tension[2])
 
 
 def test_teeth_of_a_ring_collect_what_their_pairs_make(model, data):
@@ -110,12 +110,12 @@ def test_teeth_of_a_ring_collect_what_their_pairs_make(model, data):
     m = flank_of(model, "ring")
     roots, force = model.root_tables.of(model.system.gear_meshes[m])[1], lines.force[:, m]
     pitch = model.root_tables.path(model.system.gear_meshes[m]).base_pitch
-    found = tooth_roots(roots, turned.pair_position[:, m], force, pitch)
-    for t, slot in np.argwhere(np.isfinite(found.tension[:, :, 0, 0])):
-        own = field[t, turned.pair_tooth[t, m, slot], :: roots.sense]
-        size = np.abs(found.tension[t, slot]).max()
-        np.testing.assert_allclose(own[0], found.tension[t, slot], atol=1e-6 * size)
-        np.testing.assert_allclose(own[1], found.compression[t, slot], atol=1e-6 * size)
+    stress = tooth_roots(roots, turned.pair_position[:, m], force, pitch)
+    for t, slot in np.argwhere(np.isfinite(stress.tension[:, :, 0, 0])):
+        tooth_stress = field[t, turned.pair_tooth[t, m, slot], :: roots.sense]
+        size = np.abs(stress.tension[t, slot]).max()
+        np.testing.assert_allclose(tooth_stress[0], stress.tension[t, slot], atol=1e-6 * size)
+        np.testing.assert_allclose(tooth_stress[1], stress.compression[t, slot], atol=1e-6 * size)
     by_tooth = data[0]["tooth_root_stress"].isel(fillet=0 if roots.sense > 0 else 1)
     ring = data[0]["root_stress"].sel(pair_member="gear")
     ring = ring.isel(flank=ring["flank_kind"].to_numpy() == "ring").max("flank")
@@ -147,8 +147,8 @@ def test_dataset(model, data):
 def test_figures_of_one_position(model, data):
     figures, data = {}, data[0]
     for position in range(len(CYCLE)):
-        found = position_figures(model, data.isel(position=position))["root_stress_mpa"]["stage"]
-        for gear, one in found.items():
+        summary = position_figures(model, data.isel(position=position))["root_stress_mpa"]["stage"]
+        for gear, one in summary.items():
             figures[gear] = max(figures.get(gear, 0.0), one["max"])
     whole = root_figures(data, "stage")
     assert figures == {gear: one["max"] for gear, one in whole.items()}
@@ -156,12 +156,12 @@ def test_figures_of_one_position(model, data):
 
 def test_in_time(model):
     """Chunks without samples come, too; what is not by sample is not there."""
-    found = simulate(model, duration=0.002).data
-    stress = found["root_stress"]
+    transient = simulate(model, duration=0.002).data
+    stress = transient["root_stress"]
     assert stress.dims == ("time", "flank", "pair_member")
     assert np.isfinite(stress.where(stress["flank_sense"] == "drive", drop=True)).all()
-    assert {"face_root_stress", "tooth_root_range"}.isdisjoint(found)
-    assert found["tooth_root_stress"].max() == pytest.approx(
+    assert {"face_root_stress", "tooth_root_range"}.isdisjoint(transient)
+    assert transient["tooth_root_stress"].max() == pytest.approx(
         stress.isel(flank=stress["flank_kind"].to_numpy() == "ring").sel(pair_member="gear").max()
     )
 

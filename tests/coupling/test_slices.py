@@ -149,8 +149,11 @@ def revolved(model):
 
 def distribution(model, gear_mesh):
     """Line load summed over pairs and positions on a grid along the face."""
-    found = revolved(model)
-    slices, grid = line_loads(found), np.linspace(-0.5, 0.5, 41) * BASE.view().stage.face_width
+    equilibrium = revolved(model)
+    slices, grid = (
+        line_loads(equilibrium),
+        np.linspace(-0.5, 0.5, 41) * BASE.view().stage.face_width,
+    )
     total = np.zeros_like(grid)
     for load, z, ends in zip(slices.line_load, slices.z, slices.ends, strict=True):
         for w, at, (low, high) in zip(load[gear_mesh], z[gear_mesh], ends[gear_mesh], strict=True):
@@ -161,19 +164,22 @@ def distribution(model, gear_mesh):
 
 
 def test_slices_add_up_to_force_and_moment_and_the_equilibrium_closes(many_slices):
-    found = revolved(many_slices)
-    assert found.closure.max() < 1e-8
-    slices, pairs = line_loads(found), many_slices.system.pairs
-    largest = found.pair_load.max()
+    equilibrium = revolved(many_slices)
+    assert equilibrium.closure.max() < 1e-8
+    slices, pairs = line_loads(equilibrium), many_slices.system.pairs
+    largest = equilibrium.pair_load.max()
     np.testing.assert_allclose(
-        np.nansum(slices.force, axis=-1), found.pair_load, atol=1e-8 * largest
+        np.nansum(slices.force, axis=-1), equilibrium.pair_load, atol=1e-8 * largest
     )
     for m in range(len(pairs.s0)):
-        at = np.nonzero(found.pair_tooth[:, m] >= 0)
-        values = interpolated(pairs, m, found.pair_position[:, m][at])
-        load, far = found.pair_load[:, m][at], found.far_load[:, m][at]
+        at = np.nonzero(equilibrium.pair_tooth[:, m] >= 0)
+        values = interpolated(pairs, m, equilibrium.pair_position[:, m][at])
+        load, far = equilibrium.pair_load[:, m][at], equilibrium.far_load[:, m][at]
         z, k, _ = np.split(values[:, LINE_COLUMNS : LINE_COLUMNS + 45], 3, axis=1)
-        centre, arm = line_centres(pairs, m, found.pair_position[:, m][at]), pairs.half_face[m]
+        centre, arm = (
+            line_centres(pairs, m, equilibrium.pair_position[:, m][at]),
+            pairs.half_face[m],
+        )
         even = (z * k).sum(axis=1) / k.sum(axis=1)
         np.testing.assert_allclose(centre, even, atol=1e-6 * arm)  # two columns, interpolated
         moment = (slices.force[:, m][at] * (z - centre[:, None])).sum(axis=1)
@@ -195,14 +201,14 @@ def test_load_is_continued_as_far_as_it_does_not_hold():
 def test_factor_of_a_tilted_load_over_sections_of_the_face(section):
     """K − 1 of a load that rises along the face is less by the share of a section."""
     load = 1.0 + 0.6 * np.linspace(-1.0, 1.0, 31)
-    for own in (load, load[::-1]):
-        assert factor_along(own, section) == pytest.approx(1.0 + 0.6 * (1.0 - section))
+    for line_load in (load, load[::-1]):
+        assert factor_along(line_load, section) == pytest.approx(1.0 + 0.6 * (1.0 - section))
     peak = np.where(np.arange(31) == 15, 4.0, 1.0)  # two steps of the face wide
     steps = max(30.0 * section, 1e-9)
     if steps >= 2.0:
-        found = factor_along(peak, section) * mean_along(peak)
-        assert 1.0 + 3.0 / steps == pytest.approx(found, rel=0.15)
-        assert found <= 1.0 + 3.0 / steps + 1e-12
+        largest = factor_along(peak, section) * mean_along(peak)
+        assert 1.0 + 3.0 / steps == pytest.approx(largest, rel=0.15)
+        assert largest <= 1.0 + 3.0 / steps + 1e-12
 
 
 def test_forces_that_are_no_numbers_are_no_equilibrium(many_slices, monkeypatch):

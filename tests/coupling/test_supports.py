@@ -141,15 +141,15 @@ FIT = SPLINE.replace("splines", "fits").replace("5e6", "1e6").replace("z_mm = 0"
 def test_splines_and_fits_twist_by_the_torque_and_share_it_by_their_stiffness(
     tmp_path, supports, total
 ):
-    found = rigid_state(stage(tmp_path, supports))
+    state = rigid_state(stage(tmp_path, supports))
     twist = RING_TORQUE / total
-    assert found.node("stage.ring", "spline_1")[0, 5] == pytest.approx(twist, rel=1e-9)
-    force = found.link_force("stage.spline_1")[0]
+    assert state.node("stage.ring", "spline_1")[0, 5] == pytest.approx(twist, rel=1e-9)
+    force = state.link_force("stage.spline_1")[0]
     assert force[5] == pytest.approx(5e6 * twist, rel=1e-9)
     if total == 5e6:
         assert np.abs(force[:5]).max() < 1e-7 * RING_TORQUE
     else:
-        assert found.link_force("stage.fit_1")[0, 5] == pytest.approx(1e6 * twist, rel=1e-9)
+        assert state.link_force("stage.fit_1")[0, 5] == pytest.approx(1e6 * twist, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -157,20 +157,20 @@ def test_splines_and_fits_twist_by_the_torque_and_share_it_by_their_stiffness(
 )
 def test_bolts_twist_a_rigid_ring_alike_wherever_they_are(tmp_path, supports):
     """θ = T / (n (k_t r² + k_twist)), n and k of all circles together."""
-    found = rigid_state(stage(tmp_path, supports))
+    state = rigid_state(stage(tmp_path, supports))
     expected = RING_TORQUE / (8 * (2e8 * 0.061**2 + 2e2))
-    assert found.node("stage.ring", "bolt_01")[0, 5] == pytest.approx(expected, rel=1e-9)
+    assert state.node("stage.ring", "bolt_01")[0, 5] == pytest.approx(expected, rel=1e-9)
 
 
 def test_bolts_on_both_ends_carry_alike_and_do_not_tilt_a_spur_ring(tmp_path):
-    found = rigid_state(stage(tmp_path, circle("-z", 0.5) + circle("+z", 0.5)))
+    state = rigid_state(stage(tmp_path, circle("-z", 0.5) + circle("+z", 0.5)))
     names = [f"bolt_{k:02d}" for k in range(1, 17)]
-    force = np.array([found.link_force(f"stage.{name}")[0, :3] for name in names]).reshape(2, 8, 3)
+    force = np.array([state.link_force(f"stage.{name}")[0, :3] for name in names]).reshape(2, 8, 3)
     assert np.abs(force[0] - force[1] * [1, 1, -1]).max() < 1e-6 * np.abs(force).max()
-    assert np.abs(found.node("stage.ring", "bolt_01")[0, 3:5]).max() < 1e-6 * RING_TORQUE / 1e6
+    assert np.abs(state.node("stage.ring", "bolt_01")[0, 3:5]).max() < 1e-6 * RING_TORQUE / 1e6
     one = rigid_state(stage(tmp_path, circle("-z")))
     assert np.abs(one.node("stage.ring", "bolt_01")[0, 3:5]).max() < 1e-6 * RING_TORQUE / 1e6
-    torque = (8 * 0.5 * 2e2 * found.node("stage.ring", "bolt_01")[0, 5] * 2) + 0.061 * force[
+    torque = (8 * 0.5 * 2e2 * state.node("stage.ring", "bolt_01")[0, 5] * 2) + 0.061 * force[
         ..., 1
     ].sum()
     assert torque == pytest.approx(RING_TORQUE, rel=1e-9)
@@ -251,8 +251,8 @@ def springy_stage():
 
 def test_ring(springy_stage):
     case, ring, _, system = springy_stage
-    own = system.slice_of("stage.ring")
-    coupled = system.stiffness[own, own] - ring.stiffness
+    block = system.slice_of("stage.ring")
+    coupled = system.stiffness[block, block] - ring.stiffness
     estimated = ring_source(case).supports(ring.node_names, ring.stiffness)
     assert np.abs(coupled - estimated).max() < 1e-9 * np.abs(estimated).max()
     nodes = np.abs(estimated).max(axis=1).reshape(-1, 6).max(axis=1) > 0
@@ -262,8 +262,8 @@ def test_ring(springy_stage):
 def test_carrier(springy_stage):
     """The system holds the mean of bearings over a turn, and turns the rest."""
     case, _, carrier, system = springy_stage
-    own = system.slice_of("stage.carrier")
-    coupled = system.stiffness[own, own] - carrier.stiffness
+    block = system.slice_of("stage.carrier")
+    coupled = system.stiffness[block, block] - carrier.stiffness
     still = np.zeros_like(carrier.stiffness)
     estimated = carrier_source(case).supports(carrier.node_names, still)
     for name in ("bearing_drive", "bearing_far"):

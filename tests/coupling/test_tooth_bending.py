@@ -37,10 +37,10 @@ def test_the_nominal_tangent_is_that_of_lines_that_touch_evenly(assembled):
     for m in (0, 5):  # ring and sun of planet 1
         table = of_case.slice_table[of_case.table[m]]
         middle = int(np.argmax(of_case.k_table[of_case.table[m]]))
-        radius, own = table[middle, 0], table[middle, LINE_COLUMNS:].copy()
+        radius, lines = table[middle, 0], table[middle, LINE_COLUMNS:].copy()
         centre, nominal = of_case.z_table[of_case.table[m], middle], table[middle, 1]
-        own[:count] = 0.5 * (1.0 + (own[:count] - centre) / radius)
-        parameters = np.concatenate([[count, 0.0, 0.0], own])
+        lines[:count] = 0.5 * (1.0 + (lines[:count] - centre) / radius)
+        parameters = np.concatenate([[count, 0.0, 0.0], lines])
         approach = 0.5 * model.rated[0] / nominal
         _, force, tangent = respond(
             COUPLED_SLICES_LAW, parameters, np.array([[approach] * 2, [0.0] * 2])

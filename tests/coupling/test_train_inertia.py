@@ -46,7 +46,7 @@ def flexible_inertia(case, carrier):
     z_s, z_p, z_r = (getattr(stage, name).teeth for name in ("sun", "planet", "ring"))
     sun, planet = 1 + z_r / z_s, (z_r - z_p) / z_p
     bores = {name: getattr(stage, name).bore_diameter / 2 for name in ("sun", "planet")}
-    own = {
+    discs = {
         name: disc(getattr(g, name).reference_radius, bores[name], stage.face_width)
         for name in bores
     }
@@ -57,8 +57,8 @@ def flexible_inertia(case, carrier):
     shaft = sum(
         disc(s.outer_diameter / 2, s.inner_diameter / 2, s.length) for s in case.shaft.sections
     )
-    planets = stage.planets * (mass * g.center_distance**2 + own["planet"] * planet**2)
-    return polar(carrier) + planets + (own["sun"] + shaft) * sun**2, sun
+    planets = stage.planets * (mass * g.center_distance**2 + discs["planet"] * planet**2)
+    return polar(carrier) + planets + (discs["sun"] + shaft) * sun**2, sun
 
 
 def energy(system):
@@ -69,7 +69,7 @@ def energy(system):
 
 def test_a_flexible_stage_before_another(tmp_path):
     train, bodies = mixed(tmp_path)
-    own, ratio = flexible_inertia(train.view(train.stages[0].name), bodies["first.carrier"])
+    inertia, ratio = flexible_inertia(train.view(train.stages[0].name), bodies["first.carrier"])
     second = train.stages[1]
     radius = {
         g: second.normal_module * getattr(second, g).teeth / 2 / np.cos(second.helix_angle)
@@ -77,44 +77,44 @@ def test_a_flexible_stage_before_another(tmp_path):
     }
     behind = disc(radius["gear"], 0.0, second.face_width)
     pinion = (disc(radius["pinion"], 0.0, second.face_width) + 500.0) * (95 / 24) ** 2
-    known = 1e6 + own + (behind + pinion) * ratio**2
-    assert energy(build_system(train, bodies)) == pytest.approx(known, rel=1e-9)
+    expected = 1e6 + inertia + (behind + pinion) * ratio**2
+    assert energy(build_system(train, bodies)) == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize(
-    ("said", "drive", "output"),
+    ("settings", "drive", "output"),
     [({}, 1e6, 4e4), ({"inputs.0.inertia_kg_m2": "7e5", "output.inertia_kg_m2": "3e3"}, 7e5, 3e3)],
     ids=["from the stage's case", "from the ports"],
 )
-def test_ends_that_are_ports(tmp_path, said, drive, output):
-    train = load_case(write(tmp_path, ALONE), said)
+def test_ends_that_are_ports(tmp_path, settings, drive, output):
+    train = load_case(write(tmp_path, ALONE), settings)
     bodies = make_bodies(train.view(train.stages[0].name))
-    own, ratio = flexible_inertia(train.view(train.stages[0].name), bodies["stage_1.carrier"])
-    known = own + drive + output * ratio**2
+    inertia, ratio = flexible_inertia(train.view(train.stages[0].name), bodies["stage_1.carrier"])
+    expected = inertia + drive + output * ratio**2
     system = build_system(train, bodies)
-    assert energy(system) == pytest.approx(known, rel=1e-9)
+    assert energy(system) == pytest.approx(expected, rel=1e-9)
 
 
 def test_lumped_members_have_no_inertia_of_ports_twice(tmp_path):
     train = stage_train(tmp_path)
     ratio, planet = 1 + 94 / 26, (94 - 34) / 34
     orbit = 4e-3 * (26 + 34) / 2
-    known = 0.3 + 2 + (0.004 + 0.2) * ratio**2 + 4 * (4 * orbit**2 + 0.01 * planet**2)
-    assert energy(build_system(train)) == pytest.approx(known, rel=1e-12)
+    expected = 0.3 + 2 + (0.004 + 0.2) * ratio**2 + 4 * (4 * orbit**2 + 0.01 * planet**2)
+    assert energy(build_system(train)) == pytest.approx(expected, rel=1e-12)
 
 
 def test_torque_passes_the_spline_into_the_next_stage(tmp_path):
     """Spline and joint in series: the twist over both is T (1/k_spline + 1/k_joint)."""
     train, bodies = mixed(tmp_path)
-    found = revolution(modal_system(build_system(train, bodies)), np.zeros((1, 1)), 4e6)
-    system = found.modal.system
+    equilibrium = revolution(modal_system(build_system(train, bodies)), np.zeros((1, 1)), 4e6)
+    system = equilibrium.modal.system
     assert not [b.name for b in system.bodies if b.name.endswith("output")]
     ends = [("first.shaft", "end"), ("second.gear", "second.gear")]
     rows = [system.node_rows(*end)[5] for end in ends]
     rest = rows[0] - rows[1] - (rows[0] - rows[1]) @ system.rolling @ system.input_rows
     from flexgear.analysis.recovery import Recovery
 
-    twist = float(Recovery(found).motion(rest[None])[0, 0])
+    twist = float(Recovery(equilibrium).motion(rest[None])[0, 0])
     torque = 4e6 * 27 / 120
     spline = train.view(train.stages[0].name).shaft.spline.torsion
     assert abs(twist) == pytest.approx(torque * (1 / spline + 1 / 1e8), rel=1e-6)
@@ -127,9 +127,9 @@ def test_springs_in_series():
     both = np.kron([[1, -1], [-1, 1]], np.diag(joint))
     series = spline * joint / (spline + joint)
     for end in (0, 1):
-        found = behind_spline(both, np.diag(spline), end)
-        known = np.kron([[1, -1], [-1, 1]], np.diag(series))
-        assert np.abs(found - known).max() <= 1e-12 * spline.max()
+        stiffness = behind_spline(both, np.diag(spline), end)
+        expected = np.kron([[1, -1], [-1, 1]], np.diag(series))
+        assert np.abs(stiffness - expected).max() <= 1e-12 * spline.max()
     twice = behind_spline(behind_spline(both, np.diag(spline), 0), np.diag(spline), 1)
     once = behind_spline(both, np.diag(spline / 2), 0)
     assert np.abs(twice - once).max() <= 1e-12 * spline.max()

@@ -101,8 +101,8 @@ def test_stiffened_flexible_stage_is_the_lumped_train(model):
         f"stage.ring.fe.bolts.stiffness_{d}_n_per_m": "1e13"
         for d in ("radial", "tangential", "axial")
     }
-    own = {f"stage.errors.{key}": value for key, value in BODY_ERRORS.items()}
-    case = make_case(**RIGID_STAGE, **stiff, **bolts, **own, **{"stage.gear_mesh.model": model})
+    errors = {f"stage.errors.{key}": value for key, value in BODY_ERRORS.items()}
+    case = make_case(**RIGID_STAGE, **stiff, **bolts, **errors, **{"stage.gear_mesh.model": model})
     bodies = make_bodies(case)
     twin = lumped_twin(case)
     system = stage_system(case, bodies, ("ring", "carrier", "shaft"))
@@ -120,9 +120,9 @@ def test_two_flexible_stages_follow_each_other(tmp_path):
     train = load_case(write(tmp_path, TWO_FLEXIBLE, 'kinematics = "spatial"\n'), weight)
     bodies = make_bodies(train.view("first")) | make_bodies(train.view("second"))
     system = build_system(train, bodies)
-    found = revolution(modal_system(system), np.array([0.0, 0.3]), 4e6)
-    assert found.closure.max() < 1e-8
-    assert np.allclose(-found.torques[:, -1], 4e6 * (27 / 120) ** 2, rtol=1e-9)
+    equilibrium = revolution(modal_system(system), np.array([0.0, 0.3]), 4e6)
+    assert equilibrium.closure.max() < 1e-8
+    assert np.allclose(-equilibrium.torques[:, -1], 4e6 * (27 / 120) ** 2, rtol=1e-9)
     for name in ("first", "second"):
         bend = {b.name for b in system.bodies if b.name.startswith(name) and not b.rigid}
         assert bend == {f"{name}.{part}" for part in ("ring", "carrier", "shaft")}

@@ -106,10 +106,10 @@ def test_nodal_diameters_of_the_ring_tell_the_kinds_of_modes(tmp_path, held, pla
     case = held_case(tmp_path, held, "sun", other, **NODAL[planets], **more)
     bodies = cheap(case, bolts=case.stages[0].ring.fe.bolts.number)
     system, teeth = build_system(case, bodies), case.stages[0].ring.teeth
-    found = modes(system, springs_at(system).stiffness, limit_hz=2500.0)
+    natural = modes(system, springs_at(system).stiffness, limit_hz=2500.0)
     rows = [system.node_rows("stage.ring", f"tooth_{j + 1:03d}")[:3] for j in range(teeth)]
     axes = rotation(2 * np.pi * np.arange(teeth) / teeth)
-    motion = np.einsum("jad,dm->jam", np.stack(rows), found.shapes)
+    motion = np.einsum("jad,dm->jam", np.stack(rows), natural.shapes)
     turned = np.einsum("jba,jbm->jam", axes, motion)  # radial, tangential, axial
     size = np.abs(np.fft.fft(turned, axis=0)).max(axis=1)  # (teeth, m) by nodal diameter
     diameter = np.minimum(np.arange(teeth) % planets, -np.arange(teeth) % planets)
@@ -120,13 +120,13 @@ def test_nodal_diameters_of_the_ring_tell_the_kinds_of_modes(tmp_path, held, pla
     kind = np.minimum(np.argmax(share, axis=0), 2)  # rotational, translational, planet modes
     assert all(np.sum(kind[takes_part] == k) > 5 for k in range(3))
     for body, node in (("stage.shaft", "sun"), ("stage.carrier", "drive")):
-        moved = np.abs(system.node_rows(body, node) @ found.shapes)[:, takes_part]
+        moved = np.abs(system.node_rows(body, node) @ natural.shapes)[:, takes_part]
         moved /= moved.max(axis=1, keepdims=True)
         turns, tilts = moved[[2, 5]], moved[[0, 1, 3, 4]]
         assert turns[:, kind[takes_part] != 0].max() < 1e-6
         assert tilts[:, kind[takes_part] != 1].max() < 1e-6
-    shapes, bodies = found.shapes, system.bodies
-    types = np.array(classify(found.frequencies, shapes, system.mass, bodies, rigid=1).kinds)
+    shapes, bodies = natural.shapes, system.bodies
+    types = np.array(classify(natural.frequencies, shapes, system.mass, bodies, rigid=1).kinds)
     for k, allowed in enumerate(KINDS):
         assert set(types[takes_part & (kind == k)]) <= {*allowed, "elastic"}
 
@@ -146,15 +146,17 @@ def test_any_member_is_held_driven_and_output_whatever_its_body(tmp_path, roles,
     case = held_case(tmp_path, held, first, second, speed=10.0, **more)
     case = lumped(case, *forms)
     require_workable(case)
-    found = solved(case, np.array([0.0, 0.35]))
+    equilibrium = solved(case, np.array([0.0, 0.35]))
     lever = {"sun": TEETH_SUN, "ring": TEETH_RING, "carrier": -(TEETH_SUN + TEETH_RING)}
-    assert np.allclose(found.torques[:, 0], 9e5)
-    assert np.allclose(found.torques[:, 1], 9e5 * lever[second] / lever[first], rtol=1e-9)
-    assert found.closure.max() < 1e-8
+    assert np.allclose(equilibrium.torques[:, 0], 9e5)
+    assert np.allclose(equilibrium.torques[:, 1], 9e5 * lever[second] / lever[first], rtol=1e-9)
+    assert equilibrium.closure.max() < 1e-8
     forces = power_flow(case).stages[0].gear_mesh_forces
     for kind in ("ring", "sun"):
-        own = [k for k, m in enumerate(found.modal.system.gear_meshes) if m.kind.startswith(kind)]
-        total = found.pair_load[:, own].sum(axis=(1, 2))
+        columns = [
+            k for k, m in enumerate(equilibrium.modal.system.gear_meshes) if m.kind.startswith(kind)
+        ]
+        total = equilibrium.pair_load[:, columns].sum(axis=(1, 2))
         assert np.allclose(total, 5 * abs(forces[kind]), rtol=1e-9)
 
 
@@ -172,14 +174,14 @@ def test_turning_everything_and_renaming_planets_change_nothing(tmp_path):
     case = held_case(tmp_path, "ring", "carrier", "sun", **SUPPORT, more=TWO_INPUTS)
     alpha, step = 0.9, 2 * np.pi / 5
     angles = np.array([[0.2, -0.1], [0.2 + alpha, -0.1 + alpha], [0.2 + step, -0.1]])
-    found = solved(case, angles)
-    loads = {(m.kind, m.planet): k for k, m in enumerate(found.modal.system.gear_meshes)}
-    ring = [[found.pair_load[p, loads["ring", i]] for i in range(5)] for p in range(3)]
+    equilibrium = solved(case, angles)
+    loads = {(m.kind, m.planet): k for k, m in enumerate(equilibrium.modal.system.gear_meshes)}
+    ring = [[equilibrium.pair_load[p, loads["ring", i]] for i in range(5)] for p in range(3)]
     largest = np.max(ring)
     assert np.abs(np.subtract(ring[0], ring[1])).max() < 1e-9 * largest
     for i in range(5):
-        here, there = np.sort(ring[2][i]), np.sort(ring[0][(i + 1) % 5])
-        assert np.abs(here - there).max() < 1e-9 * largest
+        load, next_load = np.sort(ring[2][i]), np.sort(ring[0][(i + 1) % 5])
+        assert np.abs(load - next_load).max() < 1e-9 * largest
 
 
 FORCE, MOMENT = np.array([2e4, -3e4, 1e4]), np.array([4e3, 5e3, 0.0])
@@ -210,10 +212,10 @@ def test_six_components_at_the_ports_of_a_star_reach_its_supports(tmp_path, memb
     plain, loaded = (solved(c, np.array([0.0, 1.3])) for c in (case, case.with_(loads=(load,))))
     body = {"ring": "stage.hub", "sun": "stage.output"}[member]
     place = plain.modal.system.body(body).position(body)
-    wanted = -np.r_[FORCE, MOMENT + np.cross(place, FORCE)]
+    expected = -np.r_[FORCE, MOMENT + np.cross(place, FORCE)]
     for sample in (0, 1):
         more = star_reactions(loaded, sample) - star_reactions(plain, sample)
-        assert more == pytest.approx(wanted, abs=1e-8 * np.abs(wanted).max())
+        assert more == pytest.approx(expected, abs=1e-8 * np.abs(expected).max())
 
 
 UNEVEN = {  # so that the hub feels in what direction it stands
@@ -230,9 +232,9 @@ def test_no_energy_appears_where_the_ring_turns(tmp_path, held):
     more = {**SUPPORT, **UNEVEN, **(STANDS if held == "carrier" else {})}
     case = held_case(tmp_path, held, first, second, **more)
     modal = modal_system(build_system(case, cheap(case)), 600.0)
-    found = stepped(modal, jump(9e5, 3e5, 0.02, 0.05), 0.08, 2e-5, 1e-3, track_energy=True)
-    assert energy_error(found) < 1e-3
-    turned = np.ptp(found.theta[:, modal.system.pairs.angle[0]])
+    run = stepped(modal, jump(9e5, 3e5, 0.02, 0.05), 0.08, 2e-5, 1e-3, track_energy=True)
+    assert energy_error(run) < 1e-3
+    turned = np.ptp(run.theta[:, modal.system.pairs.angle[0]])
     assert turned > 0.05 * abs(speed_of(case))
 
 
@@ -244,15 +246,15 @@ def test_teeth_of_a_turning_ring_change_flanks_without_energy_from_nowhere(tmp_p
     kinds = np.array([m.kind for m in modal.system.gear_meshes])
     coast = np.array([kind.endswith("_coast") for kind in kinds])
     for step in (4e-5, 1e-5):
-        found = stepped(modal, drive, 0.04, step, 2e-4, track_energy=True)
-        lost.append(energy_error(found))
-        e = found.energy
+        run = stepped(modal, drive, 0.04, step, 2e-4, track_energy=True)
+        lost.append(energy_error(run))
+        e = run.energy
         beside.append(np.ptp(e["parametric_work"]) / (e["elastic"] + e["pair_elastic"]).max())
-        carried = found.pair_load.sum(axis=-1)
+        carried = run.pair_load.sum(axis=-1)
         assert carried[0, ~coast].min() > 0 == np.abs(carried[0, coast]).max()
         assert carried[:, coast].max() > 0.2 * carried[0].max()
         assert carried.max() < 2 * carried[0].max()
-    assert np.ptp(found.theta[:, modal.system.frames["stage"].ring]) > 0.1
+    assert np.ptp(run.theta[:, modal.system.frames["stage"].ring]) > 0.1
     assert lost[1] < min(1e-3, 0.5 * lost[0])
     assert max(beside) < 1e-2
 
@@ -278,11 +280,11 @@ def test_what_the_fe_ring_held_is_in_the_gear_mesh_again(tie):
 
 def test_the_rigid_variant_has_the_stiffness_of_a_ring_that_does_not_bend():
     rigid = make_system(["ring"], **WEBER).pairs
-    bends, own = (
+    bends, stiff = (
         make_system(**WEBER, **k).pairs for k in ({}, {"stage.ring.fe.flexible": "false"})
     )
     ring, sun = (rigid.table[rigid.kind == kind][0] for kind in (0, 1))
-    np.testing.assert_array_equal(rigid.k_table[ring], own.k_table[ring])
+    np.testing.assert_array_equal(rigid.k_table[ring], stiff.k_table[ring])
     assert rigid.k_table[ring].max() < 0.95 * bends.k_table[ring].max()
     np.testing.assert_array_equal(rigid.k_table[sun], bends.k_table[sun])
 
@@ -306,23 +308,23 @@ def whirling(tmp_path, speed):
     case = validated_case(data, "test", Written())
     system = build_system(case, cheap(case))
     stiffness = system.stiffness + springs_at(system).stiffness
-    found = whirl_modes(system.mass, stiffness, system.gyroscopic, system.centripetal)
+    whirl = whirl_modes(system.mass, stiffness, system.gyroscopic, system.centripetal)
     tilt = system.node_rows("stage.carrier", "stage.carrier")[3:5]
-    return system, found, tilt
+    return system, whirl, tilt
 
 
 @pytest.mark.slow
 def test_a_carrier_that_spins_on_tilt_springs_whirls_forward_and_backward(tmp_path):
     """In space ω² ∓ (J_p/J_t) Ω ω − k/J_t = 0; axes that turn with it see ω ∓ Ω."""
     speed = 600.0
-    system, found, tilt = whirling(tmp_path, speed)
+    system, whirl, tilt = whirling(tmp_path, speed)
     spin = speed * np.pi / 30
     half, natural = 0.5 * POLAR / TILT * spin, np.sqrt(SPRING / TILT)
     forward, backward = (np.hypot(half, natural) + sign * half for sign in (1, -1))
-    shapes = found.shapes
+    shapes = whirl.shapes
     size = np.sqrt(np.einsum("im,ij,jm->m", shapes.conj(), system.mass, shapes).real)
     alone = np.argsort(np.abs(tilt @ shapes).max(axis=0) / size)[-2:]
-    omega = np.sort(2 * np.pi * found.frequencies[alone])
+    omega = np.sort(2 * np.pi * whirl.frequencies[alone])
     expected = np.sort([forward - spin, backward + spin])
     np.testing.assert_allclose(omega, expected, rtol=1e-6)
     assert abs(expected[1] - expected[0]) > 1e-4 * natural

@@ -57,8 +57,8 @@ def test_a_body_weighs_what_it_weighs(part):
         for c, pair in ((plain, make_bodies(plain)), (case, bodies))
     )
     weight = np.array([0.0, -G * mass, 0.0])
-    wanted = -np.r_[weight, np.cross([0.0, 0.0, height], weight)]
-    assert heavy - light == pytest.approx(wanted, abs=1e-8 * G * mass)
+    expected = -np.r_[weight, np.cross([0.0, 0.0, height], weight)]
+    assert heavy - light == pytest.approx(expected, abs=1e-8 * G * mass)
 
 
 def normals(system):
@@ -71,12 +71,12 @@ def test_springs_and_gear_meshes_hold_every_body_against_its_weight():
     """The free body of sun, planets, ring and carrier: no force is left over beside m g."""
     case = make_case(**SMALL, **{"inputs.0.torque_nm": "1e5"})
     angle = 0.7
-    found = solved(case.with_(gravity=(0.0, -G, 0.0)), make_bodies(case), [angle])
-    system, recovery = found.modal.system, Recovery(found)
+    equilibrium = solved(case.with_(gravity=(0.0, -G, 0.0)), make_bodies(case), [angle])
+    system, recovery = equilibrium.modal.system, Recovery(equilibrium)
     force = {link.name.removeprefix("stage."): recovery.link_force(link.name)[0, :3]
              for link in system.links}  # fmt: skip
     rest = {part: np.zeros(3) for part in ("ring", "shaft", "carrier")}  # in fixed axes
-    load = found.pair_load[0].sum(axis=-1)
+    load = equilibrium.pair_load[0].sum(axis=-1)
     for label, normal, size in zip(system.gear_meshes, normals(system), load, strict=True):
         turned = rotation(angle + 2 * math.pi * label.planet / 5)
         planet = rest.setdefault(f"planet_{label.planet + 1}", np.zeros(3))
@@ -111,7 +111,7 @@ def test_dropped_modes_carry_weight_by_their_residual_flexibility():
     assert few.modal.dropped > 200
     for body, node in (("stage.ring", "tooth_017"), ("stage.planet_2", "stage.planet_2"),
                        ("stage.shaft", "sun"), ("stage.carrier", "bearing_far")):  # fmt: skip
-        a, b = (Recovery(found).node(body, node) for found in (few, every))
+        a, b = (Recovery(equilibrium).node(body, node) for equilibrium in (few, every))
         assert np.abs(a - b).max() < 1e-8 * np.abs(b).max()
 
 
@@ -141,5 +141,5 @@ def test_a_rotor_moment_is_held_by_the_bearings():
             solved(plain, bodies, [angle])
         )
         at = np.array([0.0, 0.0, bodies["stage.carrier"].positions[0][2]])
-        wanted = -np.r_[force, moment + np.cross(at, force)]
-        assert more == pytest.approx(wanted, abs=1e-8 * np.abs(wanted).max())
+        expected = -np.r_[force, moment + np.cross(at, force)]
+        assert more == pytest.approx(expected, abs=1e-8 * np.abs(expected).max())

@@ -78,16 +78,16 @@ def rack(gear: Gear) -> Tool:
 def cutter(gear: Gear) -> Tool:
     """Shaper cutter in the transverse section; its tip circle reaches the gear's root circle."""
     m, out, rho = gear.module, gear.outward, gear.rounding * gear.module
-    own = Gear(gear.cutter_teeth, m, False, gear.cutter_shift, gear.alpha, gear.helix)
-    distance, angle = working(own, gear)
+    tool = Gear(gear.cutter_teeth, m, False, gear.cutter_shift, gear.alpha, gear.helix)
+    distance, angle = working(tool, gear)
     tip = out * (distance - gear.root_radius)
     rest = (gear.protuberance - gear.allowance) / math.cos(gear.helix)
-    base = own.base_radius
+    base = tool.base_radius
 
     def flank(t: Array, inward: float = 0.0) -> Points:
         """+u flank where a string of t base radii is unrolled, or so much inside of it."""
         radius = base * np.hypot(1.0, t)
-        angle = own.half_angle(radius)
+        angle = tool.half_angle(radius)
         point = radius * np.exp(1j * angle)
         # the string leaves the base circle arctan t further on, and is the flank's normal
         normal = np.exp(1j * (angle + math.pi / 2 - np.arctan(t)))
@@ -105,7 +105,7 @@ def cutter(gear: Gear) -> Tool:
 
         def free(length: float) -> float:
             point = complex(bend[-1]) + length * along
-            return float(np.angle(point) - own.half_angle(abs(point)))
+            return float(np.angle(point) - tool.half_angle(abs(point)))
 
         up = brentq(free, 0.0, 2 * m, xtol=1e-15)
         chain.append(bend[-1] + np.linspace(0, up, ON_TOOL)[1:] * along)
@@ -117,7 +117,7 @@ def cutter(gear: Gear) -> Tool:
         base / math.cos(angle),
         gear.base_radius / math.cos(angle),
         distance,
-        start * own.teeth / gear.teeth,
+        start * tool.teeth / gear.teeth,
         end,
     )
 
