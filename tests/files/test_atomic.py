@@ -89,9 +89,9 @@ def test_a_folder_is_as_it_was_where_a_file_cannot_be_moved(
 
     with pytest.raises(FlexgearError, match="Permission denied") as caught:
         work()
-    kept = Path(str(caught.value).partition("kept as ")[2])
-    assert contents(kept)["summary.json"] == "new"
-    shutil.rmtree(kept.parent)
+    folder = Path(str(caught.value).partition("kept as ")[2])
+    assert contents(folder)["summary.json"] == "new"
+    shutil.rmtree(folder.parent)
     assert contents(out) == before
 
 
@@ -128,10 +128,10 @@ def test_a_kill_while_files_move_never_leaves_two_sets_that_pass_for_one(tmp_pat
         folder.mkdir()
         results(folder, a_nc="old", c_nc="old", summary_json="old")
     subprocess.run([sys.executable, "-c", KILLED_WHILE_MOVING, tmp_path], check=True)
-    found = [{f.name: f.read_text() for f in o.iterdir() if f.is_file()} for o in folders]
-    finished = [set(files.values()) for files in found if "summary.json" in files]
+    texts = [{f.name: f.read_text() for f in o.iterdir() if f.is_file()} for o in folders]
+    finished = [set(files.values()) for files in texts if "summary.json" in files]
     assert finished == [{"old"}, {"new"}]
-    assert len(found[-1]) == 3
+    assert len(texts[-1]) == 3
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, OSError, FlexgearError])
@@ -247,18 +247,18 @@ def test_a_device_that_does_not_rename_is_found_before_the_work(tmp_path, monkey
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("there", [False, True])
-def test_finished_work_that_cannot_be_moved_is_kept_and_named(tmp_path, monkeypatch, there):
+@pytest.mark.parametrize("exists", [False, True])
+def test_finished_work_that_cannot_be_moved_is_kept_and_named(tmp_path, monkeypatch, exists):
     out = tmp_path / "out"
-    if there:
+    if exists:
         out.mkdir()
     with monkeypatch.context() as patch:
         refuse(patch, "rename", "replace", refused=lambda s, t: "files" in (s.name, s.parent.name))
         with pytest.raises(FlexgearError) as caught, staged_folder(out) as stage:
             (stage / "a.txt").write_text("hours of work")
     for _ in range(2):  # it outlives the next run, too
-        kept = Path(str(caught.value).partition("kept as ")[2])
-        assert (kept / "a.txt").read_text() == "hours of work"
+        folder = Path(str(caught.value).partition("kept as ")[2])
+        assert (folder / "a.txt").read_text() == "hours of work"
         with staged_folder(out):
             pass
 
@@ -309,8 +309,8 @@ def test_links_are_followed(tmp_path):
     write_bytes(tmp_path / "a.txt", b"new")
     with staged_folder(tmp_path / "out") as stage:
         (stage / "b.txt").write_text("b")
-    found = {p.name: p.read_text() for p in (tmp_path / "store").iterdir()}
-    assert found == {"a.txt": "new", "b.txt": "b"}
+    texts = {p.name: p.read_text() for p in (tmp_path / "store").iterdir()}
+    assert texts == {"a.txt": "new", "b.txt": "b"}
     assert (tmp_path / "a.txt").is_symlink() and (tmp_path / "out").is_symlink()
 
 

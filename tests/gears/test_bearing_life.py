@@ -308,8 +308,8 @@ def test_viscosity():
     """Points of D341 lie on its line; VI 95 of ISO VG oils as oil makers print them."""
     oil = Lubricant(viscosity_40=320e-6, viscosity_100=24e-6, temperature=338.15)
     for temperature, viscosity in ((313.15, 320e-6), (373.15, 24e-6)):
-        there = oil.model_copy(update={"temperature": temperature})
-        assert viscosity_at(there) == pytest.approx(viscosity, rel=1e-9)
+        lubricant = oil.model_copy(update={"temperature": temperature})
+        assert viscosity_at(lubricant) == pytest.approx(viscosity, rel=1e-9)
     middle = math.log10(math.log10(1e6 * viscosity_at(oil) + 0.7))
     ends = [math.log10(math.log10(v + 0.7)) for v in (320, 24)]
     share = math.log(338.15 / 313.15) / math.log(373.15 / 313.15)
@@ -411,8 +411,8 @@ def test_rollers_that_spring_say_their_size_once():
         "rollers.count": "24", "rollers.rows": "2", "rollers.length_mm": "100",
         "rollers.spacing_mm": "120", "rollers.clearance_um": "40",
     }  # fmt: skip
-    kept = ("elements.diameter_mm", "elements.pitch_diameter_mm")
-    drop = {k: None for k in ELEMENTS if k.startswith("elements") and k not in kept}
+    names = ("elements.diameter_mm", "elements.pitch_diameter_mm")
+    drop = {k: None for k in ELEMENTS if k.startswith("elements") and k not in names}
     assert rolling_bearing(planet_bearing(**rollers, **drop)) == rolling_bearing(planet_bearing())
     with pytest.raises(InputError, match=r"elements.count.*is given in rollers"):
         planet_bearing(**rollers)

@@ -87,15 +87,15 @@ motions = st.tuples(*[st.floats(-5e-5, 5e-5)] * 3, *[st.floats(-1e-3, 1e-3)] * 2
 def test_force_and_tangent_are_derivatives_of_the_energy(row, motion, towards):
     """By central differences, to what force and tangent change over the step."""
     step = 1e-9 * np.array([1, 1, 1, 50, 50]) * np.array(towards)
-    here = row.state(np.array(motion))
+    state = row.state(np.array(motion))
     after, before = (row.state(np.array(motion) + sign * step) for sign in (1, -1))
-    work = here.force @ step
-    bound = np.abs((after.force - here.force) @ step) + np.abs((before.force - here.force) @ step)
-    assert abs((after.energy - before.energy) / 2 - work) <= bound + 1e-11 * here.energy + 1e-20
-    bent = step @ here.tangent @ step
+    work = state.force @ step
+    bound = np.abs((after.force - state.force) @ step) + np.abs((before.force - state.force) @ step)
+    assert abs((after.energy - before.energy) / 2 - work) <= bound + 1e-11 * state.energy + 1e-20
+    bent = step @ state.tangent @ step
     bound = sum(abs(step @ other.tangent @ step - bent) for other in (after, before))
     change = (after.force - before.force) @ step / 2
-    noise = 1e-13 * np.abs(here.force) @ np.abs(step)
+    noise = 1e-13 * np.abs(state.force) @ np.abs(step)
     assert abs(change - bent) <= bound + 1e-6 * bent + noise + 1e-20
 
 
@@ -139,9 +139,9 @@ def test_pure_thrust_on_angular_contact_balls():
 
 def test_faced_rows_take_thrust_either_way():
     pair = bearing(balls(angle=-0.5, position=5 * MM), balls(angle=0.5, position=-5 * MM))
-    there = equilibrium(pair, np.array([2e3, 0, 1e3, 0, 0]), {"rx": 0, "ry": 0})
+    ahead = equilibrium(pair, np.array([2e3, 0, 1e3, 0, 0]), {"rx": 0, "ry": 0})
     back = equilibrium(pair, np.array([2e3, 0, -1e3, 0, 0]), {"rx": 0, "ry": 0})
-    assert there[2] == pytest.approx(-back[2], rel=1e-5) and there[0] == pytest.approx(back[0])
+    assert ahead[2] == pytest.approx(-back[2], rel=1e-5) and ahead[0] == pytest.approx(back[0])
 
 
 def test_what_cannot_balance_is_refused():

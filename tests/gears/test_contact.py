@@ -135,8 +135,8 @@ def test_coast_flanks_touch_when_the_planet_has_crossed_the_backlash(bench, thet
         path = bench.paths["sun_coast"]
         # the sun follows the planet, then crosses its own backlash
         follow = turn * bench.g.planet.base_radius
-        own = path.backlash / cos_bb
-        gear = bench.sun(theta, i, sun - (follow - own) / bench.g.sun.base_radius)
+        play = path.backlash / cos_bb
+        gear = bench.sun(theta, i, sun - (follow - play) / bench.g.sun.base_radius)
         gear.thin(bench.stage.backlash_sun / cos_bb, -SUN_SIDE)
         for z in (-0.7 * path.half_face, 0.5 * path.half_face):
             list(touch(path, i, theta, z, gear, -SUN_SIDE, planet, -PLANET_SUN_SIDE))

@@ -125,8 +125,8 @@ def test_thicker_planet_teeth_close_on_both_gear_meshes(make, kind):
         expected = flanks.excess(i, 0.4, thicker=excess)
         assert body_error(errors[kind, ""], i, 0.4) == pytest.approx(expected, abs=1e-6 * UM)
         # ½ Δs_n cos α_n, the normal thickness at the normal pressure angle
-        known = 0.5 * excess * math.cos(stage.helix_angle) * math.cos(stage.pressure_angle)
-        assert expected == pytest.approx(known, rel=1e-9)
+        by_hand = 0.5 * excess * math.cos(stage.helix_angle) * math.cos(stage.pressure_angle)
+        assert expected == pytest.approx(by_hand, rel=1e-9)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -148,8 +148,8 @@ def test_displaced_pins_and_carrier_displace_the_planets_flanks(kind):
 def driven_by_the_sun(**errors):
     """Coast flanks carry: n = (sin α, cos α) at the sun, (−sin α, cos α) at the ring."""
     stage = planetary(errors=errors)
-    found, paths = errors_and_paths(stage)
-    return stage, found["sun_coast", ""], found["ring_coast", ""], paths["sun_coast", ""].alpha
+    gaps, paths = errors_and_paths(stage)
+    return stage, gaps["sun_coast", ""], gaps["ring_coast", ""], paths["sun_coast", ""].alpha
 
 
 @pytest.mark.parametrize("theta", [0.0, 0.9, -4.0])

@@ -99,8 +99,8 @@ def test_tooth_faults_by_counting_meetings(positions):
     turns = abs(flow.speed["stage.ring"] - carrier) / (2 * np.pi)
     assert faults["tooth of ring at one gear mesh"] == pytest.approx(turns)
     planet = abs(speed_ratios(case)["stage.planet"] - speed_ratios(case)["stage.carrier"])
-    given = flow.speed[case.inputs[0].member]
-    assert faults["flank of a planet"] == pytest.approx(planet[0] * given / (2 * np.pi))
+    input_speed = flow.speed[case.inputs[0].member]
+    assert faults["flank of a planet"] == pytest.approx(planet[0] * input_speed / (2 * np.pi))
 
 
 BALLS = {  # 6205-2RS of the bearing data centre of Case Western Reserve University, inches in mm
@@ -119,12 +119,12 @@ def test_bearing_orders_in_print():
     case = load_case("lin-parker", BALLS)
     flow = power_flow(case)
     turns = abs(flow.stages[0].planet_relative_speed) / (2 * np.pi)
-    found = {x.label.split(", ")[1]: x.frequency / turns for x in expected_lines(case)
+    orders = {x.label.split(", ")[1]: x.frequency / turns for x in expected_lines(case)
              if x.kind == "bearing"}  # fmt: skip
-    assert found["outer race"] == pytest.approx(3.5848, rel=1e-4)
-    assert found["inner race"] == pytest.approx(5.4152, rel=1e-4)
-    assert 2 * found["spin of elements"] == pytest.approx(4.7135, rel=1e-4)
-    assert found["cage"] == pytest.approx(1 - 0.39828, rel=1e-4)
+    assert orders["outer race"] == pytest.approx(3.5848, rel=1e-4)
+    assert orders["inner race"] == pytest.approx(5.4152, rel=1e-4)
+    assert 2 * orders["spin of elements"] == pytest.approx(4.7135, rel=1e-4)
+    assert orders["cage"] == pytest.approx(1 - 0.39828, rel=1e-4)
 
 
 def test_table_stays_short():

@@ -226,8 +226,8 @@ def test_a_parallel_stage_has_its_pinion_in_the_suns_place():
     shift = 2 * math.tan(20 * DEG) * (0.48 + 0.669) / (24 + 95)
     assert involute(r.working_angles["sun"]) == pytest.approx(involute(at) + shift)
     assert r.center_distance == pytest.approx(0.861, abs=2e-4)  # printed for this gear pair
-    given = stage_radii(seen(parallel(center_distance=0.861)))
-    cosine = math.cos(given.working_angles["sun"])
+    radii = stage_radii(seen(parallel(center_distance=0.861)))
+    cosine = math.cos(radii.working_angles["sun"])
     assert cosine == pytest.approx((r.base["sun"] + r.base["planet"]) / 0.861)
 
 

@@ -20,9 +20,9 @@ def doubts(name, changes=()):
 @pytest.mark.parametrize("name", bundled_cases())
 def test_bundled_cases_are_plausible(name):
     """But for the one whose paper gives tooth numbers that do not assemble."""
-    found = doubts(name)
-    assert len(found) == (name == "herringbone")
-    assert all("do not assemble: a tooth of planet 2 is 0.333 pitches off" in one for one in found)
+    lines = doubts(name)
+    assert len(lines) == (name == "herringbone")
+    assert all("do not assemble: a tooth of planet 2 is 0.333 pitches off" in one for one in lines)
 
 
 CLOSE = {"stage.planets": "4", "stage.planet_positions_deg": "[0, 45, 180, 270]"}
@@ -94,9 +94,9 @@ RATED = {"stage.planet_bearing.rolling": "roller"}
     ],
 )
 def test_what_can_hardly_be_meant_is_said(name, changes, words):
-    found = doubts(name, changes)
-    assert found
-    assert all(word in " / ".join(found) for word in words), found
+    lines = doubts(name, changes)
+    assert lines
+    assert all(word in " / ".join(lines) for word in words), lines
 
 
 @pytest.mark.parametrize("size", [1.62, 9.81, 60])

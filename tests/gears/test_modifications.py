@@ -109,8 +109,8 @@ def test_every_modification_has_its_key():
 
 def modified(folder, keys, **changes):
     """The small stage with these keys of its modifications."""
-    given = {f"stage.{name}": str(value) for name, value in keys.items()}
-    return stage_train(folder, **{"stage.gear_mesh.model": '"per_pair"', **given, **changes})
+    settings = {f"stage.{name}": str(value) for name, value in keys.items()}
+    return stage_train(folder, **{"stage.gear_mesh.model": '"per_pair"', **settings, **changes})
 
 
 def paths(train, sign=1.0):
@@ -123,12 +123,12 @@ def paths(train, sign=1.0):
 def test_a_planet_s_flank_meets_the_other_mate_under_the_other_torque(tmp_path, planet_flank, sign):
     """A flank is a side of the tooth: the same sign of the moment that loads on it have."""
     keys = {f"planet.modifications.{planet_flank}.lead_crowning_um": 9}
-    found = paths(modified(tmp_path, keys), sign)
-    has = {kind for kind, path in found.items() if path.gap_grid.any()}
+    by_kind = paths(modified(tmp_path, keys), sign)
+    has = {kind for kind, path in by_kind.items() if path.gap_grid.any()}
     carrying = planet_flank if sign > 0 else f"{planet_flank}_coast"
     assert carrying in has
-    side = np.sign(found[carrying].planet_arm)
-    assert has == {kind for kind, path in found.items() if np.sign(path.planet_arm) == side}
+    side = np.sign(by_kind[carrying].planet_arm)
+    assert has == {kind for kind, path in by_kind.items() if np.sign(path.planet_arm) == side}
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -136,8 +136,8 @@ def test_a_planet_s_flank_meets_the_other_mate_under_the_other_torque(tmp_path, 
 @pytest.mark.parametrize("flank", ["drive", "coast"])
 def test_drive_and_coast_flanks_of_a_gear(tmp_path, gear, flank, sign):
     """The coast flank of a case is the drive flank of the one whose torque has the other sign."""
-    found = paths(modified(tmp_path, {f"{gear}.modifications.{flank}.lead_crowning_um": 9}), sign)
-    has = [kind for kind, path in found.items() if path.gap_grid.any()]
+    by_kind = paths(modified(tmp_path, {f"{gear}.modifications.{flank}.lead_crowning_um": 9}), sign)
+    has = [kind for kind, path in by_kind.items() if path.gap_grid.any()]
     assert has == [gear if (flank == "drive") == (sign > 0) else f"{gear}_coast"]
 
 
@@ -145,8 +145,8 @@ def test_keys_of_one_flank_replace_those_of_both(tmp_path):
     keys = {"ring.modifications.lead_crowning_um": 6, "ring.modifications.helix_slope_um": 8,
             "ring.modifications.coast.lead_crowning_um": 0}  # fmt: skip
     train = modified(tmp_path, keys)
-    found = gear_flanks(train.view("stage"), paths(train))
-    gaps = {one.name: one.gap(0.0, np.array([0.0, 0.03])) for one in found if one.part == "ring"}
+    flanks = gear_flanks(train.view("stage"), paths(train))
+    gaps = {one.name: one.gap(0.0, np.array([0.0, 0.03])) for one in flanks if one.part == "ring"}
     np.testing.assert_allclose(gaps["drive"], [0.0, 10e-6], atol=1e-18)
     np.testing.assert_allclose(gaps["coast"], [0.0, 4e-6], atol=1e-18)
 
@@ -156,9 +156,9 @@ def test_halves_of_a_double_helical_stage_mirror_each_other(tmp_path):
     keys = {"helix_angle_deg": 20, "double_helical": "true", "half_gap_mm": 20,
             "planet.modifications.helix_slope_um": 12}  # fmt: skip
     train = modified(tmp_path, keys)
-    found = stage_paths(train.view("stage"), {"sun": 1.0, "ring": 1.0})
+    by_half = stage_paths(train.view("stage"), {"sun": 1.0, "ring": 1.0})
     for kind in ("sun", "ring", "sun_coast", "ring_coast"):
-        left, right = found[kind, "left"], found[kind, "right"]
+        left, right = by_half[kind, "left"], by_half[kind, "right"]
         assert np.abs(right.gap_grid).max() > 1e-6
         np.testing.assert_allclose(left.gap_grid, right.gap_grid, atol=1e-15)
         assert left.slope == -right.slope
@@ -206,7 +206,7 @@ def test_mean_gap_over_a_helical_contact_line():
 
 
 @pytest.mark.parametrize(
-    ("keys", "said"),
+    ("keys", "message"),
     [
         ({"planet.modifications.tip_relief": "{ amount_um = 9, length_mm = 100 }"},
          r"stage\.planet\.modifications\.tip_relief\.length.*: 100 mm is longer than the path"),
@@ -226,8 +226,8 @@ def test_mean_gap_over_a_helical_contact_line():
         ({"planet.modifications.drive.lead_crowning_um": "8"}, r"drive: is not a known key"),
     ],
 )  # fmt: skip
-def test_what_does_not_fit_is_one_line(tmp_path, keys, said):
-    with pytest.raises(InputError, match=said) as fault:
+def test_what_does_not_fit_is_one_line(tmp_path, keys, message):
+    with pytest.raises(InputError, match=message) as fault:
         paths(modified(tmp_path, keys))
     assert "\n" not in str(fault.value)
 
@@ -302,7 +302,7 @@ def test_a_table_from_a_csv_file(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("rows", "said"),
+    ("rows", "message"),
     [
         ("30; 110; 4; x\n", r"flank table: has 3 points, but 2 different diameter_mm and 2 diff"),
         ("-30; 110; 4; x\n30; 105; 4; x\n", "line 6: repeats a point"),
@@ -313,15 +313,15 @@ def test_a_table_from_a_csv_file(tmp_path):
         ("-30;110;4;x\n30;110;4;x\n99;105;0;x\n99;110;0;x\n", r"reaches 99 mm, beyond the face"),
     ],
 )
-def test_csv_tables_that_are_refused(tmp_path, rows, said):
+def test_csv_tables_that_are_refused(tmp_path, rows, message):
     (tmp_path / "sun.csv").write_text(GRID.format(rows))
-    with pytest.raises(InputError, match=said) as fault:
+    with pytest.raises(InputError, match=message) as fault:
         paths(modified(tmp_path, {"sun.modifications.table": '{ file = "sun.csv" }'}))
     assert "\n" not in str(fault.value)
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("z_mm,gap_um\n1,2\n", r"column roll_angle or diameter: is not among.*roll_angle_deg"),
         ("roll_angle_deg,z_mm,gap_n\n1,2,3\n", r"column gap: .*name a column gap_mm"),
@@ -329,7 +329,7 @@ def test_csv_tables_that_are_refused(tmp_path, rows, said):
         ("", "flank table: is empty -- give columns roll_angle_deg, z_mm, gap_mm"),
     ],
 )
-def test_csv_files_that_are_no_table(tmp_path, text, said):
+def test_csv_files_that_are_no_table(tmp_path, text, message):
     (tmp_path / "sun.csv").write_text(text)
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         modified(tmp_path, {"sun.modifications.table": '{ file = "sun.csv" }'})

@@ -31,11 +31,11 @@ EVERY = pytest.mark.parametrize("name", VARIANTS)
 
 @pytest.fixture(scope="module")
 def stages():
-    found = {}
+    by_name = {}
     for name, keys in VARIANTS.items():
         case = load_case("wind-5mw", keys).view()
-        found[name] = (stage_geometry(case), flexible_paths(case))
-    return found
+        by_name[name] = (stage_geometry(case), flexible_paths(case))
+    return by_name
 
 
 class Outlines:
@@ -175,6 +175,6 @@ def test_thick_fillet_closes_the_gap(stages, short):
     outlines = Outlines(replace(g, gears={**g.gears, "planet": planet}), "sun", path.s_hi)
     places = path.s_lo - np.array([0.02, 0.1]) * path.base_pitch
     expected = np.array([outlines.gap(s) for s in places]) * path.cos_base_helix
-    found = replace(plain, planet=planet).gap(places)
-    assert found == pytest.approx(expected, abs=1e-8)
-    assert (found < plain.gap(places) - 1e-6).all()
+    gaps = replace(plain, planet=planet).gap(places)
+    assert gaps == pytest.approx(expected, abs=1e-8)
+    assert (gaps < plain.gap(places) - 1e-6).all()

@@ -60,9 +60,9 @@ class Pair:
 
     def gap(self, s, load=0.0):
         """As flexgear has it, rigid or under a line load, m."""
-        found = profile_contact(self.flanks, (self.off.s_lo, self.off.s_hi), 0.1, PRESSED, load)
+        contact = profile_contact(self.flanks, (self.off.s_lo, self.off.s_hi), 0.1, PRESSED, load)
         z = np.zeros_like(s)
-        return found.gap_at(s, z) + load * found.at(found.secant, s, z)
+        return contact.gap_at(s, z) + load * contact.at(contact.secant, s, z)
 
 
 # ------------------------------------------------------------------------------- rigid curves
@@ -108,13 +108,13 @@ def laid_on(pair, s):
 
     mine = turned(mine, planet, 0.0, 1)
     theirs = turned(theirs, gear, distance, -1 if pair.internal else 1)
-    found = []
+    angles = []
     for points, others, sign in ((mine, theirs, 1.0), (theirs, mine, -1.0)):
         order = np.argsort(abs(others))
         inside = (abs(points) > abs(others).min()) & (abs(points) < abs(others).max())
         at = np.interp(abs(points[inside]), abs(others)[order], np.angle(others)[order])
-        found.append(sign * (at - np.angle(points[inside])))
-    return np.concatenate(found).min() * planet.base_radius
+        angles.append(sign * (at - np.angle(points[inside])))
+    return np.concatenate(angles).min() * planet.base_radius
 
 
 PAIRS = [
@@ -149,10 +149,10 @@ def test_a_slope_and_a_kink_in_closed_form():
         y = (start**2 - s**2) / (2 * pair.planet.base_radius)
         plain = 2.5e-3 * (s - start)
         by_hand = plain - 0.5 * rho * slope**2 if -y > rho * slope else y**2 / (2 * rho)
-        found = pair.gap(np.array([s]))[0]
-        assert found == pytest.approx(by_hand, abs=0.06 * UM)
+        gap = pair.gap(np.array([s]))[0]
+        assert gap == pytest.approx(by_hand, abs=0.06 * UM)
         if s == start + 4e-3:
-            assert plain - found == pytest.approx(3.0 * UM, abs=0.1 * UM)
+            assert plain - gap == pytest.approx(3.0 * UM, abs=0.1 * UM)
 
 
 def test_helical_flanks_lack_the_same_times_the_cosine():
@@ -166,11 +166,13 @@ def test_lead_modifications_move_nothing_across_the_profile():
     pair = Pair(False, 0, 1)
     crowned = FlankPair(lambda rho, z: 4e-4 * z**2 + 0 * rho, pair.relief(1), pair.off)
     span = pair.off.span(30 * UM)
-    found = profile_contact(crowned, span, 0.1, PRESSED, 1e6)
+    contact = profile_contact(crowned, span, 0.1, PRESSED, 1e6)
     s = np.linspace(*span, 33)
     z = np.linspace(-0.1, 0.1, 33)
-    assert found.gap_at(s, z) == pytest.approx(pair.off.gap(s) + 4e-4 * z**2, abs=2e-9)
-    assert not found.secant.any() and not found.centre.any() and np.all(found.narrowing == 1.0)
+    assert contact.gap_at(s, z) == pytest.approx(pair.off.gap(s) + 4e-4 * z**2, abs=2e-9)
+    assert (
+        not contact.secant.any() and not contact.centre.any() and np.all(contact.narrowing == 1.0)
+    )
 
 
 def test_a_twist_is_looked_at_all_along_the_face():
@@ -181,10 +183,10 @@ def test_a_twist_is_looked_at_all_along_the_face():
         lambda rho, z: pair.relief(1)(rho) * (0.5 + 5 * z),
         pair.off,
     )
-    found = profile_contact(fading, (pair.off.s_lo, pair.off.s_hi), 0.1, PRESSED, 0.0)
+    contact = profile_contact(fading, (pair.off.s_lo, pair.off.s_hi), 0.1, PRESSED, 0.0)
     s = np.linspace(pair.off.s_lo, pair.off.s_hi, 33)
-    assert found.gap_at(s, np.full_like(s, 0.1)) == pytest.approx(pair.gap(s), abs=1e-8)
-    assert found.gap_at(s, np.full_like(s, -0.1)) == pytest.approx(0.0 * s, abs=1e-8)
+    assert contact.gap_at(s, np.full_like(s, 0.1)) == pytest.approx(pair.gap(s), abs=1e-8)
+    assert contact.gap_at(s, np.full_like(s, -0.1)) == pytest.approx(0.0 * s, abs=1e-8)
 
 
 # ------------------------------------------------------------------------- elastic half plane
@@ -197,8 +199,8 @@ def pressed(gap, load, reach, count=801):
     def running(x):
         return x * (np.log(np.maximum(abs(x), 1e-300) / reach) - 1)
 
-    apart = y[:, None] - y
-    sinks = -2 * PRESSED * (running(apart + step / 2) - running(apart - step / 2))
+    distance = y[:, None] - y
+    sinks = -2 * PRESSED * (running(distance + step / 2) - running(distance - step / 2))
     g = gap(y)
     touching = g <= np.sort(g)[20]
     for _ in range(100):
@@ -207,10 +209,10 @@ def pressed(gap, load, reach, count=801):
         approach = (load / step + both[:, 1].sum()) / both[:, 0].sum()
         p = np.zeros(count)
         p[n] = approach * both[:, 0] - both[:, 1]
-        wanted = p - 1e12 * (g + sinks @ p - approach) > 0
-        if (wanted == touching).all():
+        carries = p - 1e12 * (g + sinks @ p - approach) > 0
+        if (carries == touching).all():
             return approach
-        touching = wanted
+        touching = carries
     raise AssertionError
 
 

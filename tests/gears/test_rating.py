@@ -262,11 +262,11 @@ def test_a_thinner_tooth_has_the_root_of_one_that_is_cut_deeper(tmp_path, editio
 
 def test_half_of_the_pitch_deviation_where_modifications_compensate(tmp_path):
     """K_Fα = ε_γ/2 (0.9 + 0.4 c_γα (f_pb − y_α)/w), spur gears of equal case-hardened steel."""
-    given = {f"stage.{part}.rating.pitch_deviation": 32e-6 for part in ("sun", "planet")}
-    given |= {f"stage.{part}.rating.profile_deviation": 1e-6 for part in ("sun", "planet")}
+    settings = {f"stage.{part}.rating.pitch_deviation": 32e-6 for part in ("sun", "planet")}
+    settings |= {f"stage.{part}.rating.profile_deviation": 1e-6 for part in ("sun", "planet")}
     values = []
     for share in (1.0, 0.5):
-        case = case_of(tmp_path, PLANETARY, **given, **{"rating.pitch_deviation_share": share})
+        case = case_of(tmp_path, PLANETARY, **settings, **{"rating.pitch_deviation_share": share})
         pair, load = pair_of(case)
         inputs = method_b_inputs(pair, load, 1.0)
         base_pitch = share * 32.0 * math.cos(math.radians(20))

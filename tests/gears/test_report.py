@@ -104,13 +104,13 @@ def test_a_ring_pressed_on_its_diameter_gives_way_as_timoshenko_says():
 def test_turning_the_whole_ring_s_load_about_a_place_beside_it_is_force_and_couple():
     """A couple bends a ring as two tangential forces apart by its arm do."""
     arm = 1e-4
-    apart = (rim_rows(0.3, 0.0, 1.0, arm) - rim_rows(0.3, 0.0, 1.0, -arm)) / (2 * arm)
+    difference = (rim_rows(0.3, 0.0, 1.0, arm) - rim_rows(0.3, 0.0, 1.0, -arm)) / (2 * arm)
     # v' of the radial displacement: a couple is two radial forces close together
     step = 1e-6
     near = (rim_rows(0.3 + step, 1.0, 0.0, 0.0) - rim_rows(0.3 - step, 1.0, 0.0, 0.0)) / (2 * step)
     first = slice(0, 20)
     turned = rim_rows(0.3, 0.0, 1.0, 0.0) - near
-    np.testing.assert_allclose(apart[:, first], turned[:, first], atol=1e-7)
+    np.testing.assert_allclose(difference[:, first], turned[:, first], atol=1e-7)
 
 
 def test_a_pin_whose_seat_is_its_span_sags_as_a_beam_with_both_ends_built_in():
@@ -139,15 +139,15 @@ def test_friction_takes_what_summing_over_the_path_gives():
 def test_sizes_follow_what_the_case_has(name):
     case = load_case(name)
     flow = power_flow(case).stages[0]
-    found = neglected_effects(case.view(flow.name), flow.gear_mesh_forces)
+    effects = neglected_effects(case.view(flow.name), flow.gear_mesh_forces)
     rim = case.stages[0].planet.bore_diameter > 0
-    assert any(key.startswith("free_planet_rim") for key in found) == rim
-    assert ("pin_bends_in_planet_um" in found) == (case.stages[0].form("carrier") == "fe")
-    assert all(math.isfinite(size) and size > 0 for size in found.values())
+    assert any(key.startswith("free_planet_rim") for key in effects) == rim
+    assert ("pin_bends_in_planet_um" in effects) == (case.stages[0].form("carrier") == "fe")
+    assert all(math.isfinite(size) and size > 0 for size in effects.values())
     twice = neglected_effects(
         case.view(flow.name), {k: 2 * f for k, f in flow.gear_mesh_forces.items()}
     )
-    for key, size in found.items():
+    for key, size in effects.items():
         linear = key.endswith(("_um", "_n"))
         assert twice[key] == pytest.approx((2 if linear else 1) * size)
 
@@ -183,13 +183,13 @@ def plain_stage(**sections):
 
 
 @pytest.mark.parametrize(
-    ("given", "expected_um"),
+    ("backlash", "expected_um"),
     # 2/3 (60 + 0.5 a + 30 m) µm by hand, a and m in mm: 270 and 10; 37.5 and 1.5 in the next test
     [({}, 330.0), ({"backlash_ring": 0.0}, 0.0), ({"backlash_ring": 4e-4}, 400.0)],
 )  # fmt: skip
-def test_backlash_is_that_of_the_case_or_of_the_rule(given, expected_um):
-    for law, expected in (("one-sided", expected_um), ("linear", expected_um if given else 0.0)):
-        path = paths_of(planetary(gear_mesh={"contact_law": law}, **given))["ring_coast", ""]
+def test_backlash_is_that_of_the_case_or_of_the_rule(backlash, expected_um):
+    for law, expected in (("one-sided", expected_um), ("linear", expected_um if backlash else 0.0)):
+        path = paths_of(planetary(gear_mesh={"contact_law": law}, **backlash))["ring_coast", ""]
         assert 1e6 * path.backlash == pytest.approx(expected, abs=1e-9)
 
 
@@ -224,9 +224,11 @@ def test_coast_flanks_carry_nothing_by_default():
 def test_coast_tooth_numbers_follow_the_rule():
     """As if the same backlash had been given."""
     by_rule = paths_of(planetary(gear_mesh=ONE_SIDED))
-    given = paths_of(planetary(gear_mesh=ONE_SIDED, backlash_ring=3.3e-4, backlash_sun=3.3e-4))
+    with_backlash = paths_of(
+        planetary(gear_mesh=ONE_SIDED, backlash_ring=3.3e-4, backlash_sun=3.3e-4)
+    )
     for kind, path in by_rule.items():
-        assert path.s0 == pytest.approx(given[kind].s0, abs=1e-15)
+        assert path.s0 == pytest.approx(with_backlash[kind].s0, abs=1e-15)
 
 
 def closing(**errors):
@@ -239,8 +241,8 @@ def test_what_errors_close_in_closed_form():
     """Thicker teeth by Δs cos α, an eccentric sun by 2 E sin α; what turns a planet by nothing."""
     a = math.radians(20)
     assert closing(planet_thickness=(40e-6,))["ring"] == pytest.approx(40 * math.cos(a))
-    found = closing(sun_eccentricity=50e-6)
-    assert found["sun"] == pytest.approx(100 * math.sin(a)) and found["ring"] == 0.0
+    amounts = closing(sun_eccentricity=50e-6)
+    assert amounts["sun"] == pytest.approx(100 * math.sin(a)) and amounts["ring"] == 0.0
     assert closing(pin_tangential=(50e-6, 0.0, 0.0))["sun"] == pytest.approx(0.0, abs=1e-12)
     assert closing(pin_radial=(50e-6, 0.0, 0.0))["ring"] == pytest.approx(100 * math.sin(a))
 

@@ -53,9 +53,9 @@ def test_the_section_of_a_racks_gear_is_the_standards(gear, helix, protuberance)
     tool = PlainTool(protuberance=protuberance * m, grinding_allowance=0.4 * protuberance * m)
     gear = replace(gear, helix_angle=helix, tool=tool)
     section = virtual_tooth(tooth_geometry(gear, gear), gear, gear).root.section
-    found = np.array([section.thickness, section.distance, section.fillet_radius]) / m
+    ratios = np.array([section.thickness, section.distance, section.fillet_radius]) / m
     teeth = virtual_teeth(gear.teeth, gear)
-    assert found == pytest.approx(by_the_standard(teeth, gear, 0.6 * protuberance), rel=1e-6)
+    assert ratios == pytest.approx(by_the_standard(teeth, gear, 0.6 * protuberance), rel=1e-6)
 
 
 @pytest.mark.parametrize("teeth", [60, 93, 150])
@@ -98,12 +98,12 @@ def test_with_many_teeth_ring_and_rack_have_straight_flanks():
         30: tooth_geometry(gear, gear).root.section,
         60: tooth_geometry(gear, gear, internal=True).root.section,
     }
-    for tangent, found in sections.items():
+    for tangent, section in sections.items():
         at = math.radians(tangent)
-        assert found.thickness / m == pytest.approx(2 * (beside - rho * math.cos(at)), rel=1e-4)
-        depth = abs(found.distance - gear.teeth * m / 2) / m
+        assert section.thickness / m == pytest.approx(2 * (beside - rho * math.cos(at)), rel=1e-4)
+        depth = abs(section.distance - gear.teeth * m / 2) / m
         assert depth == pytest.approx(deep + rho * math.sin(at), rel=1e-4)
-        assert found.fillet_radius / m == pytest.approx(rho, rel=1e-4)
+        assert section.fillet_radius / m == pytest.approx(rho, rel=1e-4)
 
 
 def test_the_outer_point_of_single_contact_is_one_base_pitch_from_where_the_path_begins():
@@ -123,16 +123,21 @@ def test_stress_grows_with_load_and_falls_with_face_width(name):
     flow = power_flow(case).stages[0]
     view = case.view(flow.name)
     g, forces = stage_geometry(view), flow.gear_mesh_forces
-    found = stage_root_stress(view, g, forces)
-    assert set(found) == {("sun", "planet"), ("sun", "sun"), ("ring", "planet"), ("ring", "ring")}
-    for one in found.values():
+    stresses = stage_root_stress(view, g, forces)
+    assert set(stresses) == {
+        ("sun", "planet"),
+        ("sun", "sun"),
+        ("ring", "planet"),
+        ("ring", "ring"),
+    }
+    for one in stresses.values():
         # outside these a figure of ISO 6336-3 is no tooth root
         assert 0.5 < one.form_factor < 4 and 1.2 < one.notch_factor < 4
         assert one.section.thickness / (2 * one.section.fillet_radius) > 1
         assert 0.75 <= one.helix_factor <= 1
     doubled = stage_root_stress(view, g, {slot: -2 * f for slot, f in forces.items()})
     for key, one in doubled.items():
-        assert one.stress == pytest.approx(2 * found[key].stress, rel=1e-12)
+        assert one.stress == pytest.approx(2 * stresses[key].stress, rel=1e-12)
 
 
 def test_bending_part_is_the_nominal_stress_of_a_beam():

@@ -298,9 +298,9 @@ def test_radii_that_are_given_close_at_the_centre_distance():
     keys = {"stage.sun.teeth": "29", "stage.planet.teeth": "21", "stage.ring.teeth": "71"}
     view = load_case("lin-parker", keys).view()
     sun, ring = tooth_warnings(view)
-    wanted = 1e3 * view.stage.normal_module * (29 + 21) / 2  # 24.6° is the rack's angle, too
-    assert f"need {wanted:.2f} mm" in sun
-    assert f"need {wanted:.2f} mm" in ring
+    distance = 1e3 * view.stage.normal_module * (29 + 21) / 2  # 24.6° is the rack's angle, too
+    assert f"need {distance:.2f} mm" in sun
+    assert f"need {distance:.2f} mm" in ring
     spread = load_case("lin-parker", {"stage.center_distance_mm": "88.6"}).view()
     assert not tooth_warnings(spread)  # within rounding of printed values
 

@@ -206,7 +206,7 @@ def without(folder, name, *keys):
 
 
 @pytest.mark.parametrize(
-    ("name", "key", "said"),
+    ("name", "key", "pattern"),
     [
         ("lin-parker", "planets", "stage.planets"),
         ("wind-5mw", "planets", "stage.planets"),
@@ -219,9 +219,9 @@ def without(folder, name, *keys):
         ("nrel-5mw", "rolling", r"stages\[0\].planet_bearing.rolling"),
     ],
 )
-def test_the_machine_is_not_guessed(tmp_path, name, key, said):
+def test_the_machine_is_not_guessed(tmp_path, name, key, pattern):
     path = without(tmp_path, name, key)
-    with pytest.raises(InputError, match=rf"mine.toml: {said}: is missing.* -- add "):
+    with pytest.raises(InputError, match=rf"mine.toml: {pattern}: is missing.* -- add "):
         load_case(path)
 
 

@@ -159,9 +159,9 @@ def test_wind_gearboxes_have_the_printed_gears(name):
         geometry = stage_geometry(train.view(stage.name))
         assert geometry.center_distance == distance
         for gear, (pitch, tip) in diameters.items():
-            found = getattr(geometry, gear)
-            assert 2e3 * found.reference_radius == pytest.approx(pitch, abs=1e-3)
-            assert 2e3 * found.tip_radius == pytest.approx(tip, abs=0.06)
+            radii = getattr(geometry, gear)
+            assert 2e3 * radii.reference_radius == pytest.approx(pitch, abs=1e-3)
+            assert 2e3 * radii.tip_radius == pytest.approx(tip, abs=0.06)
         # the printed shifts and distances belong together: no more play than was chosen
         assert geometry.sun_gear_mesh.backlash == pytest.approx(0.5e-3, abs=6e-6)
         assert geometry.ring_gear_mesh.backlash == pytest.approx(0.5e-3, abs=6e-6)

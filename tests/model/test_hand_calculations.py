@@ -254,6 +254,6 @@ def test_bearings_with_clearance_find_their_side_under_moments():
     bodies = stiff_stage(case.view("lss"))
     for x, y in ((300e3, 0.0), (-300e3, 0.0), (0.0, 300e3)):
         loaded = case.with_(**{"loads.0.moment": (x, y, 0.0)}).assemble(bodies=bodies)
-        found = revolution(loaded.modal, 0.0, loaded.system.rated_torque)
-        assert found.closure.max() < 1e-8
-        assert found.active_flanks[0].tolist() == loaded.system.pairs.carries.tolist()
+        equilibrium = revolution(loaded.modal, 0.0, loaded.system.rated_torque)
+        assert equilibrium.closure.max() < 1e-8
+        assert equilibrium.active_flanks[0].tolist() == loaded.system.pairs.carries.tolist()

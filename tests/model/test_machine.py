@@ -40,24 +40,24 @@ def test_a_series_comes_back_from_its_file(tmp_path, law, separator):
     rows = [separator.join(map(repr, map(float, row))) for row in zip(times, values, strict=True)]
     title = separator.join(["time_s", f"{law}_{'nm' if law == 'torque' else 'rad_per_s'}"])
     (tmp_path / "series.csv").write_text("\n".join([title, *rows]), encoding="utf-8")
-    found = machine(tmp_path, law=law, kind="csv", file="series.csv")
-    assert np.array_equal(found.times, times)
-    assert np.array_equal(found.values, values)
-    assert found.at(times, 0.0) == pytest.approx(values, rel=1e-14)
-    assert found.file == str(tmp_path / "series.csv")
+    history = machine(tmp_path, law=law, kind="csv", file="series.csv")
+    assert np.array_equal(history.times, times)
+    assert np.array_equal(history.values, values)
+    assert history.at(times, 0.0) == pytest.approx(values, rel=1e-14)
+    assert history.file == str(tmp_path / "series.csv")
 
 
 def test_a_speed_from_a_file_has_no_kink_inside_and_does_not_overshoot(tmp_path):
     (tmp_path / "s.csv").write_text("time_s,speed_rpm\n0,10\n1,20\n2,20\n3,5\n", encoding="utf-8")
-    found = machine(tmp_path, law="speed", kind="csv", file="s.csv")
+    history = machine(tmp_path, law="speed", kind="csv", file="s.csv")
     t = np.linspace(0, 3, 3001)
-    speed = found.at(t, 0.0) * 30 / np.pi
+    speed = history.at(t, 0.0) * 30 / np.pi
     assert speed.min() >= 5 - 1e-12
     assert speed.max() <= 20 + 1e-12
-    rate = found.rate_at(t[1:-1])
+    rate = history.rate_at(t[1:-1])
     assert np.abs(np.diff(rate)).max() < 0.01 * np.abs(rate).max()
-    assert rate == pytest.approx(np.gradient(found.at(t, 0.0), t)[1:-1], abs=2e-3)
-    assert found.kinks() == (0.0, 3.0)
+    assert rate == pytest.approx(np.gradient(history.at(t, 0.0), t)[1:-1], abs=2e-3)
+    assert history.kinks() == (0.0, 3.0)
 
 
 def test_rates_are_slopes():

@@ -46,8 +46,8 @@ def test_a_gear_mesh_belongs_to_the_group_that_shares_its_load():
 def test_layers_between_input_and_output_take_no_name_apart(layer):
     files = sorted((Path(flexgear.__file__).parent / layer).rglob("*.py"))
     assert files
-    apart = re.compile(r"\.(r?partition|rsplit|removeprefix|removesuffix)\(")
-    assert [f.name for f in files if apart.search(f.read_text(encoding="utf-8"))] == []
+    pattern = re.compile(r"\.(r?partition|rsplit|removeprefix|removesuffix)\(")
+    assert [f.name for f in files if pattern.search(f.read_text(encoding="utf-8"))] == []
 
 
 @given(dimension=st.sampled_from(sorted(_SUFFIXES)), value=st.floats(-1e12, 1e12))

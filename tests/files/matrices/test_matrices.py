@@ -27,27 +27,27 @@ def test_round_trip(tmp_path, name, form):
     body = BODIES[name]()
     written = write_reduced(body, tmp_path, form)
     assert all(path.is_file() for path in written)
-    found = read_reduced(matrix_files(tmp_path, name), tmp_path / f"{name}_nodes.csv")
-    assert found.node_names == body.node_names and found.modes == body.modes
-    assert np.array_equal(found.positions, body.positions)
+    matrices = read_reduced(matrix_files(tmp_path, name), tmp_path / f"{name}_nodes.csv")
+    assert matrices.node_names == body.node_names and matrices.modes == body.modes
+    assert np.array_equal(matrices.positions, body.positions)
     for key in ("stiffness", "mass", "recovery"):
-        wanted = getattr(body, key)
-        if wanted is not None:
-            scale = np.abs(wanted).max()
-            assert np.abs(getattr(found, key) - wanted).max() <= 1e-12 * scale
+        expected = getattr(body, key)
+        if expected is not None:
+            scale = np.abs(expected).max()
+            assert np.abs(getattr(matrices, key) - expected).max() <= 1e-12 * scale
 
 
 @pytest.mark.parametrize("name", BODIES)
 def test_independent_readers_give_the_same_frequencies(tmp_path, name):
     body = BODIES[name]()
-    wanted = frequencies(body.stiffness, body.mass)
+    expected = frequencies(body.stiffness, body.mass)
     write_reduced(body, tmp_path, "mtx")
     k, m = (scipy.io.mmread(tmp_path / f"{name}_{key}.mtx") for key in ("stiffness", "mass"))
-    assert frequencies(k, m) == pytest.approx(wanted, rel=1e-6)
+    assert frequencies(k, m) == pytest.approx(expected, rel=1e-6)
     op4 = pytest.importorskip("pyyeti.nastran.op4")
     write_reduced(body, tmp_path, "op4")
-    found = op4.read(str(tmp_path / f"{name}.op4"))
-    assert frequencies(found["kred"], found["mred"]) == pytest.approx(wanted, rel=1e-6)
+    matrices = op4.read(str(tmp_path / f"{name}.op4"))
+    assert frequencies(matrices["kred"], matrices["mred"]) == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize("sparse", ["dense", "bigmat", "nonbigmat"])
@@ -61,8 +61,8 @@ def test_op4_of_another_program(tmp_path, sparse, binary, endian):
     b = np.diag([1.0, -2e-30, 3e200])
     path = tmp_path / "other.op4"
     op4.write(str(path), {"KAA": a, "MAA": b}, binary=binary, sparse=sparse, endian=endian)
-    found = read_op4(path.read_bytes(), str(path))
-    assert np.array_equal(found["KAA"], a) and np.array_equal(found["MAA"], b)
+    matrices = read_op4(path.read_bytes(), str(path))
+    assert np.array_equal(matrices["KAA"], a) and np.array_equal(matrices["MAA"], b)
 
 
 def test_op4_of_ours_is_read_by_ours():
@@ -131,9 +131,9 @@ def test_dmig(tmp_path):
     text = dmig("KAAX", body.stiffness, IDS, modes) + "\n" + dmig("MAAX", body.mass, IDS, modes)
     (tmp_path / "body.pch").write_text(text)
     (tmp_path / "nodes.csv").write_text(table(IDS, body, modes))
-    found = read_reduced([tmp_path / "body.pch"], tmp_path / "nodes.csv")
-    assert np.abs(found.stiffness - body.stiffness).max() < 1e-9 * body.stiffness.max()
-    assert frequencies(found.stiffness, found.mass) == pytest.approx(
+    matrices = read_reduced([tmp_path / "body.pch"], tmp_path / "nodes.csv")
+    assert np.abs(matrices.stiffness - body.stiffness).max() < 1e-9 * body.stiffness.max()
+    assert frequencies(matrices.stiffness, matrices.mass) == pytest.approx(
         frequencies(body.stiffness, body.mass), rel=1e-5
     )
 
@@ -149,8 +149,10 @@ def test_abaqus_and_calculix(tmp_path, form):
         files[1].write_text(abaqus(body.mass, IDS))
     else:
         files[0].write_text(user_element(body.stiffness, body.mass, IDS))
-    found = read_reduced(files, tmp_path / "nodes.csv")
-    assert np.array_equal(found.stiffness, body.stiffness) and np.array_equal(found.mass, body.mass)
+    matrices = read_reduced(files, tmp_path / "nodes.csv")
+    assert np.array_equal(matrices.stiffness, body.stiffness) and np.array_equal(
+        matrices.mass, body.mass
+    )
 
 
 def test_millimetres_and_tonnes(tmp_path):
@@ -166,11 +168,11 @@ def test_millimetres_and_tonnes(tmp_path):
     )
     assert in_mm.mass[6 * n :, 6 * n :] == pytest.approx(np.eye(body.modes), abs=1e-9)
     write_reduced(in_mm, tmp_path, "npz")
-    found = read_reduced([tmp_path / "beam.npz"], tmp_path / "beam_nodes.csv", units="mm")
+    matrices = read_reduced([tmp_path / "beam.npz"], tmp_path / "beam_nodes.csv", units="mm")
     for key in ("stiffness", "mass"):
-        assert getattr(found, key) == pytest.approx(getattr(body, key), rel=1e-12, abs=1e-6)
+        assert getattr(matrices, key) == pytest.approx(getattr(body, key), rel=1e-12, abs=1e-6)
     mass = check(body, "beam")["mass_kg"]
-    assert check(found, "beam")["mass_kg"] == pytest.approx(mass)
+    assert check(matrices, "beam")["mass_kg"] == pytest.approx(mass)
     unconverted = read_reduced([tmp_path / "beam.npz"], tmp_path / "beam_nodes.csv")
     with pytest.raises(InputError, match="same unit"):
         check(unconverted, "beam")
@@ -179,14 +181,14 @@ def test_millimetres_and_tonnes(tmp_path):
 @pytest.mark.parametrize("name", BODIES)
 def test_good_bodies_pass(name):
     body = BODIES[name]()
-    found = check(body, name)
-    assert found["rigid_residual"] < 1e-9 and found["modes"] == body.modes
-    assert found["first_frequency_hz"] == pytest.approx(
+    figures = check(body, name)
+    assert figures["rigid_residual"] < 1e-9 and figures["modes"] == body.modes
+    assert figures["first_frequency_hz"] == pytest.approx(
         frequencies(body.stiffness, body.mass)[0], rel=1e-6
     )
     if name == "beam":
         volume = np.pi / 4 * (0.4 * (0.1**2 - 0.02**2) + 0.6 * 0.14**2)
-        assert found["mass_kg"] == pytest.approx(7850 * volume)
+        assert figures["mass_kg"] == pytest.approx(7850 * volume)
 
 
 def spoiled(what):
@@ -216,7 +218,7 @@ def spoiled(what):
 
 
 @pytest.mark.parametrize(
-    ("what", "said"),
+    ("what", "message"),
     [
         ("asymmetric", "not symmetric"),
         ("supported", "resists rigid motion"),
@@ -230,8 +232,8 @@ def spoiled(what):
         ("small", "need a square matrix"),
     ],
 )
-def test_bad_bodies_are_refused(what, said):
-    with pytest.raises(InputError, match=said):
+def test_bad_bodies_are_refused(what, message):
+    with pytest.raises(InputError, match=message):
         check(spoiled(what), "beam")
 
 
@@ -273,6 +275,6 @@ def test_table_in_millimetres_is_the_same(tmp_path):
         ",".join([*r[:3], *(repr(MM * float(v)) if v else "" for v in r[3:])]) for r in rows[1:]
     ]
     (tmp_path / "nodes.csv").write_text("\n".join(in_mm))
-    found = read_table(tmp_path / "nodes.csv")
-    assert found.positions == pytest.approx(body.positions, rel=1e-12)
-    assert found.names == body.node_names and len(found.mode_ids) == body.modes
+    table = read_table(tmp_path / "nodes.csv")
+    assert table.positions == pytest.approx(body.positions, rel=1e-12)
+    assert table.names == body.node_names and len(table.mode_ids) == body.modes

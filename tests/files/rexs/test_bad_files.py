@@ -56,12 +56,12 @@ BAD = {
 
 @pytest.mark.parametrize("what", BAD)
 def test_bad_file(tmp_path, what):
-    data, said = BAD[what]
+    data, message = BAD[what]
     path = tmp_path / "bad.rexs"
     path.write_bytes(data)
     with pytest.raises(InputError) as caught:
         read_rexs(path)
-    assert said in str(caught.value) and "\n" not in str(caught.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value)
 
 
 def test_missing_file_and_folder(tmp_path):
@@ -83,8 +83,8 @@ def test_case_that_cannot_run_is_written_for_mending(tmp_path):
     for number in m.of("cylindrical_stage"):
         m.set(number, center_distance=(ARM + 12.0, MM))
     path = m.write(tmp_path / "far.rexs")
-    made = case_of_document(read_rexs(path), str(path))
-    assert any("cannot run before this is corrected" in line for line in made.assumed)
+    conversion = case_of_document(read_rexs(path), str(path))
+    assert any("cannot run before this is corrected" in line for line in conversion.assumed)
 
 
 SPOILT = ["0", "-1", "many", "1e30", "nan", "", ("1", "2"), None]
@@ -114,12 +114,12 @@ def test_whatever_is_missing_or_odd_is_said_in_one_line(boxes, box, random):
             document.relations = [
                 r for r in document.relations if component.id not in r.refs.values()
             ]
-    said = "one line"
+    message = "one line"
     try:
         tomllib.loads(case_of_document(document, "box.rexs").text)
     except InputError as fault:
-        said = str(fault)
-    assert "\n" not in said
+        message = str(fault)
+    assert "\n" not in message
 
 
 def test_words_of_a_file_stay_in_their_comment(imported):
@@ -138,9 +138,9 @@ def test_sizes_beyond_all_machines_are_left_out(imported, size):
 
 def test_places_in_places_in_places(imported):
     m = planetary()
-    here = {"support_vector": ((1.0, 0.0, 0.0), MM), "reference_component_for_position": (1, "")}
-    last = m.add("shaft", **here)
+    place = {"support_vector": ((1.0, 0.0, 0.0), MM), "reference_component_for_position": (1, "")}
+    last = m.add("shaft", **place)
     for _ in range(2000):
-        last = m.add("shaft", **{**here, "reference_component_for_position": (last, "none")})
-    m.set(m.drive, **{**here, "reference_component_for_position": (last, "none")})
+        last = m.add("shaft", **{**place, "reference_component_for_position": (last, "none")})
+    m.set(m.drive, **{**place, "reference_component_for_position": (last, "none")})
     assert imported(m)[0].stages

@@ -60,13 +60,13 @@ def renamed(values, old, new):
 @pytest.mark.parametrize("name", CASES)
 def test_round_trip(tmp_path, name):
     case = load_case(name)
-    found = again(case, tmp_path)[0]
-    require_same_gears(case, found)
-    a, b = power_flow(case), power_flow(found)
-    assert b.speed == pytest.approx(renamed(a.speed, case, found), rel=1e-9, abs=1e-9)
-    assert b.torque == pytest.approx(renamed(a.torque, case, found), rel=1e-9, abs=1e-6)
-    assert {p.member for p in found.inputs} == {
-        *renamed({p.member: 0 for p in case.inputs}, case, found)
+    copy = again(case, tmp_path)[0]
+    require_same_gears(case, copy)
+    a, b = power_flow(case), power_flow(copy)
+    assert b.speed == pytest.approx(renamed(a.speed, case, copy), rel=1e-9, abs=1e-9)
+    assert b.torque == pytest.approx(renamed(a.torque, case, copy), rel=1e-9, abs=1e-6)
+    assert {p.member for p in copy.inputs} == {
+        *renamed({p.member: 0 for p in case.inputs}, case, copy)
     }
 
 
@@ -99,24 +99,24 @@ def test_tools_come_back(tmp_path):
 def test_modified_flanks_gravity_and_inertia_come_back(tmp_path):
     settings = {**GROUND, "gravity_m_per_s2": "[0.5, -9, 1]", "inputs.0.inertia_kg_m2": "12.5"}
     case = load_case("herringbone", settings)
-    found = again(case, tmp_path)[0]
+    copy = again(case, tmp_path)[0]
     for gear in ("sun", "planet", "ring"):
-        own, read = (s.member(gear).modifications for s in (case.stages[0], found.stages[0]))
-        for kind, given in own.model_dump(exclude_none=True).items():
+        original, read = (s.member(gear).modifications for s in (case.stages[0], copy.stages[0]))
+        for kind, value in original.model_dump(exclude_none=True).items():
             back = read.model_dump(exclude_none=True)[kind]
             assert back == (
-                pytest.approx(given)
-                if isinstance(given, float)
+                pytest.approx(value)
+                if isinstance(value, float)
                 else {
-                    key: x if isinstance(x, str) else pytest.approx(x) for key, x in given.items()
+                    key: x if isinstance(x, str) else pytest.approx(x) for key, x in value.items()
                 }
             )
         assert not any("modifications" in line for line in not_written(case))
-    assert found.gravity == pytest.approx(case.gravity, rel=1e-12)
-    assert found.inputs[0].inertia == 12.5
+    assert copy.gravity == pytest.approx(case.gravity, rel=1e-12)
+    assert copy.inputs[0].inertia == 12.5
     masses = [
         s.member(m).mass
-        for s in (case.stages[0], found.stages[0])
+        for s in (case.stages[0], copy.stages[0])
         for m in ("sun", "planet", "ring")
     ]
     assert masses[3:] == pytest.approx(masses[:3])
@@ -126,10 +126,10 @@ def test_modified_flanks_gravity_and_inertia_come_back(tmp_path):
 def test_what_was_imported_survives(tmp_path, make):
     """Springs, held members and joints of an imported case are the same after another turn."""
     case = make().case(tmp_path)[0]
-    found = again(case, tmp_path)[0]
-    require_same_gears(case, found)
-    assert found.held_members() == case.held_members()
-    for stage, other in zip(case.stages, found.stages, strict=True):
+    copy = again(case, tmp_path)[0]
+    require_same_gears(case, copy)
+    assert copy.held_members() == case.held_members()
+    for stage, other in zip(case.stages, copy.stages, strict=True):
         parts = [*stage.members, "planet_bearing"]
         for part in parts:
             a, b = (
@@ -138,7 +138,7 @@ def test_what_was_imported_survives(tmp_path, make):
             )
             if getattr(a, "count", 1) == 1:
                 assert b.matrix == pytest.approx(a.matrix, rel=1e-9, abs=1e-3), part
-    for a, b in zip(case.joints, found.joints, strict=True):
+    for a, b in zip(case.joints, copy.joints, strict=True):
         assert (a.first, a.second) == (b.first, b.second)
         assert b.stiffness[5] == pytest.approx(a.stiffness[5], rel=1e-9)
 
@@ -160,14 +160,16 @@ def test_results_balance(tmp_path):
     assert sum(powers) == pytest.approx(0, abs=1e-9 * max(powers))
     assert max(powers) == pytest.approx(5000)
     force = next(c for c in document.kind("cylindrical_stage")).attributes
-    wanted = abs(power_flow(case).stages[0].sun_gear_mesh_force)  # spur: along the tangent
-    assert float(force["nominal_tangential_force_at_base_diameter"].value) == pytest.approx(wanted)
+    expected = abs(power_flow(case).stages[0].sun_gear_mesh_force)  # spur: along the tangent
+    assert float(force["nominal_tangential_force_at_base_diameter"].value) == pytest.approx(
+        expected
+    )
 
 
 def test_what_the_format_does_not_hold_is_said():
-    said = not_written(load_case("pitch-drive", {"stages.stage_1.sun.body_factor": 0.9}))
-    assert "stages.stage_1.sun.body_factor" in said
-    assert {"damping", "solver", "stages.stage_1.errors", "stages.stage_1.gear_mesh"} <= {*said}
+    missing = not_written(load_case("pitch-drive", {"stages.stage_1.sun.body_factor": 0.9}))
+    assert "stages.stage_1.sun.body_factor" in missing
+    assert {"damping", "solver", "stages.stage_1.errors", "stages.stage_1.gear_mesh"} <= {*missing}
     assert any("FE bodies" in line for line in not_written(load_case("wind-5mw")))
     keys = {
         "faults": '[{kind = "missing_tooth", gear = "sun", tooth = 1, side = "left"}]',
@@ -176,9 +178,9 @@ def test_what_the_format_does_not_hold_is_said():
         "stage.sun.support.damping.radial_n_s_per_m": "5",
         "stage.planet_bearing.damping.axial_n_s_per_m": "5",
     }
-    said = not_written(load_case("herringbone", keys))
+    missing = not_written(load_case("herringbone", keys))
     dampers = {f"stages.stage.{x}.damping" for x in ("sun.support", "planet_bearing")}
-    assert dampers | {"faults", "stages.stage.gear_mesh"} <= {*said}
+    assert dampers | {"faults", "stages.stage.gear_mesh"} <= {*missing}
 
 
 def test_forces_come_back(tmp_path):
@@ -224,7 +226,7 @@ speed_rpm = 0
 
 def test_place_relative_to_another_component(tmp_path):
     """Places that a file gives in a turned and shifted component's frame mean the same machine."""
-    wanted = planetary().case(tmp_path)[0]
+    expected = planetary().case(tmp_path)[0]
     m = planetary()
     m.set(m.unit, support_vector=((0.0, 0.0, 0.0), "mm"), u_axis_vector=((1.0, 0.0, 0.0), "mm"))
     base = m.add(
@@ -241,17 +243,17 @@ def test_place_relative_to_another_component(tmp_path):
                 u_axis_vector=((-1.0, 0.0, 0.0), "mm"),
                 reference_component_for_position=(base, "none"),
             )
-    found = m.case(tmp_path)[0]
-    assert found.content_hash() == wanted.content_hash()
+    case = m.case(tmp_path)[0]
+    assert case.content_hash() == expected.content_hash()
 
 
 def test_bearings_of_shafts_come_back_with_their_ratings(tmp_path):
     """Each at its place, with the same life under thrust; the format has no X_0."""
     case = load_case("nrel-5mw")
-    found = again(case, tmp_path)[0]
+    copy = again(case, tmp_path)[0]
     for part in ("pinion", "gear"):
         pairs = zip(
-            case.stages[2].member(part).support, found.stages[2].member(part).support, strict=True
+            case.stages[2].member(part).support, copy.stages[2].member(part).support, strict=True
         )
         for bearing, back in pairs:
             assert back.matrix == pytest.approx(bearing.matrix, rel=1e-9)
@@ -260,7 +262,7 @@ def test_bearings_of_shafts_come_back_with_their_ratings(tmp_path):
             assert back.rolling == bearing.rolling
     lines = not_written(case)
     assert "stages.stage_3.pinion.support.1.thrust: static factors" in lines
-    pair = found.stages[2].pinion.support[1].thrust
+    pair = copy.stages[2].pinion.support[1].thrust
     tangent = math.tan(math.radians(14))  # two tapered rows, ISO 281, table 8
-    wanted = (1.5 * tangent, 0.67, 0.67 / tangent, 0.45 / tangent)
-    assert (pair.e, pair.x, pair.y, pair.y_1) == pytest.approx(wanted, rel=1e-9)
+    expected = (1.5 * tangent, 0.67, 0.67 / tangent, 0.45 / tangent)
+    assert (pair.e, pair.x, pair.y, pair.y_1) == pytest.approx(expected, rel=1e-9)

@@ -71,7 +71,7 @@ def test_loaded_flanks_are_those_of_the_geometry(name, sense):
 
 def settings(case):
     """Other modifications on every flank, and some of both flanks, of every gear."""
-    found, scale = {}, 1
+    settings, scale = {}, 1
     for k, stage in enumerate(case.stages):
         parts = ("sun", "planet", "ring") if stage.kind == "planetary" else ("pinion", "gear")
         for part in parts:
@@ -82,11 +82,11 @@ def settings(case):
                     value = GROUND[key].replace("amount_um = ", f"amount_um = {scale}")
                     if key.endswith("_um"):
                         value = f"{float(GROUND[key]) * scale:g}"
-                    found[f"{where}.{flank}.{key}"] = value
+                    settings[f"{where}.{flank}.{key}"] = value
                 scale += 1
-            found[f"{where}.helix_slope_um"] = "-2"
-            found[f"{where}.profile_slope_um"] = "1"
-    return found
+            settings[f"{where}.helix_slope_um"] = "-2"
+            settings[f"{where}.profile_slope_um"] = "1"
+    return settings
 
 
 def require_same_flanks(first, second):
@@ -97,11 +97,11 @@ def require_same_flanks(first, second):
                 assert a == pytest.approx(b, rel=1e-12), (part, flank)
 
 
-def _numbers(given):
+def _numbers(modifications):
     """Amounts, lengths, and words as numbers, by key."""
     words = {"linear": 0.0, "parabolic": 1.0, "both": 0.0, "+z": 1.0, "-z": -1.0}
     out = {}
-    for key, value in given.model_dump(exclude_none=True).items():
+    for key, value in modifications.model_dump(exclude_none=True).items():
         for name, one in (value if isinstance(value, dict) else {"": value}).items():
             out[f"{key}.{name}"] = words.get(one, one)
     return out
@@ -111,12 +111,14 @@ def _numbers(given):
 def test_flanks_come_back(tmp_path, name, sense):
     """Both hands, both senses of torque, internal gears, halves, parallel stages."""
     case = directed(name, sense, settings(load_case(name)))
-    found, made = again(case, tmp_path)
-    require_same_flanks(case, found)
-    assert not any("loaded_tooth_flank" in line or "no datum" in line for line in made.assumed)
+    copy, conversion = again(case, tmp_path)
+    require_same_flanks(case, copy)
+    assert not any(
+        "loaded_tooth_flank" in line or "no datum" in line for line in conversion.assumed
+    )
     assert not any("modifications" in line for line in not_written(case))
     kinds = ("relief", "crowning", "slope", "twist", "flank")
-    assert not [line for line in made.left_out if line.startswith(kinds)]
+    assert not [line for line in conversion.left_out if line.startswith(kinds)]
 
 
 def test_outer_ends_of_halves():
@@ -172,14 +174,14 @@ def test_the_carrier_drives_right_flanks_of_the_ring(tmp_path):
     m = ground(planetary(), gears_of(planetary()), left=[tip(30.0)], right=[tip(20.0)])
     for sense, left in ((1, ("drive", "coast", "sun")), (-1, ("coast", "drive", "ring"))):
         m.set(m.load, torque_around_u_axis=(sense * 3000.0, NM))
-        case, made = m.case(tmp_path)
+        case, conversion = m.case(tmp_path)
         stage = case.stages[0]
         assert stage.gear_mesh.model == "per_pair"
         for part, flank in zip(("sun", "ring", "planet"), left, strict=True):
             assert getattr(stage, part).modifications.of(flank).tip_relief.amount == 30e-6
             other = {"drive": "coast", "coast": "drive", "sun": "ring", "ring": "sun"}[flank]
             assert getattr(stage, part).modifications.of(other).tip_relief.amount == 20e-6
-        assert sum("no datum_face_orientation" in line for line in made.assumed) == 3
+        assert sum("no datum_face_orientation" in line for line in conversion.assumed) == 3
 
 
 def test_the_other_datum_face_swaps_sides_and_ends(tmp_path):
@@ -189,12 +191,14 @@ def test_the_other_datum_face_swaps_sides_and_ends(tmp_path):
     m = ground(planetary(), gears_of(planetary()), left=left, right=right)
     for gear in gears_of(m):
         m.set(gear, datum_face_orientation=("negative", ""))
-    wanted, made = m.case(tmp_path)
-    view = wanted.view("low")  # the case runs: its gear meshes have a place for modified flanks
+    case, conversion = m.case(tmp_path)
+    view = case.view("low")  # the case runs: its gear meshes have a place for modified flanks
     assert len(modified_flanks(view, stage_paths(view, {"sun": 1.0, "ring": 1.0}))) == 6
-    assert not any("no datum" in line for line in made.assumed)
-    assert sum("positive where more is missing at the non-datum" in x for x in made.assumed) == 1
-    drive = wanted.stages[0].sun.modifications.of("drive")
+    assert not any("no datum" in line for line in conversion.assumed)
+    assert (
+        sum("positive where more is missing at the non-datum" in x for x in conversion.assumed) == 1
+    )
+    drive = case.stages[0].sun.modifications.of("drive")
     assert drive.helix_slope == pytest.approx(6e-6) and drive.end_relief.end == "-z"
 
     swapped = ground(
@@ -211,7 +215,7 @@ def test_the_other_datum_face_swaps_sides_and_ends(tmp_path):
             u_axis_vector=((-1.0, 0.0, 0.0), MM),
         )
     for other in (swapped, turned):
-        require_same_flanks(wanted, other.case(tmp_path)[0])
+        require_same_flanks(case, other.case(tmp_path)[0])
 
 
 def test_what_cannot_be_told_is_said(tmp_path):
@@ -223,18 +227,18 @@ def test_what_cannot_be_told_is_said(tmp_path):
     relation = next(r for k, r in m.relations if k == "stage" and r["gear_1"] == m.sun)
     data = m.add("cylindrical_stage_gear_data", loaded_tooth_flank=("right", ""))
     m.relate("stage_gear_data", stage=relation["stage"], gear=m.sun, stage_gear_data=data)
-    case, made = m.case(tmp_path)
-    said = "\n".join(made.assumed)
-    assert "not the flank that the torques load" in said
-    assert "are not those of cylindrical_gear" in said
+    case, conversion = m.case(tmp_path)
+    text = "\n".join(conversion.assumed)
+    assert "not the flank that the torques load" in text
+    assert "are not those of cylindrical_gear" in text
     assert (
-        "differ and are left out" in said and case.stages[0].ring.modifications.end_relief is None
+        "differ and are left out" in text and case.stages[0].ring.modifications.end_relief is None
     )
-    assert "has 2 of tip_relief" in said
+    assert "has 2 of tip_relief" in text
     assert case.stages[0].sun.modifications.of("drive").tip_relief.amount == 30e-6
 
     m.set(m.load, torque_around_u_axis=None)  # without a torque the file's word counts
-    case, made = m.case(tmp_path)
+    case, conversion = m.case(tmp_path)
     assert case.output is None
     assert case.stages[0].sun.modifications.of("coast").tip_relief.amount == 30e-6
     m.set(data, loaded_tooth_flank=None)
@@ -247,8 +251,8 @@ def test_uneven_crowning_and_lone_flanks(tmp_path):
         "helix_crowning_amount_datum_face": (8.0, "mum"),
         "helix_crowning_amount_non_datum_face": (12.0, "mum"),
     })  # fmt: skip
-    case, made = ground(planetary(), [planetary().sun], left=[crowning]).case(tmp_path)
-    found = case.stages[0].sun.modifications
-    assert found.lead_crowning is None and found.coast is None
-    assert found.drive.lead_crowning == pytest.approx(10e-6)
-    assert any("the mean is used" in line for line in made.assumed)
+    case, conversion = ground(planetary(), [planetary().sun], left=[crowning]).case(tmp_path)
+    modifications = case.stages[0].sun.modifications
+    assert modifications.lead_crowning is None and modifications.coast is None
+    assert modifications.drive.lead_crowning == pytest.approx(10e-6)
+    assert any("the mean is used" in line for line in conversion.assumed)

@@ -28,7 +28,7 @@ TURNS = 60 / (2 * math.pi)
 
 
 def test_planetary_stage(imported):
-    case, made = imported(planetary())
+    case, conversion = imported(planetary())
     stage = case.stages[0]
     assert (stage.name, stage.planets, stage.sun.teeth, stage.ring.teeth) == ("low", 3, 20, 70)
     assert stage.planet_hand == "right" and stage.helix_angle == pytest.approx(math.radians(HELIX))
@@ -38,7 +38,7 @@ def test_planetary_stage(imported):
     assert flow.speed["low.sun"] * TURNS == pytest.approx(12 * (1 + 70 / 20))
     assert flow.torque["low.sun"] == pytest.approx(-3000 / (1 + 70 / 20))
     assert case.material.young_modulus == pytest.approx(206e9)
-    assert not any("lost" in line for line in made.left_out)
+    assert not any("lost" in line for line in conversion.left_out)
 
 
 def test_springs_side_by_side(imported):
@@ -57,14 +57,14 @@ def test_springs_side_by_side(imported):
 
 def test_bearings_by_their_coordinate_on_shafts(imported):
     """A bearing or coupling without a position in space is at its coordinate on either shaft."""
-    wanted, _ = imported(planetary())
+    expected, _ = imported(planetary())
     m = planetary()
     seats = [(m.main[0], "inner", 50.0), (m.main[1], "inner", 150.0), (m.fixed, "inner", 50.0)]
     seats += [(b, "outer", (30.0, 70.0)[k % 2]) for k, b in enumerate(m.planet_bearings)]
     for joint, side, u in seats:
         m.set(joint, support_vector=None, u_axis_vector=None,
               **{f"u_coordinate_on_shaft_{side}_side": (u, MM)})  # fmt: skip
-    assert imported(m)[0].content_hash() == wanted.content_hash()
+    assert imported(m)[0].content_hash() == expected.content_hash()
 
 
 @pytest.mark.parametrize("of_parts", [False, True])
@@ -121,15 +121,15 @@ def test_train_of_three(imported):
     ("version", "suffix"), [(v, ".rexs") for v in VERSIONS] + [("2.0", ".rexsj"), ("2.0", ".rexsz")]
 )
 def test_versions_and_forms_say_the_same(imported, version, suffix):
-    wanted, text = imported(three_stages())
-    found, other = imported(three_stages(version), suffix)
-    assert found.content_hash() == wanted.content_hash()
+    expected, text = imported(three_stages())
+    case, other = imported(three_stages(version), suffix)
+    assert case.content_hash() == expected.content_hash()
     assert (other.left_out, other.assumed) == (text.left_out, text.assumed) or version != "2.0"
 
 
 def test_units_of_the_file_count(imported):
     """Another unit with the number that belongs to it is the same; so is none at all."""
-    wanted, _ = imported(planetary())
+    expected, _ = imported(planetary())
     m = planetary()
     for number in m.of("cylindrical_gear") + m.of("ring_gear"):
         m.set(number, face_width=(0.06, "m"), normal_module=(4.0, ""))
@@ -137,11 +137,11 @@ def test_units_of_the_file_count(imported):
     m.set(m.fixed, rotational_stiffness=(5e5, "kN m / rad"), radial_stiffness=(4e3, "N / µm"))
     m.set(m.steel, density=(7.8, "g / cm^3"))
     m.set(m.load, torque_around_u_axis=None, power=(3000 * 12 / TURNS * 1e-3, "kW"))
-    found, _ = imported(m)
-    assert found.stages[0].face_width == pytest.approx(wanted.stages[0].face_width, rel=1e-12)
-    assert found.stages[0].ring.support == wanted.stages[0].ring.support
-    assert found.material == wanted.material
-    a, b = power_flow(found), power_flow(wanted)
+    case, _ = imported(m)
+    assert case.stages[0].face_width == pytest.approx(expected.stages[0].face_width, rel=1e-12)
+    assert case.stages[0].ring.support == expected.stages[0].ring.support
+    assert case.material == expected.material
+    a, b = power_flow(case), power_flow(expected)
     assert a.speed == pytest.approx(b.speed, rel=1e-12)
     assert a.torque == pytest.approx(b.torque, rel=1e-12)
 
@@ -189,9 +189,9 @@ def test_ring_shift_of_either_sign_convention(imported, sign):
         m.shift(planet, 0.1)
     for number in m.of("cylindrical_stage"):
         m.set(number, center_distance=(distance, MM))
-    case, made = imported(m)
+    case, conversion = imported(m)
     assert case.stages[0].ring.profile_shift == pytest.approx(-(total + 0.1), rel=1e-12)
-    assert ("sign changed" in made.text) == (sign == -1)
+    assert ("sign changed" in conversion.text) == (sign == -1)
     radii = stage_radii(case.view("low"))
     assert radii.center_distance == pytest.approx(1e-3 * distance, rel=1e-12)
 
@@ -202,14 +202,14 @@ def test_missing_shift_follows_from_the_centre_distance(imported):
         m.set(number, center_distance=(ARM / math.cos(math.radians(HELIX)) + 0.5, MM))
     for number in m.of("cylindrical_gear_flank"):
         m.set(number, addendum_modification_coefficient=None)
-    case, made = imported(m)
+    case, conversion = imported(m)
     stage = case.stages[0]
     working = stage_radii(case.view("low")).working_angles["sun"]
     total = 45 * (involute(working) - involute(transverse_angle(stage)))
     total /= 2 * math.tan(stage.pressure_angle)
     assert stage.sun.profile_shift + stage.planet.profile_shift == pytest.approx(total)
     assert stage.planet.profile_shift + stage.ring.profile_shift == pytest.approx(-total)
-    assert sum("profile_shift" in line for line in made.assumed) == 3
+    assert sum("profile_shift" in line for line in conversion.assumed) == 3
 
 
 def test_tip_relief_by_diameter(imported):
@@ -223,9 +223,9 @@ def test_tip_relief_by_diameter(imported):
         m.relate("reference", origin=flank, referenced=relief)
     stage = imported(m)[0].stages[0]
     base = 2 * tooth_geometry(stage.sun, stage).base_radius
-    wanted = (math.sqrt(0.089**2 - base**2) - math.sqrt(0.086**2 - base**2)) / 2
+    length = (math.sqrt(0.089**2 - base**2) - math.sqrt(0.086**2 - base**2)) / 2
     assert stage.sun.modifications.tip_relief.amount == pytest.approx(30e-6)
-    assert stage.sun.modifications.tip_relief.length == pytest.approx(wanted)
+    assert stage.sun.modifications.tip_relief.length == pytest.approx(length)
     assert stage.sun.modifications.tip_relief.form == "linear"
 
 
@@ -257,18 +257,18 @@ def test_thickness_allowances_are_backlash(imported):
     for gear, deviations in [(m.sun, (-0.05, -0.09)), *((p, (-0.1, -0.14)) for p in m.planets)]:
         m.set(gear, chordal_tooth_thickness_upper_deviation=(deviations[0], MM),
               chordal_tooth_thickness_lower_deviation=(deviations[1], MM))  # fmt: skip
-    case, made = imported(m)
+    case, conversion = imported(m)
     stage = case.stages[0]
     assert stage.backlash_sun == pytest.approx(0.19e-3 * math.cos(stage.pressure_angle))
     assert stage.backlash_ring == pytest.approx(0.12e-3 * math.cos(stage.pressure_angle))
-    assert not any("chordal" in line for line in made.left_out)
+    assert not any("chordal" in line for line in conversion.left_out)
     m.set(m.sun, chordal_tooth_thickness_upper_deviation=None,
           chordal_tooth_thickness_lower_deviation=None,
           upper_backlash_allowance_referenced_to_span=(-60.0, "mum"),
           lower_backlash_allowance_referenced_to_span=(-80.0, "mum"))  # fmt: skip
     spans = imported(m)[0].stages[0]
-    wanted = 0.07e-3 + 0.12e-3 * math.cos(stage.pressure_angle)
-    assert spans.backlash_sun == pytest.approx(wanted)
+    expected = 0.07e-3 + 0.12e-3 * math.cos(stage.pressure_angle)
+    assert spans.backlash_sun == pytest.approx(expected)
 
 
 def test_static_and_fatigue_ratings_of_bearings(imported):
@@ -277,15 +277,15 @@ def test_static_and_fatigue_ratings_of_bearings(imported):
         m.set(number, bearing_type=("ball", ""), fatigue_limit_load=(160.0, "kN"),
               radial_dynamic_load_rating=(900.0, "kN"),
               radial_static_load_rating=(1400.0, "kN"))  # fmt: skip
-    case, made = imported(m)
+    case, conversion = imported(m)
     bearing = case.stages[0].planet_bearing
-    assert not any("rating" in line or "fatigue" in line for line in made.left_out)
+    assert not any("rating" in line or "fatigue" in line for line in conversion.left_out)
     assert (bearing.dynamic_rating, bearing.static_rating) == (9e5, 1.4e6)
     assert bearing.fatigue_load_limit == 1.6e5
     m.set(m.planet_bearings[1], radial_dynamic_load_rating=(700.0, "kN"))
-    case, made = imported(m)
+    case, conversion = imported(m)
     assert case.stages[0].planet_bearing.dynamic_rating == 7e5
-    assert any("the lowest of 2 bearings" in line for line in made.assumed)
+    assert any("the lowest of 2 bearings" in line for line in conversion.assumed)
 
 
 @pytest.mark.parametrize("x_1", [None, 1.0, 0.9])
@@ -293,15 +293,15 @@ def test_factors_of_thrust(imported, x_1):
     """e, X, Y of a catalogue; a case has X_1 = 1, as ISO 281, and says where a file has another."""
     m = planetary()
     of_file = {"catalogue_value_e": 0.4, "radial_factor_x_2": 0.67, "axial_factor_y_2": 2.5}
-    given = {key: (value, "none") for key, value in of_file.items()}
+    factors = {key: (value, "none") for key, value in of_file.items()}
     if x_1 is not None:
-        given["radial_factor_x_1"] = (x_1, "none")
-    m.set(m.main[0], radial_dynamic_load_rating=(900.0, "kN"), **given)
-    case, made = imported(m)
+        factors["radial_factor_x_1"] = (x_1, "none")
+    m.set(m.main[0], radial_dynamic_load_rating=(900.0, "kN"), **factors)
+    case, conversion = imported(m)
     bearing = next(b for b in case.stages[0].carrier.support if b.dynamic_rating)
     if x_1 == 0.9:
         assert bearing.thrust is None
-        assert any("radial_factor_x_1: is 0.9" in line for line in made.assumed)
+        assert any("radial_factor_x_1: is 0.9" in line for line in conversion.assumed)
         return
     thrust = bearing.thrust
     assert (thrust.e, thrust.x, thrust.y, thrust.y_1) == (0.4, 0.67, 2.5, 0.0)
@@ -318,9 +318,9 @@ def test_every_attribute_is_used_or_listed(tmp_path):
     m.relate("entanglement", one=strange, two=m.sun)
     path = m.write(tmp_path / "odd.rexs")
     document = read_rexs(path)
-    made = case_of_document(document, str(path))
-    listed = "\n".join(made.left_out)
-    assert listed in made.text.replace("#   ", "")
+    conversion = case_of_document(document, str(path))
+    listed = "\n".join(conversion.left_out)
+    assert listed in conversion.text.replace("#   ", "")
     for name in odd.values():
         assert re.search(rf"\b{name}\b", listed)
     assert "flux_capacitor" in listed and "charge" in listed
@@ -333,8 +333,8 @@ def test_every_attribute_is_used_or_listed(tmp_path):
 
 
 def test_every_key_says_where_it_is_from(imported):
-    _, made = imported(three_stages())
-    keys = [line for line in made.text.splitlines() if re.match(r"[a-z_]+ = ", line)]
+    _, conversion = imported(three_stages())
+    keys = [line for line in conversion.text.splitlines() if re.match(r"[a-z_]+ = ", line)]
     assert len(keys) > 60
     assert all("# " in line for line in keys)
 
@@ -350,10 +350,10 @@ def test_rigid_and_unknown_stiffness_scale_with_the_machine(imported):
     m = planetary()
     m.set(m.main[0], **bearing(1e20, 1e20, -150.0))
     rolling(m)
-    case, made = imported(m)
+    case, conversion = imported(m)
     size = 206e9 * 0.06
     assert case.stages[0].carrier.support.radial == pytest.approx(10.1 * size)
-    assert any("has no radial_stiffness" in line for line in made.assumed)
+    assert any("has no radial_stiffness" in line for line in conversion.assumed)
 
 
 def test_stiffness_at_the_operating_point(imported):

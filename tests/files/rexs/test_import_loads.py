@@ -27,10 +27,10 @@ def test_values_in_unknown_units_are_named(imported, spectrum, unit):
 
 def test_load_cases(imported, spectrum):
     m = spectrum
-    first, made = imported(m)
+    first, conversion = imported(m)
     assert first.inputs[0].torque == 2000 and first.inputs[0].speed * TURNS == pytest.approx(12)
-    assert any("load case 9" in line and "--load-case 9" in line for line in made.left_out)
-    assert any("that of the load case is used" in line for line in made.left_out)
+    assert any("load case 9" in line and "--load-case 9" in line for line in conversion.left_out)
+    assert any("that of the load case is used" in line for line in conversion.left_out)
     second, _ = imported(m, load_case_id=9)
     assert second.inputs[0].torque == 1000 and second.inputs[0].speed * TURNS == pytest.approx(6)
     with pytest.raises(InputError, match="there are: 4, 9"):
@@ -43,20 +43,20 @@ def test_load_cases_with_durations(imported, spectrum):
     m.load_cases[4][m.unit] = {"operating_time": (70.0, "h")}
     m.load_cases[9][m.unit] = {"operating_time_fraction": (30.0, "%")}
     m.load_cases[12] = {m.load: {"torque_around_u_axis": (10.0, NM)}}
-    case, made = imported(m)
+    case, conversion = imported(m)
     assert case.inputs[0].torque == 2000
     first, second = case.load_cases
     assert (first.hours, first.torque) == (70, 2000)
     assert (second.hours, second.torque) == (pytest.approx(6000), 1000)
     assert second.speed * TURNS == pytest.approx(6)
-    assert any("of 20000 h in all, assumed" in line for line in made.assumed)
-    assert any("load case 12" in line for line in made.left_out)
-    assert not any("load case 9 (" in line for line in made.left_out)
-    assert not any("the rated one" in line for line in made.assumed)
+    assert any("of 20000 h in all, assumed" in line for line in conversion.assumed)
+    assert any("load case 12" in line for line in conversion.left_out)
+    assert not any("load case 9 (" in line for line in conversion.left_out)
+    assert not any("the rated one" in line for line in conversion.assumed)
     m.set(m.unit, operating_time=(1000.0, "h"))
-    case, made = imported(m, load_case_id=9)
+    case, conversion = imported(m, load_case_id=9)
     assert case.load_cases[1].hours == pytest.approx(300)
-    assert any("load case 4 has 2 times the torque" in line for line in made.assumed)
+    assert any("load case 4 has 2 times the torque" in line for line in conversion.assumed)
 
 
 @pytest.mark.parametrize(
@@ -96,8 +96,8 @@ def test_load_and_speed_on_different_shafts(imported):
 def test_without_loads_it_is_a_case_of_free_vibration(imported):
     m = planetary()
     m.set(m.load, torque_around_u_axis=None)
-    case, made = imported(m)
-    assert case.output is None and any("free vibration" in line for line in made.assumed)
+    case, conversion = imported(m)
+    assert case.output is None and any("free vibration" in line for line in conversion.assumed)
 
 
 def test_forces_on_members(imported):

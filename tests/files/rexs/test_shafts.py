@@ -100,32 +100,32 @@ def bending_frequencies(sections, count):
 @pytest.mark.parametrize("turned", [False, True])
 def test_bending_frequencies_of_a_stepped_shaft(imported, turned):
     """Two bending modes in each of both planes, within what shear and rotary inertia lower."""
-    case, made = imported(clamped(turned=turned))
+    case, conversion = imported(clamped(turned=turned))
     shaft = case.stages[0].sun.shaft
     assert shaft.direction == ("-z" if turned else "+z")
     sizes = [(s.length, s.outer_diameter, s.inner_diameter) for s in shaft.sections]
-    wanted = [(1e-3 * s[0], 1e-3 * s[1], 1e-3 * s[3]) for s in STEPPED]
-    assert sizes == [pytest.approx(size) for size in wanted]
+    sections = [(1e-3 * s[0], 1e-3 * s[1], 1e-3 * s[3]) for s in STEPPED]
+    assert sizes == [pytest.approx(size) for size in sections]
     frequencies = fg.Case.of(case).assemble().modes()["frequency"].values
     for expected in bending_frequencies(STEPPED, 2):
         pair = np.sort(np.abs(frequencies / expected - 1.0))[:2]
         assert pair[1] < 0.01, (expected, frequencies)
-    assert any("30 mm of its sections" in line for line in made.left_out)
-    assert not any("concept_bearing" in line for line in made.assumed)
+    assert any("30 mm of its sections" in line for line in conversion.left_out)
+    assert not any("concept_bearing" in line for line in conversion.assumed)
 
 
 def test_closed_form_of_the_beam_script():
     """A uniform beam, clamped and pinned: βL = 3.9266, 7.0686."""
     uniform = ((700.0, 40.0, 40.0, 0.0), (300.0, 40.0, 40.0, 0.0))
     radius = 0.25 * 0.04  # of gyration
-    wanted = [
+    expected = [
         b**2 / (2 * math.pi) * math.sqrt(YOUNG / DENSITY) * radius for b in (3.926602, 7.068583)
     ]
-    assert bending_frequencies(uniform, 2) == pytest.approx(wanted, rel=1e-6)
+    assert bending_frequencies(uniform, 2) == pytest.approx(expected, rel=1e-6)
 
 
 def test_spline_bearings_and_body_behind(imported):
-    case, made = imported(clamped(tilt=7e4))
+    case, conversion = imported(clamped(tilt=7e4))
     sun, port = case.stages[0].sun, case.output
     assert sun.shaft.spline.stiffness == pytest.approx((1e11, 1e11, 1e11, 7e4, 7e4, 1e8))
     assert (port.mass, port.tilt_inertia, port.inertia) == (0.2, 2e-3, 2e-3)
@@ -133,36 +133,36 @@ def test_spline_bearings_and_body_behind(imported):
     assert case.kinematics == "spatial"
     m = clamped(tilt=7e4)
     m.part(m.sun_shaft, "external_load", "push", force_v_direction=(10.0, "N"))
-    case, made = imported(m)
+    case, conversion = imported(m)
     assert case.loads[0].force == (10, 0, 0)
-    assert any("acts behind the shaft of low.sun" in line for line in made.assumed)
+    assert any("acts behind the shaft of low.sun" in line for line in conversion.assumed)
     m = clamped(tilt=7e4)
     m.components[m.mass] = ("additional_mass", "none", {})
-    case, made = imported(m)
+    case, conversion = imported(m)
     d = 0.032
     mass = 7850 * math.pi / 4 * d**3
     assert case.output.mass == pytest.approx(mass)
     assert case.output.tilt_inertia == pytest.approx(mass * (d**2 / 16 + d**2 / 12))
-    assert sum("as long and wide as the shaft's end" in line for line in made.assumed) == 3
+    assert sum("as long and wide as the shaft's end" in line for line in conversion.assumed) == 3
     m = clamped(tilt=7e4)
     m.set(m.end_bearing, support_vector=((1350.0, 0.0, 0.0), MM))  # 100 mm before the end
-    case, made = imported(m)
+    case, conversion = imported(m)
     assert case.output.bearing.z == pytest.approx(-0.1)
-    assert any("100 mm from the end of the shaft of low.sun" in line for line in made.assumed)
+    assert any("100 mm from the end of the shaft of low.sun" in line for line in conversion.assumed)
 
 
 def test_cones_and_gaps(imported):
     """A cone becomes four cylinders; a shaft ends where its sections have a gap, and says so."""
-    case, made = imported(clamped(((800.0, 40.0, 80.0, 0.0), (400.0, 80.0, 80.0, 0.0))))
+    case, conversion = imported(clamped(((800.0, 40.0, 80.0, 0.0), (400.0, 80.0, 80.0, 0.0))))
     sections = case.stages[0].sun.shaft.sections
     assert [s.length for s in sections] == pytest.approx([0.2] * 4 + [0.4])
     assert [1e3 * s.outer_diameter for s in sections] == pytest.approx([45, 55, 65, 75, 80])
-    assert "4 cylinders in place of a cone" in made.text
+    assert "4 cylinders in place of a cone" in conversion.text
     m = clamped()
     m.set(m.of("shaft_section")[-1], u_coordinate_on_shaft=(1060.0, MM))
-    case, made = imported(m)
+    case, conversion = imported(m)
     assert len(case.stages[0].sun.shaft.sections) == 2
-    assert any("has no sections in 400 mm" in line for line in made.left_out)
+    assert any("has no sections in 400 mm" in line for line in conversion.left_out)
     m.set(m.of("shaft_section")[1], u_coordinate_on_shaft=(200.0, MM))
     assert imported(m)[0].stages[0].sun.shaft is None
 
@@ -213,9 +213,9 @@ def test_held_sun_and_beam_between_members_come_back(tmp_path):
     """The spline of a held sun is that in the housing; a joint that is a shaft is one again."""
     case = load_case(solar(tmp_path))
     assert case.held_members() == ("a.sun",)
-    found = again(case, tmp_path)[0]
-    assert found.held_members() == ("a.sun",) and found.joints[0].length == pytest.approx(0.5)
-    require_same_system(case, found)
+    copy = again(case, tmp_path)[0]
+    assert copy.held_members() == ("a.sun",) and copy.joints[0].length == pytest.approx(0.5)
+    require_same_system(case, copy)
     require_valid(tmp_path / "out.rexs")
 
 
@@ -295,33 +295,33 @@ def test_shafts_between_members_of_a_file(imported):
     m = three_stages()
     shaft = m.of("shaft")[-2]
     add_sections(m, shaft, 250.0, [(200.0, 70.0, 70.0, 10.0)])
-    case, made = imported(m)
+    case, conversion = imported(m)
     joint = next(j for j in case.joints if j.first == "stage_2.pinion")
     assert (joint.length, joint.outer_diameter, joint.inner_diameter) == pytest.approx(
         (0.1, 0.07, 0.01)
     )
     # a bearing each holds both against tilt, as planets and a bearing do the wheel and the sun
-    tilts = [line for line in made.assumed if "support.tilt" in line]
+    tilts = [line for line in conversion.assumed if "support.tilt" in line]
     assert [line.split(".support")[0] for line in tilts] == [
         "stages.stage_1.ring", "stages.stage_3.pinion"
     ]  # fmt: skip
     m = three_stages()
     m.relate("reference", origin=shaft, referenced=m.steel)
     add_sections(m, shaft, 250.0, [(90.0, 70.0, 70.0, 10.0), (110.0, 50.0, 50.0, 0.0)])
-    case, made = imported(m)
+    case, conversion = imported(m)
     joint = next(j for j in case.joints if j.first == "stage_2.pinion")
     lengths = ((0.04, 0.07, 0.01), (0.06, 0.05, 0.0))
     compliance = sum(32 * n / (math.pi * (d**4 - i**4)) for n, d, i in lengths)
     assert joint.stiffness[5] == pytest.approx(case_shear(case) / compliance)
-    assert any("bending between stage_2.pinion and stage_3.gear" in x for x in made.left_out)
+    assert any("bending between stage_2.pinion and stage_3.gear" in x for x in conversion.left_out)
 
 
 def test_u_coordinates_of_faces(imported):
     """Some files give the begin of a gear's face as u, its middle as place: the middle counts."""
-    wanted = imported(three_stages())[0]
+    expected = imported(three_stages())[0]
     m = three_stages()
     m.set(m.wheels[0][0], u_coordinate_on_shaft=(270.0, MM))
-    assert imported(m)[0].content_hash() == wanted.content_hash()
+    assert imported(m)[0].content_hash() == expected.content_hash()
 
 
 def test_without_places(imported):
@@ -332,10 +332,10 @@ def test_without_places(imported):
         m.side("concept_bearing", m.sun_shaft, m.casing, **bearing(1e9, 1e8, 50.0))
     for number in list(m.components):
         m.set(number, support_vector=None)
-    case, made = imported(m)
+    case, conversion = imported(m)
     assert len(case.stages[0].sun.shaft.sections) == 3
-    assert any(line.startswith("output.bearing.radial") for line in made.assumed)
-    assert any("carrier.support.tilt" in line for line in made.assumed)
+    assert any(line.startswith("output.bearing.radial") for line in conversion.assumed)
+    assert any("carrier.support.tilt" in line for line in conversion.assumed)
     assert fg.Case.of(case).assemble().modes()["frequency"].values[1] > 1.0
 
 
