@@ -26,7 +26,7 @@ def made_run(variant="flexible", samples=TIMES, stage="stage", sample_dim="time"
     tooth = rng.integers(1, TEETH + 1, shape).astype(np.int16)
     tooth[..., 3] = 0
     load[tooth == 0] = 0
-    own = {
+    variables = {
         "ring_pair_load": load,
         "ring_pair_tooth": tooth,
         "sun_pair_load": load / 2,
@@ -38,26 +38,26 @@ def made_run(variant="flexible", samples=TIMES, stage="stage", sample_dim="time"
         "carrier_displacement": np.zeros((samples, 1 + PLANETS, 6)),
         "bolt_force": np.zeros((samples, 25, 3)),
     } | changes
-    arrays, labels = _flanks(own, stage)
+    arrays, labels = _flanks(variables, stage)
     names = [GearMeshName.of(stage, kind, "", i + 1) for kind in KINDS for i in range(PLANETS)]
-    force = np.hstack([own.pop("ring_gear_mesh_force"), load.sum(-1) / 2])
+    force = np.hstack([variables.pop("ring_gear_mesh_force"), load.sum(-1) / 2])
     rated = np.full(len(names), RATED)
     arrays |= {
         "gear_mesh_force": force,
         "rated_gear_mesh_force": rated,
         **sharing_histories(force, rated, names),
-        "stage_angle": own.pop("carrier_angle")[:, None],
-        "input_speed": own["carrier_speed"][:, None],
-        "stage_speed": own.pop("carrier_speed")[:, None],
+        "stage_angle": variables.pop("carrier_angle")[:, None],
+        "input_speed": variables["carrier_speed"][:, None],
+        "stage_speed": variables.pop("carrier_speed")[:, None],
         "port_torque": np.tile([4e6, -9e5], (samples, 1)),
     }
-    teeth = own["tooth_displacement"].shape[1]
+    teeth = variables["tooth_displacement"].shape[1]
     labels |= {
         "turning_stage": [stage],
         "input_coordinate": [f"{stage}.carrier"],
         "port": [f"{stage}.carrier", f"{stage}.sun"],
         "carrier_node": [f"{stage}.drive", *(f"{stage}.pin_{i + 1}" for i in range(PLANETS))],
-        "bolt": [f"{stage}.bolt_{k + 1:02d}" for k in range(own["bolt_force"].shape[1])],
+        "bolt": [f"{stage}.bolt_{k + 1:02d}" for k in range(variables["bolt_force"].shape[1])],
         "tooth_stage": [stage] * teeth,
         "tooth_side": [""] * teeth,
         "tooth_number": np.arange(1, teeth + 1),
@@ -67,23 +67,23 @@ def made_run(variant="flexible", samples=TIMES, stage="stage", sample_dim="time"
         case="sample", variant=variant, content_hash="abc", parameters={"stage": {"planets": 5}}
     )
     ticks = np.linspace(0, 1, samples) if sample_dim == "time" else np.arange(samples)
-    return labelled_dataset(sample_dim, ticks, arrays | own, attrs, labels, names)
+    return labelled_dataset(sample_dim, ticks, arrays | variables, attrs, labels, names)
 
 
-def _flanks(own, stage):
-    """Pairs of gears and flanks, taken out of ``own``, on one axis, and its labels."""
-    found = [
+def _flanks(variables, stage):
+    """Pairs of gears and flanks, taken out of ``variables``, on one axis, and its labels."""
+    flanks = [
         (kind, sense, word)
         for kind in KINDS
         for sense, word in FLANKS
-        if f"{kind}_{word}_load" in own
+        if f"{kind}_{word}_load" in variables
     ]
     arrays = {}
     for part in PARTS:
-        columns = [own.pop(f"{kind}_{word}_{part}", None) for kind, _, word in found]
+        columns = [variables.pop(f"{kind}_{word}_{part}", None) for kind, _, word in flanks]
         if all(c is not None for c in columns):
             arrays[f"pair_{part}"] = np.concatenate(columns, axis=1)
-    at = [(kind, sense, i + 1) for kind, sense, _ in found for i in range(PLANETS)]
+    at = [(kind, sense, i + 1) for kind, sense, _ in flanks for i in range(PLANETS)]
     return arrays, {
         "flank": [f"{stage} {kind} {i} {sense}" for kind, sense, i in at],
         "flank_stage": [stage] * len(at),

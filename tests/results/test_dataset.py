@@ -25,11 +25,11 @@ def test_labels_count_from_one(make_part):
 
 
 def test_parameters_version_and_hash_travel_along(make_run, tmp_path):
-    kept = load(save(make_run(), tmp_path / "run.nc")).attrs
-    assert json.loads(kept["parameters"]) == {"stage": {"planets": 5}}
-    assert kept["content_hash"] == "abc"
-    assert kept["version"]
-    assert kept["variant"] == "flexible"
+    attrs = load(save(make_run(), tmp_path / "run.nc")).attrs
+    assert json.loads(attrs["parameters"]) == {"stage": {"planets": 5}}
+    assert attrs["content_hash"] == "abc"
+    assert attrs["version"]
+    assert attrs["variant"] == "flexible"
 
 
 def test_round_trip(make_run, tmp_path):
@@ -144,8 +144,10 @@ def test_gear_meshes_are_found_by_label_and_by_part():
         "stage_1 sun 1",
         "stage_2 sun 1",
     ]
-    own = data["gear_mesh_force"].where((data.stage == "stage_1") & (data.planet == 2), drop=True)
-    assert own["kind"].values.tolist() == ["ring", "sun"]
+    forces = data["gear_mesh_force"].where(
+        (data.stage == "stage_1") & (data.planet == 2), drop=True
+    )
+    assert forces["kind"].values.tolist() == ["ring", "sun"]
     assert data["group"].values.tolist() == ["stage_1 ring", "stage_1 sun"]
     assert data["group_kind"].values.tolist() == ["ring", "sun"]
 
@@ -190,6 +192,6 @@ def test_what_cannot_be_said_has_no_number():
 
 def test_a_stage_of_two_planets_has_no_iec_factor():
     names = [GearMeshName.of("s", "ring", "", i) for i in (1, 2)]
-    found = sharing_coefficients(np.full((8, 2), 3.0), names, {"s": 4.0})
-    assert math.isnan(found["mesh_load_factor"][0])
-    assert found["load_sharing_coefficient"][:, 0].tolist() == [1.0, 1.0, 1.0]
+    coefficients = sharing_coefficients(np.full((8, 2), 3.0), names, {"s": 4.0})
+    assert math.isnan(coefficients["mesh_load_factor"][0])
+    assert coefficients["load_sharing_coefficient"][:, 0].tolist() == [1.0, 1.0, 1.0]

@@ -151,9 +151,9 @@ def test_coefficients_that_cannot_be_said():
     coarse.append(force)
     idle.append(force)
     idle.append(0 * force)
-    for running, known in ((short, 1), (coarse, 1), (idle, 0), (RunningSharing(2, 5.0), 0)):
-        said = [np.isfinite(running.planets(d)).all() for d in DEFINITIONS]
-        assert said == [known, 0, 0]
+    for running, count in ((short, 1), (coarse, 1), (idle, 0), (RunningSharing(2, 5.0), 0)):
+        finite = [np.isfinite(running.planets(d)).all() for d in DEFINITIONS]
+        assert finite == [count, 0, 0]
 
 
 @pytest.mark.parametrize("cuts", CUTS)
@@ -165,6 +165,6 @@ def test_ranges(cuts):
     ranges = Ranges(lambda d: d)
     for at in pieces(np.arange(400), cuts):
         ranges.append(data.isel(time=at))
-    for found, name in ((ranges.least, "min"), (ranges.largest, "max"), (ranges.mean, "mean")):
-        xr.testing.assert_allclose(found, getattr(data, name)("time"), rtol=1e-12)
+    for dataset, name in ((ranges.least, "min"), (ranges.largest, "max"), (ranges.mean, "mean")):
+        xr.testing.assert_allclose(dataset, getattr(data, name)("time"), rtol=1e-12)
     xr.testing.assert_identical(ranges.first, data.isel(time=0))

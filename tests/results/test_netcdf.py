@@ -58,23 +58,23 @@ def test_others_read_what_is_written(data, tmp_path, engine):
     encoding = {"force": {**SMALL, "dtype": "f4"}, "tooth": SMALL}
     NewFile(tmp_path / "a.nc", data, encoding, {}).close()
     expected = data.assign(force=data["force"].astype("f4"))
-    with xr.open_dataset(tmp_path / "a.nc", engine=engine) as found:
-        xr.testing.assert_identical(found.load().drop_attrs(), expected.drop_attrs())
-        assert list(found.sizes) == list(data.sizes)
+    with xr.open_dataset(tmp_path / "a.nc", engine=engine) as dataset:
+        xr.testing.assert_identical(dataset.load().drop_attrs(), expected.drop_attrs())
+        assert list(dataset.sizes) == list(data.sizes)
         for name, value in data.attrs.items():
-            np.testing.assert_array_equal(found.attrs[name], value)
-        assert found["force"].attrs == data["force"].attrs
-        assert found["factor"].attrs == data["factor"].attrs
+            np.testing.assert_array_equal(dataset.attrs[name], value)
+        assert dataset["force"].attrs == data["force"].attrs
+        assert dataset["factor"].attrs == data["factor"].attrs
 
 
 @pytest.mark.parametrize("whole", [True, False])
 def test_what_others_write_is_read(data, tmp_path, whole):
     data.to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
     with h5py.File(tmp_path / "a.nc") as file:
-        found = read(file, whole)
-        np.testing.assert_array_equal(found["force"].sel(time=[0.5]), data["force"][3:4])
-        found = found.load()
-    xr.testing.assert_identical(found, data)
+        dataset = read(file, whole)
+        np.testing.assert_array_equal(dataset["force"].sel(time=[0.5]), data["force"][3:4])
+        dataset = dataset.load()
+    xr.testing.assert_identical(dataset, data)
 
 
 def test_values_stay_in_the_file_until_they_are_wanted(data, tmp_path, monkeypatch):
@@ -82,11 +82,11 @@ def test_values_stay_in_the_file_until_they_are_wanted(data, tmp_path, monkeypat
     NewFile(tmp_path / "a.nc", data, {}, {}).close()
     keys, take = [], h5py.Dataset.__getitem__
     with h5py.File(tmp_path / "a.nc") as file:
-        found = read(file, whole=False)
+        dataset = read(file, whole=False)
         monkeypatch.setattr(
             h5py.Dataset, "__getitem__", lambda self, key: keys.append(key) or take(self, key)
         )
-        some = found["force"].isel(time=[1, 2, 5], gear_mesh=[0, 2]).to_numpy()
+        some = dataset["force"].isel(time=[1, 2, 5], gear_mesh=[0, 2]).to_numpy()
     np.testing.assert_array_equal(some, data["force"].to_numpy()[[1, 2, 5]][:, [0, 2]])
     assert len(keys) == 1 and all(isinstance(k, slice) for k in keys[0])
 
@@ -96,11 +96,11 @@ def test_what_lies_in_a_file_can_be_copied(data, tmp_path, copied):
     """As xarray does with coordinates of new arrays, and other processes with all of it."""
     NewFile(tmp_path / "a.nc", data, {}, {}).close()
     with h5py.File(tmp_path / "a.nc") as file:
-        found = read(file, whole=False)
-        late = copied(found)
+        dataset = read(file, whole=False)
+        late = copied(dataset)
         assert not late.variables["force"]._in_memory
         xr.testing.assert_identical(late.load(), data)
-        new = xr.DataArray(np.zeros((7, 3)), found["force"].coords, ("time", "gear_mesh"))
+        new = xr.DataArray(np.zeros((7, 3)), dataset["force"].coords, ("time", "gear_mesh"))
         np.testing.assert_array_equal(new["time"], data["time"])
 
 
@@ -112,10 +112,10 @@ def test_damage_that_is_met_late_is_one_line(data, tmp_path):
     content[chunk.byte_offset : chunk.byte_offset + chunk.size] = bytes(chunk.size)
     (tmp_path / "a.nc").write_bytes(content)
     with h5py.File(tmp_path / "a.nc") as file:
-        found = read(file, whole=False)
-        assert float(found["factor"]) == 1.25
+        dataset = read(file, whole=False)
+        assert float(dataset["factor"]) == 1.25
         with pytest.raises(InputError, match=r"a\.nc: force: is damaged"):
-            found["force"].load()
+            dataset["force"].load()
 
 
 def test_room_for_samples_that_come_later(data, tmp_path):
@@ -125,8 +125,8 @@ def test_room_for_samples_that_come_later(data, tmp_path):
         for part in (slice(0, 4), slice(4, 7)):
             file.put(name, data[name].to_numpy()[part], part)
     file.close()
-    with xr.open_dataset(tmp_path / "a.nc", engine="h5netcdf") as found:
-        xr.testing.assert_identical(found.load(), data)
+    with xr.open_dataset(tmp_path / "a.nc", engine="h5netcdf") as dataset:
+        xr.testing.assert_identical(dataset.load(), data)
 
 
 def test_a_file_of_something_else_is_refused(tmp_path):

@@ -63,8 +63,8 @@ def test_sampling_at_the_limit_still_holds():
     highest = 1 / (4 * np.diff(turns).max())
     line = 3.0 * np.cos(2 * np.pi * 0.99 * highest * turns)
     x = synchronous(labelled(time, line), turns_of(time, turns))
-    found = amplitudes_at(x, [0.99 * highest])
-    assert float(found[0]) == pytest.approx(3.0, rel=1e-3)
+    amplitudes = amplitudes_at(x, [0.99 * highest])
+    assert float(amplitudes[0]) == pytest.approx(3.0, rel=1e-3)
 
 
 def test_map_holds_orders_at_all_speeds():
@@ -128,9 +128,9 @@ def test_sensors_have_a_clock_of_their_own(stage):
     phase = 2 * np.pi * member_turns(data, "carrier")
     signal = np.cos(5 * phase).isel(time=slice(None, None, 4)).rename(slow)
     both = data.assign(sensor_signal=signal, sensor_input_angle=angle)
-    found = order_spectrum(history_over_turns(both, "sensor_signal", "carrier"))
-    assert float(found.max()) == pytest.approx(1.0, rel=1e-3)
-    assert float(found.idxmax()) == pytest.approx(5.0, abs=0.01)
+    spectrum = order_spectrum(history_over_turns(both, "sensor_signal", "carrier"))
+    assert float(spectrum.max()) == pytest.approx(1.0, rel=1e-3)
+    assert float(spectrum.idxmax()) == pytest.approx(5.0, abs=0.01)
 
 
 def test_a_history_that_jumps_warns_of_aliases_and_a_smooth_one_does_not(stage):

@@ -32,15 +32,15 @@ def small_pieces(monkeypatch):
 @pytest.fixture
 def reads(monkeypatch):
     """Bytes of all that is read from files, read by read."""
-    found, read = [], h5py.Dataset.__getitem__
+    sizes, read = [], h5py.Dataset.__getitem__
 
     def watched(variable, key):
         values = read(variable, key)
-        found.append(np.asarray(values).nbytes)
+        sizes.append(np.asarray(values).nbytes)
         return values
 
     monkeypatch.setattr(h5py.Dataset, "__getitem__", watched)
-    return found
+    return sizes
 
 
 def in_file(data, place):
@@ -70,8 +70,8 @@ def test_pieces_are_the_whole_in_order(make_run):
 def test_between(make_run, tmp_path, begin, end):
     data = make_run()
     expected = data["time"].sel(time=slice(begin, end)).to_numpy()
-    for found in (data, in_file(data, tmp_path)):
-        np.testing.assert_array_equal(between(found, begin, end)["time"], expected)
+    for source in (data, in_file(data, tmp_path)):
+        np.testing.assert_array_equal(between(source, begin, end)["time"], expected)
 
 
 def test_a_stage(make_run, tmp_path, reads):
@@ -123,12 +123,12 @@ def test_runs_side_by_side(make_run, tmp_path, reads):
     runs = {name: make_run(name, SAMPLES * factor) for name, factor in (("a", 1), ("b", 2))}
     files = {name: in_file(data, tmp_path / name) for name, data in runs.items()}
     reads.clear()
-    found = compare(**files).figures
+    figures = compare(**files).figures
     assert 0 < max(reads) < PIECE_BYTES
     for name, data in runs.items():
         largest = data[["gear_mesh_force", "planet_load_factor"]].max("time")
-        xr.testing.assert_allclose(found.sel(run=name, drop=True), largest, rtol=1e-6)
-        assert found["gear_mesh_force"].attrs["units"] == "N"
+        xr.testing.assert_allclose(figures.sel(run=name, drop=True), largest, rtol=1e-6)
+        assert figures["gear_mesh_force"].attrs["units"] == "N"
 
 
 def test_a_train(tmp_path, reads):
@@ -157,14 +157,14 @@ def test_a_train(tmp_path, reads):
     file = in_file(data, tmp_path)
     assert file.nbytes > 8 * PIECE_BYTES
     reads.clear()
-    found = transient_summary(TimedRun(file, 1.0, 1.0, 1.0))
+    summary = transient_summary(TimedRun(file, 1.0, 1.0, 1.0))
     assert 0 < max(reads) < PIECE_BYTES / 2
     rest = file.isel(time=slice(SAMPLES // 4, None)).load()
     for name, at in (("s ring", [0, 1]), ("s sun", [2, 3])):
         force = rest["gear_mesh_force"].isel(gear_mesh=at).astype(float)
         ranges = {"min_n": force.min(), "mean_n": force.mean(), "max_n": force.max()}
         expected = {n: float(v) for n, v in ranges.items()}
-        assert found["gear_mesh_force"][name] == pytest.approx(expected, rel=1e-12, abs=1e-16)
+        assert summary["gear_mesh_force"][name] == pytest.approx(expected, rel=1e-12, abs=1e-16)
     reads.clear()
     still = data.isel(time=slice(1)).rename(time="position")
     motions = motion_summary(still, file)
@@ -173,4 +173,4 @@ def test_a_train(tmp_path, reads):
     assert motions["s.sun"] == pytest.approx(1e6 * float(at_any_time.max()), rel=1e-6)
     sun = rest["body_displacement"].sel(body="s.sun").to_numpy()
     largest = 1e6 * float(np.hypot(sun[:, 0], sun[:, 1]).max())
-    assert found["displacement_um_max"] == {"s.sun": largest, "s.carrier": 0.0}
+    assert summary["displacement_um_max"] == {"s.sun": largest, "s.carrier": 0.0}

@@ -51,9 +51,9 @@ def test_names_become_words():
 def test_every_case_is_told_in_words_with_units(name):
     case = load_case(name)
     assert power_flow(case).input_power >= 0
-    found = case_tables(case)
-    assert {t.section for t in found} <= set(SECTIONS)
-    rows = [(t.title, r.label, r.value) for t in found for r in t.rows]
+    tables = case_tables(case)
+    assert {t.section for t in tables} <= set(SECTIONS)
+    rows = [(t.title, r.label, r.value) for t in tables for r in t.rows]
     assert all("_" not in label and "None" not in str(value) for _, label, value in rows)
     width = [value for _, label, value in rows if label == "face width"]
     assert width[0] == with_unit(case.stages[0].face_width, "m")
@@ -64,12 +64,12 @@ def test_every_case_is_told_in_words_with_units(name):
 @pytest.mark.parametrize("name", ["wind-5mw", "grc-750kw"])
 def test_stages_are_told_in_sentences(name):
     """No keys, no two rows of one name; sizes of what is left out in units a person uses."""
-    found = list(stage_tables(load_case(name)))
-    for table in found:
+    tables = list(stage_tables(load_case(name)))
+    for table in tables:
         labels = [row.label for row in table.rows]
         assert len({*labels}) == len(labels)
         assert not any("_" in text or "{" in text for text in (table.title, *labels))
-    left_out = [t for t in found if "not modelled" in t.title]
+    left_out = [t for t in tables if "not modelled" in t.title]
     assert len(left_out) == len(load_case(name).stages)
     rows = {row.label: with_unit(row.value, row.unit) for row in left_out[0].rows}
     assert rows["power lost in friction, share of that through the sun gear mesh"].endswith(" %")
@@ -99,7 +99,7 @@ def rows(one):
 
 
 def test_figures_come_in_si_units_or_as_they_are_said():
-    found = rows(FIGURES)
+    by_label = rows(FIGURES)
     for label, value, unit in (
         ("ring, face load factor K_Hβ (ISO 6336-1)", 1.5, ""),
         ("ring, misalignment over the face", -90e-6, "m"),
@@ -109,6 +109,6 @@ def test_figures_come_in_si_units_or_as_they_are_said():
         ("ring, stiffness of the gear mesh, mean", 1.1e10, "N/m"),
         ("ring, transmission error, order 3", 0.2e-6, "m"),
     ):
-        assert abs(found[label].value / value - 1) < 1e-12
-        assert found[label].unit == unit
-    assert "ring, transmission error, order 4" not in found
+        assert abs(by_label[label].value / value - 1) < 1e-12
+        assert by_label[label].unit == unit
+    assert "ring, transmission error, order 4" not in by_label

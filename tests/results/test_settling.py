@@ -25,10 +25,10 @@ def run(free):
 
 
 def window(free, pieces=9, period=PERIOD):
-    found = Settling(period, SPAN)
+    settling = Settling(period, SPAN)
     for at in np.array_split(np.arange(len(TIME)), pieces):
-        found.append(run(free).isel(time=at))
-    return found.window()
+        settling.append(run(free).isel(time=at))
+    return settling.window()
 
 
 @pytest.mark.parametrize("pieces", [1, 9, 150])
@@ -36,33 +36,33 @@ def window(free, pieces=9, period=PERIOD):
 def test_start_up_ends_where_what_is_left_of_it_is_a_share_of_the_peak_to_peak(tau, pieces):
     """|x(t) − x(t − P)| of B e^(−t/τ) cos ωt has the amplitude B e^(−t/τ) |1 − e^(P/τ − iωP)|."""
     size = 30.0
-    found = window(size * np.exp(-TIME / tau), pieces)
+    steady = window(size * np.exp(-TIME / tau), pieces)
     left = size * abs(1 - np.exp(PERIOD / tau - 2j * np.pi * FREE * PERIOD))
     peak_to_peak = 2 * (4 + 6)
     expected = tau * np.log(left / (SHARE * peak_to_peak))
-    assert found.settled
-    assert found.start == pytest.approx(expected, abs=1.6 * SPAN / WINDOWS)
-    assert found.end == SPAN
-    rest = size * np.exp(-found.start / tau)
+    assert steady.settled
+    assert steady.start == pytest.approx(expected, abs=1.6 * SPAN / WINDOWS)
+    assert steady.end == SPAN
+    rest = size * np.exp(-steady.start / tau)
     assert rest < SHARE * peak_to_peak
 
 
 def test_runout_is_no_start_up():
-    found = window(np.zeros_like(TIME))
-    assert (found.start, found.settled) == (0.0, True)
+    steady = window(np.zeros_like(TIME))
+    assert (steady.start, steady.settled) == (0.0, True)
 
 
 @pytest.mark.parametrize(
-    ("free", "said"),
+    ("free", "sentence"),
     [
         (3 * TIME / SPAN, "grows until the end"),
         (60 * np.exp(-TIME / 2), "still decays at the end"),
     ],
 )
-def test_a_run_that_does_not_settle_says_so(free, said):
-    found = window(free)
-    assert (found.start, found.end, found.settled) == (0.0, SPAN, False)
-    assert said in found.sentence
+def test_a_run_that_does_not_settle_says_so(free, sentence):
+    steady = window(free)
+    assert (steady.start, steady.end, steady.settled) == (0.0, SPAN, False)
+    assert sentence in steady.sentence
 
 
 @pytest.mark.parametrize("samples", [4001, 6960, 8000])
@@ -72,15 +72,15 @@ def test_load_that_jumps_between_samples_is_no_growth(samples):
     time = np.linspace(0.0, SPAN, samples)
     force = 100 + 10.0 * (np.mod(time / PERIOD + 0.37, 1.0) < 0.4)
     motion = np.zeros((len(time), 1, 2))
-    found = Settling(PERIOD, SPAN)
-    found.append(
+    settling = Settling(PERIOD, SPAN)
+    settling.append(
         xr.Dataset(
             {"gear_mesh_force": (("time", "gear_mesh"), force[:, None]),
              "body_displacement": (("time", "body", "dof"), motion)},
             {"time": time, "body": ["stage.sun"], "dof": ["ux", "uy"]},
         )
     )  # fmt: skip
-    assert found.window().settled
+    assert settling.window().settled
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -96,15 +96,15 @@ def test_impacts_of_another_gear_mesh_are_no_start_up(seed):
         free[at] = largest * np.concatenate([[1.0], rng.uniform(0.1, 0.4, 11)])
     data = run(0.0 * TIME)
     data["gear_mesh_force"] = data["gear_mesh_force"] + free[:, None]
-    found = Settling(PERIOD, SPAN)
-    found.append(data)
-    assert found.window().settled
+    settling = Settling(PERIOD, SPAN)
+    settling.append(data)
+    assert settling.window().settled
 
 
 def test_a_few_periods_cannot_tell():
-    found = window(np.exp(-TIME), period=0.6)
-    assert (found.start, found.settled) == (0.0, None)
-    assert "too few" in found.sentence
+    steady = window(np.exp(-TIME), period=0.6)
+    assert (steady.start, steady.settled) == (0.0, None)
+    assert "too few" in steady.sentence
 
 
 def test_ranges_and_load_sharing_of_the_later_windows_are_those_of_their_samples():
@@ -128,5 +128,5 @@ def test_ranges_and_load_sharing_of_the_later_windows_are_those_of_their_samples
     alone = RunningSharing(3, 50.0)
     alone.append(later["force"].to_numpy())
     for definition in DEFINITIONS[:1]:
-        found = sharing.planets(definition, 7)
-        np.testing.assert_allclose(found, alone.planets(definition))
+        factors = sharing.planets(definition, 7)
+        np.testing.assert_allclose(factors, alone.planets(definition))

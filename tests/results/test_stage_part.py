@@ -43,8 +43,8 @@ def test_every_stage_has_its_own_entries_under_their_own_names(two_stages):
             ("flank", "flank_stage"),
             ("tooth", "tooth_stage"),
         ):
-            wanted = data[dim].values[data[coordinate].values == name]
-            np.testing.assert_array_equal(part[dim], wanted)
+            expected = data[dim].values[data[coordinate].values == name]
+            np.testing.assert_array_equal(part[dim], expected)
         for dim in ("body", "bolt", "carrier_node", "bearing"):
             assert {str(n).partition(".")[0] for n in part[dim].values} == {name}
             assert part.sizes[dim] == data.sizes[dim] / 2

@@ -66,8 +66,8 @@ def test_the_schema_is_one_and_takes_what_is_declared():
     ],
 )
 def test_the_schema_refuses_what_is_not(change, fault):
-    (found,) = faults({**copy.deepcopy(PART), **change})
-    assert fault in found
+    (message,) = faults({**copy.deepcopy(PART), **change})
+    assert fault in message
 
 
 def test_what_must_be_there_is_named_where_it_is_missing():
@@ -233,11 +233,11 @@ def test_repeated_modes_are_listed_once():
         {},
         {},
     )
-    found = modes_summary(data)
-    assert [(m["type"], m["multiplicity"]) for m in found["lowest"]] == [
+    summary = modes_summary(data)
+    assert [(m["type"], m["multiplicity"]) for m in summary["lowest"]] == [
         ("rigid", 1), ("translational", 2), ("planet", 1),
     ]  # fmt: skip
-    assert found["types"] == {"rigid": 1, "translational": 2, "planet": 1}
+    assert summary["types"] == {"rigid": 1, "translational": 2, "planet": 1}
 
 
 def test_distance_from_the_axis_is_the_largest_of_central_members():

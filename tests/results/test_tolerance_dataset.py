@@ -88,35 +88,35 @@ def test_ranks_hold_what_they_promise_and_no_narrower_ones_do(count, share, conf
 
 def test_coverage_of_means():
     samples = np.random.default_rng(2).normal(1.0, 3.0, (2000, 12))
-    found = [mean_of(x, 0.95) for x in samples]
-    held = np.mean([e.low <= 1.0 <= e.high for e in found])
+    estimates = [mean_of(x, 0.95) for x in samples]
+    held = np.mean([e.low <= 1.0 <= e.high for e in estimates])
     assert held == pytest.approx(0.95, abs=3 * math.sqrt(0.95 * 0.05 / 2000))
 
 
 def test_equal_samples_have_no_width():
-    found = quantile_of(np.ones(500), 0.95), mean_of(np.ones(500))
-    assert all((e.value, e.low, e.high) == (1.0, 1.0, 1.0) for e in found)
+    estimates = quantile_of(np.ones(500), 0.95), mean_of(np.ones(500))
+    assert all((e.value, e.low, e.high) == (1.0, 1.0, 1.0) for e in estimates)
 
 
 def test_no_samples_are_no_numbers():
-    for found in (quantile_of([], 0.5), mean_of([]), share_above_limit([], 1.0)):
-        assert math.isnan(found.value)
+    for estimate in (quantile_of([], 0.5), mean_of([]), share_above_limit([], 1.0)):
+        assert math.isnan(estimate.value)
 
 
 def test_share_above():
     """Of 300 samples none above: at most 3 / n with 95 %, one-sided."""
-    found = share_above_limit(np.zeros(300), 1.0, confidence=0.9)
-    assert (found.value, found.low) == (0.0, 0.0)
-    assert found.high == pytest.approx(1 - 0.05 ** (1 / 300), rel=1e-12)
+    estimate = share_above_limit(np.zeros(300), 1.0, confidence=0.9)
+    assert (estimate.value, estimate.low) == (0.0, 0.0)
+    assert estimate.high == pytest.approx(1 - 0.05 ** (1 / 300), rel=1e-12)
     every = share_above_limit(np.ones(300), 0.5, confidence=0.9)
     assert (every.value, every.high) == (1.0, 1.0)
     assert every.low == pytest.approx(0.05 ** (1 / 300), rel=1e-12)
 
 
-@pytest.mark.parametrize("found", [1, 7, 50, 99])
-def test_share_interval_is_clopper_pearsons(found):
-    low, high = share_interval(np.array([found]), 100, 0.95)
-    exact = stats.binomtest(found, 100).proportion_ci(0.95, "exact")
+@pytest.mark.parametrize("count", [1, 7, 50, 99])
+def test_share_interval_is_clopper_pearsons(count):
+    low, high = share_interval(np.array([count]), 100, 0.95)
+    exact = stats.binomtest(count, 100).proportion_ci(0.95, "exact")
     assert (low[0], high[0]) == pytest.approx((exact.low, exact.high), rel=1e-9)
 
 
@@ -137,9 +137,9 @@ def test_wilks_59_samples():
     one_sided = 0.9  # half the risk on this side
     assert quantile_ranks(59, 0.95, one_sided)[1] == 59
     assert quantile_ranks(58, 0.95, one_sided)[1] == 59  # there is no such sample
-    found = quantile_of(np.arange(58.0), 0.95, one_sided)
-    assert math.isnan(found.high)
-    assert found.low < found.value
+    estimate = quantile_of(np.arange(58.0), 0.95, one_sided)
+    assert math.isnan(estimate.high)
+    assert estimate.low < estimate.value
 
 
 @pytest.mark.parametrize("share", [0.5, 0.9, 0.95])
@@ -148,8 +148,8 @@ def test_coverage_of_quantiles(share):
     rng, studies, confidence = np.random.default_rng(1), 2000, 0.9
     samples = rng.gumbel(size=(studies, 120))
     true = stats.gumbel_r.ppf(share)
-    found = [quantile_of(x, share, confidence) for x in samples]
-    held = np.mean([not e.low > true and not e.high < true for e in found])
+    estimates = [quantile_of(x, share, confidence) for x in samples]
+    held = np.mean([not e.low > true and not e.high < true for e in estimates])
     slack = 3 * math.sqrt(confidence * (1 - confidence) / studies)
     assert confidence - slack < held < 0.97
-    assert np.mean([e.value for e in found]) == pytest.approx(true, abs=0.06)
+    assert np.mean([e.value for e in estimates]) == pytest.approx(true, abs=0.06)

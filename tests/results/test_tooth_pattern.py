@@ -24,8 +24,8 @@ def data():
 def test_every_tooth_shows_its_largest_line_load(data):
     assert carrying_sets(data, "stage") == [("ring", ""), ("sun", "")]
     for kind, teeth in (("ring", 93), ("sun", 27)):
-        own = data.isel(flank=data["flank_kind"].to_numpy() == kind)
-        load, tooth = own["line_load"].max("slice").to_numpy(), own["pair_tooth"].to_numpy()
+        gear = data.isel(flank=data["flank_kind"].to_numpy() == kind)
+        load, tooth = gear["line_load"].max("slice").to_numpy(), gear["pair_tooth"].to_numpy()
         pattern = gear_pattern(data, "stage", kind, "")
         assert len(pattern.line_load) == teeth
         for number in (1, 7, teeth):
@@ -46,14 +46,14 @@ def test_diameters_lie_between_form_and_tip(data):
 
 def test_a_tooth_of_the_planet_meets_the_ring_in_steps_of_its_teeth(data):
     """Ring tooth and planet tooth of a pair advance together: their difference counts turns."""
-    own = data.sel(flank="stage ring 2 drive")
-    ring, planet = own["pair_tooth"].to_numpy(), own["pair_planet_tooth"].to_numpy()
-    there = ring > 0
-    assert np.array_equal(there, planet > 0)
+    flank = data.sel(flank="stage ring 2 drive")
+    ring, planet = flank["pair_tooth"].to_numpy(), flank["pair_planet_tooth"].to_numpy()
+    contact = ring > 0
+    assert np.array_equal(contact, planet > 0)
     teeth = CASE.stages[0].planet.teeth
     for t in range(3):
-        at = np.argsort(own["pair_position"].to_numpy()[t][there[t]])
-        steps = np.diff(ring[t][there[t]][at]) % 93, np.diff(planet[t][there[t]][at]) % teeth
+        at = np.argsort(flank["pair_position"].to_numpy()[t][contact[t]])
+        steps = np.diff(ring[t][contact[t]][at]) % 93, np.diff(planet[t][contact[t]][at]) % teeth
         assert len(set(steps[0])) == len(set(steps[1])) == 1
         assert {int(steps[0][0]), int(steps[1][0])} <= {1, 92, teeth - 1}
 

@@ -25,14 +25,14 @@ def run(model):
 
 
 @pytest.mark.parametrize(
-    ("body", "known"),
+    ("body", "variable"),
     list(zip(BODIES, ("tooth_displacement", "carrier_displacement"), strict=True)),
 )
-def test_fields_of_samples_move_the_nodes_as_the_results_say(model, run, body, known):
+def test_fields_of_samples_move_the_nodes_as_the_results_say(model, run, body, variable):
     for time in run["time"].to_numpy():
         field = deformed(model, body, run=run, time=time + 1e-5)
         assert field.attrs["time"] == time
-        nodes = run[known].sel(time=time).to_numpy()[:8, :3]
+        nodes = run[variable].sel(time=time).to_numpy()[:8, :3]
         assert np.abs(nodes).max() > 0
         assert np.allclose(field["displacement"], nodes, atol=1e-6 * np.abs(nodes).max())
 
@@ -71,15 +71,15 @@ def test_what_was_not_kept_is_said(model, run):
 @pytest.mark.parametrize("body", BODIES)
 def test_shapes_of_a_run_are_the_modes_that_move_the_body(model, body):
     """Each is the field of its mode over its largest, rising, and far enough apart."""
-    found = model.natural_modes(model.pace.band)
-    shapes = mode_shapes(model, body, found)
+    natural = model.natural_modes(model.pace.band)
+    shapes = mode_shapes(model, body, natural)
     assert shapes.sizes["mode"] > 1
     assert (np.diff(shapes["frequency"]) > 0).all()
     for number in shapes["mode"].to_numpy():
-        assert found.energy[body][number - 1] >= LEAST_SHARE
+        assert natural.energy[body][number - 1] >= LEAST_SHARE
         whole = mode_field(model, body, int(number), largest=1.0)
-        own = shapes.sel(mode=number)
-        assert float(own["frequency"]) == pytest.approx(whole.attrs["frequency"], rel=1e-9)
-        one, other = own["mode_displacement"].to_numpy(), whole["displacement"].to_numpy()
+        shape = shapes.sel(mode=number)
+        assert float(shape["frequency"]) == pytest.approx(whole.attrs["frequency"], rel=1e-9)
+        one, other = shape["mode_displacement"].to_numpy(), whole["displacement"].to_numpy()
         sign = np.sign(np.sum(one * other))
         np.testing.assert_allclose(sign * one, other, atol=1e-7)

@@ -40,11 +40,11 @@ def result(model, request):
 def test_every_variable_is_in_the_schema_with_axes_unit_and_meaning(result):
     _, data = result
     for name, values in data.data_vars.items():
-        known = RESULT_QUANTITIES[name]
-        declared = zip(known.dims, values.dims, strict=True)
+        quantity = RESULT_QUANTITIES[name]
+        declared = zip(quantity.dims, values.dims, strict=True)
         assert all(of in SAMPLED if d == "sample" else of == d for d, of in declared), name
-        assert values.attrs == known.attrs
-        if MISSING not in known.attrs and values.dtype.kind == "f":
+        assert values.attrs == quantity.attrs
+        if MISSING not in quantity.attrs and values.dtype.kind == "f":
             assert np.all(np.isfinite(values)), name
     for name, values in data.coords.items():
         assert (values.attrs["units"], values.attrs["long_name"]) == RESULT_COORDINATES[name][:2]

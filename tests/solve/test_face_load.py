@@ -23,14 +23,14 @@ BASE = load_case("wind-5mw")
 CYCLE = 2 * np.pi / BASE.view().stage.ring.teeth * np.arange(12) / 12
 
 
-def found(**changes):
+def statics(**changes):
     case = BASE.with_(**{"stage.gear_mesh.model": "face_load", **changes})
     return static(rigid_stage(case), CYCLE)
 
 
 @pytest.fixture(scope="module")
 def stage():
-    return found()
+    return statics()
 
 
 def test_line_loads_add_up_along_the_contact_line_and_along_the_face(stage):
@@ -48,7 +48,7 @@ def spur(z):
     at z, m, from mid-face."""
     clean = {f"stage.errors.{gear}_tooth": 0.0 for gear in ("ring", "planet", "sun")}
     figures = face_figures(
-        found(**{"stage.helix_angle": 0.0, "stage.planet_bearing.z": z, **clean})
+        statics(**{"stage.helix_angle": 0.0, "stage.planet_bearing.z": z, **clean})
     )
     return np.array([[f["k_h_beta"], f["misalignment_um"]] for f in figures.values()]).T
 
@@ -71,12 +71,12 @@ def straight(**changes):
     """Straight teeth without errors but those given, on the path of contact alone, planet bearings
     at mid-face."""
     clean = {f"stage.errors.{gear}_tooth": 0.0 for gear in ("ring", "planet", "sun")}
-    own = {
+    settings = {
         "stage.helix_angle": 0.0,
         "stage.planet_bearing.z": 0.0,
         "stage.gear_mesh.path_only": True,
     }
-    return found(**own, **clean, **changes)
+    return statics(**settings, **clean, **changes)
 
 
 def test_pairs_of_perfect_straight_teeth_share_ideally():
@@ -98,7 +98,7 @@ def test_pitch_deviations_make_pairs_share_unevenly():
     """Straight teeth have their largest load where one pair carries all of it; oblique ones not."""
     straight_ones = face_figures(straight(**{"stage.errors.sun_pitch": 30e-6})).values()
     assert all(abs(one["k_h_alpha"] - 1.0) < 2e-3 for one in straight_ones)
-    oblique = found(**{"stage.errors.sun_pitch": 30e-6, "stage.gear_mesh.path_only": True})
+    oblique = statics(**{"stage.errors.sun_pitch": 30e-6, "stage.gear_mesh.path_only": True})
     uneven = {name: one["k_h_alpha"] for name, one in face_figures(oblique).items()}
     assert max(k for name, k in uneven.items() if " sun " in name) > 1.15
     assert max(k for name, k in uneven.items() if " ring " in name) < 1.1
@@ -125,7 +125,7 @@ def test_tips_carry_until_they_are_relieved(stage):
     relief = {"amount": 200e-6, "length": 20e-3, "form": "linear"}
     keys = [f"planet.modifications.{f}" for f in ("sun", "ring")]
     keys += [f"{gear}.modifications.drive" for gear in ("sun", "ring")]
-    relieved = found(**{f"stage.{key}.tip_relief": relief for key in keys})
+    relieved = statics(**{f"stage.{key}.tip_relief": relief for key in keys})
     for before, after in zip(
         face_figures(stage).values(), face_figures(relieved).values(), strict=True
     ):
@@ -137,22 +137,22 @@ def test_contact_pressure_is_that_of_hertz(stage):
     """p = √(w E' / (2π ρ)) with E' = E/(1 − ν²) of two equal bodies, normal section."""
     view = BASE.view()
     g, material = stage_geometry(view), view.material
-    own = stage.isel(position=3).sel(flank="stage sun 2 drive")
-    at = int(np.nanargmax(own["line_load"].values))
-    w, s = (own[name].values.ravel()[at] for name in ("line_load", "slice_path"))
+    flank = stage.isel(position=3).sel(flank="stage sun 2 drive")
+    at = int(np.nanargmax(flank["line_load"].values))
+    w, s = (flank[name].values.ravel()[at] for name in ("line_load", "slice_path"))
     cos_b = np.cos(g.base_helix_angle)
     reach = g.center_distance * np.sin(g.sun_gear_mesh.working_angle)
     radius = s * (reach - s) / reach / cos_b
     modulus = material.young_modulus / (1 - material.poisson_ratio**2)
     pressure = np.sqrt(w * cos_b * modulus / (2 * np.pi * radius))
-    assert own["largest_contact_pressure"].item() >= pressure * (1 - 1e-9)
-    assert own["largest_contact_pressure"].item() == pytest.approx(pressure, rel=0.25)
+    assert flank["largest_contact_pressure"].item() >= pressure * (1 - 1e-9)
+    assert flank["largest_contact_pressure"].item() == pytest.approx(pressure, rel=0.25)
 
 
 def test_planets_of_a_stage_without_errors_are_loaded_alike():
     """Five planets see the same within a cycle: K_Hβ differs by the phase of the positions only."""
     figures = face_figures(
-        found(**{f"stage.errors.{g}_tooth": 0.0 for g in ("ring", "planet", "sun")})
+        statics(**{f"stage.errors.{g}_tooth": 0.0 for g in ("ring", "planet", "sun")})
     )
     for kind in ("ring", "sun"):
         k = [f["k_h_beta"] for name, f in figures.items() if f" {kind} " in name]
@@ -237,10 +237,10 @@ def data(request):
 
 def test_bodies_add_up_to_what_the_contact_lines_feel(data):
     """The one from coordinates of bodies, the other from the approach of both rows of pairs."""
-    found = data["gear_mesh_misalignment_by_cause"]
-    assert list(found["cause"]) == list(CAUSES)
+    by_cause = data["gear_mesh_misalignment_by_cause"]
+    assert list(by_cause["cause"]) == list(CAUSES)
     whole = data["gear_mesh_misalignment"]
-    bodies = found.sel(cause=list(CAUSES[:5])).sum("cause", skipna=False)
+    bodies = by_cause.sel(cause=list(CAUSES[:5])).sum("cause", skipna=False)
     assert np.abs(whole).max() > 1e-5
     np.testing.assert_allclose(bodies, whole, atol=1e-8 * float(np.abs(whole).max()))
 
@@ -249,8 +249,8 @@ def test_the_planets_bearing_tilts_both_gear_meshes_of_a_planet(data):
     """One rotation of the planet on its pin, seen along both lines of action."""
     from_bearing = data["gear_mesh_misalignment_by_cause"].sel(cause="planet bearing")
     for kind in ("ring", "sun"):
-        own = from_bearing.sel(flank=f"stage {kind} 3 drive").to_numpy()
-        assert np.abs(own).max() > 1e-6
+        tilts = from_bearing.sel(flank=f"stage {kind} 3 drive").to_numpy()
+        assert np.abs(tilts).max() > 1e-6
     other = data["gear_mesh_misalignment_by_cause"].sel(flank="stage ring 3 drive")
     assert not other.sel(cause=["sun", "gear", "errors", "modifications"]).to_numpy().any()
 
@@ -262,12 +262,12 @@ def test_flanks_come_on_top():
         "stage.errors.sun_helix_slope": 20e-6,
     }
     changes["stage.planet.modifications.sun.lead_crowning"] = 8e-6
-    found = static(model(False, **changes), TURN[:1])["gear_mesh_misalignment_by_cause"]
-    own = found.sel(flank="stage sun 1 drive").isel(position=0)
+    by_cause = static(model(False, **changes), TURN[:1])["gear_mesh_misalignment_by_cause"]
+    flank = by_cause.sel(flank="stage sun 1 drive").isel(position=0)
     cos_b = np.cos(stage_geometry(SLICED.view()).base_helix_angle)
-    assert own.sel(cause="errors").item() == pytest.approx(-20e-6 * cos_b, rel=1e-9)
+    assert flank.sel(cause="errors").item() == pytest.approx(-20e-6 * cos_b, rel=1e-9)
     # the places of slices are not quite even, so that crowning is not quite without slope
-    assert own.sel(cause="modifications").item() == pytest.approx(-15e-6 * cos_b, abs=0.1e-6)
+    assert flank.sel(cause="modifications").item() == pytest.approx(-15e-6 * cos_b, abs=0.1e-6)
 
 
 def test_figures_and_picture(data):
@@ -275,8 +275,10 @@ def test_figures_and_picture(data):
     groups = misalignment_of_groups(figures)
     assert set(groups) == {"stage ring", "stage sun"}
     for group, causes in groups.items():
-        own = [f["misalignment_um"] for name, f in figures.items() if name.startswith(group)]
-        assert sum(causes.values()) == pytest.approx(max(own, key=abs), abs=1e-3)
+        misalignments = [
+            f["misalignment_um"] for name, f in figures.items() if name.startswith(group)
+        ]
+        assert sum(causes.values()) == pytest.approx(max(misalignments, key=abs), abs=1e-3)
     figure = misalignment_chart(data)
     ticks = [t.get_text() for t in figure.axes[0].get_xticklabels()]
     assert ticks[0] == "ring"

@@ -13,16 +13,16 @@ MASS, RADIUS = 4.0, 0.12  # of a planet, and of the pins' circle: (26 + 34) modu
 
 
 def run(folder, rated, turning="true", **keys):
-    own = {"inputs.0.speed_rpm": str(rated), "gyroscopic": turning}
-    return stage_train(folder, **{**STEPS, **own, **keys}).assemble().transient()
+    settings = {"inputs.0.speed_rpm": str(rated), "gyroscopic": turning}
+    return stage_train(folder, **{**STEPS, **settings, **keys}).assemble().transient()
 
 
 def test_a_train_at_half_speed_is_one_rated_at_half_speed(tmp_path):
     half = {"inputs.0.machine.speed_rpm": "1500"}
     slow, native = run(tmp_path, 3000, **half), run(tmp_path, 1500, **half)
     for name in ("gear_mesh_force", "planet_bearing_force", "port_torque"):
-        wanted = native[name].to_numpy()
-        assert np.abs(slow[name].to_numpy() - wanted).max() < 1e-8 * np.abs(wanted).max()
+        expected = native[name].to_numpy()
+        assert np.abs(slow[name].to_numpy() - expected).max() < 1e-8 * np.abs(expected).max()
     plain = run(tmp_path, 3000, "false", **half)
     force = native["planet_bearing_force"].to_numpy()
     assert (

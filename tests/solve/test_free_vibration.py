@@ -55,9 +55,9 @@ def test_two_gears_on_torsional_springs(tmp_path):
         k = 2e8 * np.outer(r, r) + np.diag(springs * held)
         a = np.prod(inertia)
         b = -(k[0, 0] * inertia[1] + k[1, 1] * inertia[0])
-        known = np.sort(np.roots([a, b, np.linalg.det(k) if held else 0.0]))
-        found = load_case(write(tmp_path, text)).assemble().modes()["frequency"].to_numpy()
-        assert (2 * np.pi * found) ** 2 == pytest.approx(known, rel=1e-9, abs=1e-3)
+        expected = np.sort(np.roots([a, b, np.linalg.det(k) if held else 0.0]))
+        frequencies = load_case(write(tmp_path, text)).assemble().modes()["frequency"].to_numpy()
+        assert (2 * np.pi * frequencies) ** 2 == pytest.approx(expected, rel=1e-9, abs=1e-3)
 
 
 @pytest.mark.parametrize("planets", [3, 4])
@@ -65,10 +65,10 @@ def test_a_planetary_stage_with_all_members_on_springs(tmp_path, planets):
     """Frequencies of an independent assembly; none is zero."""
     train = free_stage(tmp_path, **TURNING, **{"stage.planets": str(planets)})
     assert train.held_members() == ()
-    found = train.assemble().modes()["frequency"].to_numpy()
-    known = lin_parker(planets, sun_torsion=SUN, carrier_torsion=CARRIER).modes()[0]
-    assert found == pytest.approx(known, rel=1e-9)
-    assert found[0] > 100.0
+    frequencies = train.assemble().modes()["frequency"].to_numpy()
+    expected = lin_parker(planets, sun_torsion=SUN, carrier_torsion=CARRIER).modes()[0]
+    assert frequencies == pytest.approx(expected, rel=1e-9)
+    assert frequencies[0] > 100.0
 
 
 def test_without_ports_the_modes_are_those_of_the_bundled_case(tmp_path):
@@ -93,24 +93,24 @@ def test_whirl_about_steady_speed(tmp_path):
     port = '[[inputs]]\nmember = "stage.carrier"\nspeed_rpm = 6000\n'
     train = free_stage(tmp_path, port, gyroscopic="true", **TURNING)
     data = train.assemble().campbell(factors=[0.0, 1.0])
-    own = lin_parker(4, sun_torsion=SUN, carrier_torsion=CARRIER)
-    size, speed = len(own.mass), 6000 * np.pi / 30
+    model = lin_parker(4, sun_torsion=SUN, carrier_torsion=CARRIER)
+    size, speed = len(model.mass), 6000 * np.pi / 30
     turning, pushing = np.zeros((size, size)), np.zeros((size, size))
     for k in range(size // 3):
-        m = own.mass[3 * k, 3 * k]
+        m = model.mass[3 * k, 3 * k]
         turning[3 * k, 3 * k + 1], turning[3 * k + 1, 3 * k] = -2 * m * speed, 2 * m * speed
         pushing[3 * k, 3 * k] = pushing[3 * k + 1, 3 * k + 1] = m * speed**2
-    inverse = np.linalg.inv(own.mass)
+    inverse = np.linalg.inv(model.mass)
     companion = np.block([
         [np.zeros((size, size)), np.eye(size)],
-        [-inverse @ (own.stiffness - pushing), -inverse @ turning],
+        [-inverse @ (model.stiffness - pushing), -inverse @ turning],
     ])  # fmt: skip
     values = np.linalg.eigvals(companion)
-    known = np.sort(values.imag[values.imag > 0]) / (2 * np.pi)
-    found = np.sort(data["campbell_frequency"].to_numpy()[1])
-    assert found == pytest.approx(known, rel=1e-9)
+    expected = np.sort(values.imag[values.imag > 0]) / (2 * np.pi)
+    frequencies = np.sort(data["campbell_frequency"].to_numpy()[1])
+    assert frequencies == pytest.approx(expected, rel=1e-9)
     still = np.sort(data["campbell_frequency"].to_numpy()[0])
-    assert np.abs(found - still).max() > 50.0  # Hz: the terms matter here
+    assert np.abs(frequencies - still).max() > 50.0  # Hz: the terms matter here
 
 
 def test_analyses_refuse_it_from_python(tmp_path):
@@ -120,7 +120,7 @@ def test_analyses_refuse_it_from_python(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("ports", "said"),
+    ("ports", "message"),
     [
         ('[output]\nmember = "stage.sun"\n', "inputs: is missing beside output"),
         ('[[inputs]]\nmember = "stage.sun"\nspeed_rpm = 1\ntorque_nm = 2\n',
@@ -129,8 +129,8 @@ def test_analyses_refuse_it_from_python(tmp_path):
          "output: is missing, and inputs give power"),
     ],
 )  # fmt: skip
-def test_half_a_load_is_refused(tmp_path, ports, said):
-    with pytest.raises(InputError, match=said):
+def test_half_a_load_is_refused(tmp_path, ports, message):
+    with pytest.raises(InputError, match=message):
         free_stage(tmp_path, ports)
 
 

@@ -64,13 +64,13 @@ def test_a_gauge_sees_the_star_pass_once_a_planet(turn):
     repeats a quarter turn of the carrier later, and a quarter on round the ring it is the same."""
     strain = turn["sensor_static"]
     assert set(strain["static_sensor_unit"].to_numpy()) == {"1"}
-    here = strain.sel(static_sensor="here").to_numpy()
-    size = np.ptp(here)
+    signal = strain.sel(static_sensor="here").to_numpy()
+    size = np.ptp(signal)
     assert size > 1e-7
-    np.testing.assert_allclose(np.roll(here, 12), here, atol=1e-4 * size)
-    there = strain.sel(static_sensor="a_planet_on").to_numpy()
-    np.testing.assert_allclose(there, here, atol=1e-4 * size)
-    spectrum = np.abs(np.fft.rfft(here - here.mean()))
+    np.testing.assert_allclose(np.roll(signal, 12), signal, atol=1e-4 * size)
+    next_signal = strain.sel(static_sensor="a_planet_on").to_numpy()
+    np.testing.assert_allclose(next_signal, signal, atol=1e-4 * size)
+    spectrum = np.abs(np.fft.rfft(signal - signal.mean()))
     assert np.argmax(spectrum) % PLANETS == 0
 
 
@@ -85,7 +85,7 @@ def test_strain_grows_with_torque_like_the_deflection_of_teeth(model, turn):
 
 def test_rim_stress_is_that_of_the_gauges_and_in_the_summary(model, turn):
     """σ = E/(1 − ν²)(ε_θ + ν ε_z) at the tooth on the x axis, as the field has its surface."""
-    found = turn["rim_stress"].isel(tooth=0, position=0).item()
+    stress = turn["rim_stress"].isel(tooth=0, position=0).item()
     ring, material = model.bodies["stage.ring"], model.case.view().material
     surface = Surface(ring)
     vertices, weights, _ = surface.meeting(Ray(0.0, 0.0))
@@ -94,14 +94,14 @@ def test_rim_stress_is_that_of_the_gauges_and_in_the_summary(model, turn):
     nu = material.poisson_ratio
     normal, hoop = (weights @ field[vertices])[:2]
     largest = float(np.abs(turn["rim_stress"]).max())
-    assert found == pytest.approx(hoop - nu / (1 - nu) * normal, abs=0.02 * largest)
+    assert stress == pytest.approx(hoop - nu / (1 - nu) * normal, abs=0.02 * largest)
     figures = rim_stress(turn, "stage")
     assert max(figures["max"], -figures["min"]) == pytest.approx(largest / 1e6)
     assert 0 < figures["range_mean"] <= figures["range_max"] <= figures["max"] - figures["min"]
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("angle_deg = 3\ntooth = 4", "[0].tooth: is given beside angle"),
         ("", "[0].angle_deg: is missing, and so is tooth"),
@@ -110,9 +110,9 @@ def test_rim_stress_is_that_of_the_gauges_and_in_the_summary(model, turn):
         ('angle_deg = 3\nside = "+theta"', "[0].side: needs a tooth"),
     ],
 )
-def test_a_bad_place_is_one_clear_line(tmp_path, text, said):
+def test_a_bad_place_is_one_clear_line(tmp_path, text, message):
     gauge = f'\n[[sensors]]\nname = "a"\non = "stage.ring"\nmeasures = "strain"\n{text}\n'
-    with pytest.raises(InputError, match=re.escape(f"sensors{said}")) as fault:
+    with pytest.raises(InputError, match=re.escape(f"sensors{message}")) as fault:
         case_of(tmp_path, gauge)
     assert "\n" not in str(fault.value)
 

@@ -78,7 +78,7 @@ def said_of(case: Case, summary: dict[str, Any]) -> list[Verdict]:
     return verdicts(case, {**summary, "headlines": headlines(case, flow, summary)})
 
 
-def found(**changes: Any) -> dict[str, Any]:
+def by_subject(**changes: Any) -> dict[str, Any]:
     """Verdicts by subject, of the summary with parts in the place of its own."""
     return {v.subject: v for v in said_of(CASE, {**copy.deepcopy(SUMMARY), **changes})}
 
@@ -104,34 +104,37 @@ def sharing(still: float | None, moving: float, assumed: float | None = 1.25) ->
 
 def test_load_sharing_is_held_to_the_standard():
     """Equilibria count, dynamics are beside them; variants of the case do not count."""
-    said = found()["Load sharing"]
-    assert (said.level, said.figure) == ("good", "K = 1.210 in equilibria, 1.230 in time")
+    verdict = by_subject()["Load sharing"]
+    assert (verdict.level, verdict.figure) == ("good", "K = 1.210 in equilibria, 1.230 in time")
     for words in ("Within the 1.25 that IEC 61400-4", "from 0.3 to 5 s, settled", "Vibration"):
-        assert words in said.sentence
-    assert found(load_sharing=sharing(1.26, 1.1))["Load sharing"].level == "bad"
-    above = found(load_sharing=sharing(1.24, 1.3))["Load sharing"]
+        assert words in verdict.sentence
+    assert by_subject(load_sharing=sharing(1.26, 1.1))["Load sharing"].level == "bad"
+    above = by_subject(load_sharing=sharing(1.24, 1.3))["Load sharing"]
     assert (above.level, above.sentence[:15]) == ("watch", "In part above t")
-    assert found(load_sharing=sharing(None, 1.3))["Load sharing"].level == "bad"
-    none = found(load_sharing=sharing(None, 1.3, None))["Load sharing"]
+    assert by_subject(load_sharing=sharing(None, 1.3))["Load sharing"].level == "bad"
+    none = by_subject(load_sharing=sharing(None, 1.3, None))["Load sharing"]
     assert (none.level, "no value" in none.sentence) == ("note", True)
 
 
 def test_equal_factors_in_equilibria_and_in_time_need_no_reason():
-    said = found(load_sharing=sharing(1.0002, 1.0003))["Load sharing"]
-    assert said.figure == "K = 1.0002 in equilibria, 1.0003 in time"
-    assert "ibration" not in said.sentence
+    verdict = by_subject(load_sharing=sharing(1.0002, 1.0003))["Load sharing"]
+    assert verdict.figure == "K = 1.0002 in equilibria, 1.0003 in time"
+    assert "ibration" not in verdict.sentence
 
 
 def test_an_even_share_without_errors_is_no_praise():
     nearly = sharing(1.01, 1.02)
-    assert found(load_sharing=nearly)["Load sharing"].level == "good"
-    without = found(load_sharing=nearly, errors_given=False)["Load sharing"]
+    assert by_subject(load_sharing=nearly)["Load sharing"].level == "good"
+    without = by_subject(load_sharing=nearly, errors_given=False)["Load sharing"]
     assert without.level == "note" and "No errors given" in without.sentence
-    even = found(load_sharing=sharing(1.0, 1.0))["Load sharing"]
+    even = by_subject(load_sharing=sharing(1.0, 1.0))["Load sharing"]
     assert even.level == "note" and "the case has no errors that differ" in even.sentence
-    vibrates = found(load_sharing=sharing(1.00001, 1.0006))["Load sharing"]
+    vibrates = by_subject(load_sharing=sharing(1.00001, 1.0006))["Load sharing"]
     assert vibrates.level == "note" and "Apart from vibration" in vibrates.sentence
-    assert found(load_sharing=sharing(1.3, 1.3), errors_given=False)["Load sharing"].level == "bad"
+    assert (
+        by_subject(load_sharing=sharing(1.3, 1.3), errors_given=False)["Load sharing"].level
+        == "bad"
+    )
 
 
 def test_both_halves_of_a_double_helical_stage_are_looked_at():
@@ -140,9 +143,9 @@ def test_both_halves_of_a_double_helical_stage_are_looked_at():
         "quasi_static": {"lumped": {"stage": halves}},
         "transient": {"lumped": {**halves, **WINDOW}},
     }
-    said = found(load_sharing=both)["Load sharing"]
-    assert said.level == "bad" and said.figure.startswith("K = 1.310")
-    assert "K within each half: left half 1.020, right half 1.310." in said.sentence
+    verdict = by_subject(load_sharing=both)["Load sharing"]
+    assert verdict.level == "bad" and verdict.figure.startswith("K = 1.310")
+    assert "K within each half: left half 1.020, right half 1.310." in verdict.sentence
 
 
 def test_the_power_flow_gives_the_sum_of_both_halves_not_their_shares():
@@ -160,7 +163,7 @@ def test_the_power_flow_gives_the_sum_of_both_halves_not_their_shares():
         "quasi_static": {"lumped": {"stage": halves}},
         "transient": {"lumped": {**halves, **WINDOW}},
     }
-    sentence = found(load_sharing=both, transient=running)["Load sharing"].sentence
+    sentence = by_subject(load_sharing=both, transient=running)["Load sharing"].sentence
     assert "The left half carries 62 % of the load at the" in sentence
     force["stage sun left"] = {"min_n": 9e5, "mean_n": 1.4 * 788e3, "max_n": 1e6}
     wrong = {**SUMMARY["transient"], "gear_mesh_force": force}
@@ -176,17 +179,17 @@ DROPS = {"torque_steps": {"0.2e6": {"flexible": DROP}}}
 
 
 def test_the_largest_force_is_that_of_all_transients():
-    steady = found()["Largest gear-mesh force"]
+    steady = by_subject()["Largest gear-mesh force"]
     assert (steady.level, steady.figure) == ("note", "1.015 × nominal")  # 800 over 788 kN
     rigid = {**DROP, "gear_mesh_force": {"stage ring": {"min_n": 0, "mean_n": 1, "max_n": 9e9}}}
     drops = {"0.2e6": {"flexible": DROP, "rigid": rigid}}  # variants of the case do not count
-    said = found(torque_steps=drops)["Largest gear-mesh force"]
-    assert (said.level, said.figure) == ("watch", "1.523 × nominal")  # above 1.25
+    verdict = by_subject(torque_steps=drops)["Largest gear-mesh force"]
+    assert (verdict.level, verdict.figure) == ("watch", "1.523 × nominal")  # above 1.25
     for words in ("1.2 MN at ring, in the torque drop to 200 kN m", "1.015 × in time from 0.3"):
-        assert words in said.sentence
-    assert "leaves 1.22 to K_A and K_v" in said.sentence  # 1.523/1.25
-    assert "K = 1.260 in the torque drop" in found(torque_steps=drops)["Load sharing"].sentence
-    assert found(torque_steps=drops)["Load sharing"].level == "watch"
+        assert words in verdict.sentence
+    assert "leaves 1.22 to K_A and K_v" in verdict.sentence  # 1.523/1.25
+    assert "K = 1.260 in the torque drop" in by_subject(torque_steps=drops)["Load sharing"].sentence
+    assert by_subject(torque_steps=drops)["Load sharing"].level == "watch"
 
 
 def test_spur_teeth_without_relief_are_named_beside_the_peak():
@@ -210,55 +213,57 @@ def test_spur_teeth_without_relief_are_named_beside_the_peak():
 
 def test_a_force_that_passes_zero_is_said():
     parts = {"stage ring": {"min_n": -1e3, "mean_n": 788e3, "max_n": 8e5}}
-    said = found(transient={**SUMMARY["transient"], "gear_mesh_force": parts})
-    assert said["Largest gear-mesh force"].level == "watch"
-    assert "passes zero: flanks part" in said["Largest gear-mesh force"].sentence
+    answers = by_subject(transient={**SUMMARY["transient"], "gear_mesh_force": parts})
+    assert answers["Largest gear-mesh force"].level == "watch"
+    assert "passes zero: flanks part" in answers["Largest gear-mesh force"].sentence
     linear = CASE.with_(**{"stages.stage.gear_mesh.contact_law": "linear"})
     summary = SUMMARY | {"transient": {**SUMMARY["transient"], "gear_mesh_force": parts}}
-    (said,) = [v for v in said_of(linear, summary) if v.subject == "Largest gear-mesh force"]
-    assert "passes zero: teeth pull" in said.sentence
+    (verdict,) = [v for v in said_of(linear, summary) if v.subject == "Largest gear-mesh force"]
+    assert "passes zero: teeth pull" in verdict.sentence
 
 
 def test_a_pair_of_gears_is_said_to_have_no_planets_and_no_sun(tmp_path):
     text = spur_pair(gear_mesh='model = "per_pair"', speed=100)
-    found = run(load_case(write(tmp_path, text), {"solver.duration_s": "0.05"}))
-    said = {row["name"]: row for row in found.summary["headlines"]}
-    assert "load_sharing" not in said
-    words = " ".join(row["sentence"] for row in said.values()).lower()
+    result = run(load_case(write(tmp_path, text), {"solver.duration_s": "0.05"}))
+    by_name = {row["name"]: row for row in result.summary["headlines"]}
+    assert "load_sharing" not in by_name
+    words = " ".join(row["sentence"] for row in by_name.values()).lower()
     assert not re.search(r"\bsun\b|\bplanets? share|equal planets", words)
 
 
 def test_what_the_case_does_not_rate_is_not_assessed():
-    said = found()
+    answers = by_subject()
     for subject in ("Root stress", "Flank pressure", "Bearing life"):
-        assert said[subject].level == "open" and "Not assessed" in said[subject].sentence
-        assert "flexgear rate" not in said[subject].sentence
-    assert said["Root stress"].figure == "243 MPa"
-    assert said["Bearing life"].figure == "no rating given"
-    assert "planet bearing (1.469 MN)" in said["Bearing life"].sentence
+        assert answers[subject].level == "open" and "Not assessed" in answers[subject].sentence
+        assert "flexgear rate" not in answers[subject].sentence
+    assert answers["Root stress"].figure == "243 MPa"
+    assert answers["Bearing life"].figure == "no rating given"
+    assert "planet bearing (1.469 MN)" in answers["Bearing life"].sentence
 
 
 def test_stresses_of_gears_with_steels_are_assessed_by_rate():
     steel = {"stage.planet.rating.steel": "case_hardened"}
-    said = {v.subject: v for v in said_of(load_case("wind-5mw", steel), copy.deepcopy(SUMMARY))}
+    answers = {v.subject: v for v in said_of(load_case("wind-5mw", steel), copy.deepcopy(SUMMARY))}
     for subject in ("Root stress", "Flank pressure"):
-        assert said[subject].sentence.endswith("`flexgear rate` assesses it by the steels.")
+        assert answers[subject].sentence.endswith("`flexgear rate` assesses it by the steels.")
 
 
 def test_the_shortest_life_is_the_headline():
     stage = {**SUMMARY["stages"]["stage"], "nominal_planet_bearing_life_h": 90000.0}
     stage["bearing_life_h"] = {"planet_bearing_1": 9e4, "carrier_bearing_drive": 7e4}
-    said = found(stages={"stage": stage})["Bearing life"]
-    assert said.level == "note" and said.figure.startswith("70")
-    assert "Carrier bearing drive, under the constant load" in said.sentence
+    verdict = by_subject(stages={"stage": stage})["Bearing life"]
+    assert verdict.level == "note" and verdict.figure.startswith("70")
+    assert "Carrier bearing drive, under the constant load" in verdict.sentence
 
 
 def test_deflections_are_held_to_what_is_small():
     """A tenth of the module of 18 mm."""
-    assert found()["Deflections"].level == "good"
-    said = found(motion_um_max={"stage.sun": 1900.0})["Deflections"]
-    assert (said.level, said.figure) == ("bad", "1.9 mm of 1.8 mm")
-    assert "106 % of the limit for small displacements beside the module of 18 mm" in said.sentence
+    assert by_subject()["Deflections"].level == "good"
+    verdict = by_subject(motion_um_max={"stage.sun": 1900.0})["Deflections"]
+    assert (verdict.level, verdict.figure) == ("bad", "1.9 mm of 1.8 mm")
+    assert (
+        "106 % of the limit for small displacements beside the module of 18 mm" in verdict.sentence
+    )
 
 
 @pytest.mark.parametrize(
@@ -271,9 +276,9 @@ def test_forces_are_held_to_the_power_flow(mean, level):
 
 
 def test_checks_within_limits_are_one_line():
-    said = found(reduction={"ring": {"static_error": 0.013}})
-    assert said["Solution"].level == "good"
-    assert said["Solution"].sentence == (
+    answers = by_subject(reduction={"ring": {"static_error": 0.013}})
+    assert answers["Solution"].level == "good"
+    assert answers["Solution"].sentence == (
         "Mean forces agree with the power flow; speeds agree with the power flow; forces "
         "balance; static error of the reduced ring 1.3 %; energy balance closes within 0.2 %; "
         "error of the modal truncation at most 0.9 % up to 500 Hz; harmonic solution and "
@@ -307,13 +312,13 @@ def test_the_worst_comes_first_and_warnings_before_what_needs_no_attention():
 def test_neglected_effects_are_one_answer():
     text = "Ring shape, 21.3 µm: the model neglects ovalising planet rims (up to 111 µm)."
     row = {"figure": "Ring shape", "stage": "stage", "value_um": 21.3, "effects_um": {"rim": 111.0}}
-    said = found(neglected=[{**row, "sentence": text}], warnings=["something else"])
-    assert said["Neglected effects"].level == "watch"
-    assert said["Neglected effects"].figure == "up to 111 µm"
-    assert "Ovalising planet rims up to 111 µm" in said["Neglected effects"].sentence
-    assert "ring shape 21.3 µm" in said["Neglected effects"].sentence
-    assert said["Warning"].sentence == "something else"
-    assert found()["Neglected effects"].level == "good"
+    answers = by_subject(neglected=[{**row, "sentence": text}], warnings=["something else"])
+    assert answers["Neglected effects"].level == "watch"
+    assert answers["Neglected effects"].figure == "up to 111 µm"
+    assert "Ovalising planet rims up to 111 µm" in answers["Neglected effects"].sentence
+    assert "ring shape 21.3 µm" in answers["Neglected effects"].sentence
+    assert answers["Warning"].sentence == "something else"
+    assert by_subject()["Neglected effects"].level == "good"
 
 
 def test_every_headline_has_an_answer_or_its_data_are_missing():
@@ -326,7 +331,7 @@ def test_the_worst_stage_is_in_front_and_the_others_beside_it():
     """A stage whose planets have a value of the standard beside one that has none."""
     case = load_case("grc-750kw")
     stages = ("lss", "iss", "hss")
-    known = {
+    stage_figures = {
         stage: {"sun_gear_mesh_force_n": 1e5, "ring_gear_mesh_force_n": 1e5} for stage in stages
     }
     largest = {"lss": 1.02e5, "iss": 1.01e5, "hss": 1.005e5}
@@ -337,7 +342,7 @@ def test_the_worst_stage_is_in_front_and_the_others_beside_it():
     group = {"lss ring": {"instantaneous": 1.005, "iec_61400_4": 1.1}}
     summary = {
         **copy.deepcopy(SUMMARY),
-        "stages": known,
+        "stages": stage_figures,
         "transient": {**WINDOW, "gear_mesh_force": forces, "displacement_um_max": {}},
         "load_sharing": {"quasi_static": {}, "transient": {"flexible": {**group, **WINDOW}}},
         "steady": {},

@@ -99,14 +99,14 @@ moments_nm = [[0, 0, 50], [0, 0, 50]]"""
 
 
 def test_a_history_that_stays_is_the_constant_load(tmp_path):
-    found = []
+    results = []
     for load in (CONSTANT, HISTORY):
         model = modelled(stage_with(tmp_path, load))
         at_rest = static(model, [0.0, 0.4])["gear_mesh_force"].to_numpy()
         ends = port_histories(model.case, model.flow)
         run = stepped(model.modal, ends.drive(), 4e-3, 2e-5)
-        found.append((at_rest, run.pair_load, run.eta))
-    for constant, history, close in zip(*found, (1e-12, 1e-8, 1e-8), strict=True):
+        results.append((at_rest, run.pair_load, run.eta))
+    for constant, history, close in zip(*results, (1e-12, 1e-8, 1e-8), strict=True):
         assert np.abs(history - constant).max() <= close * np.abs(constant).max()
 
 

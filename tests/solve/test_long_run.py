@@ -48,9 +48,9 @@ def same_in_a_file(run, tmp_path, names=()):
     assert empty.sizes["time"] == 0
     save(memory, tmp_path / "saved.nc")
     streamed, saved = load(tmp_path / "streamed.nc"), load(tmp_path / "saved.nc")
-    kept = [n for n in saved if not names or n in names or "time" not in saved[n].dims]
-    xr.testing.assert_identical(streamed, saved[kept])
-    assert {n: v.dtype for n, v in streamed.items()} == {n: saved[n].dtype for n in kept}
+    variables = [n for n in saved if not names or n in names or "time" not in saved[n].dims]
+    xr.testing.assert_identical(streamed, saved[variables])
+    assert {n: v.dtype for n, v in streamed.items()} == {n: saved[n].dtype for n in variables}
     assert memory.sizes["time"] == streamed.sizes["time"]
     return memory
 
@@ -137,20 +137,20 @@ def test_a_stop_half_way_leaves_what_was_there(train, tmp_path, error):
 
 
 def test_what_is_said_before_is_what_comes(train):
-    told = []
+    events = []
 
     class Listener:
         def begin(self, run_size):
-            told.append(run_size)
+            events.append(run_size)
 
         def append(self, data):
-            told.append(data.sizes["time"])
+            events.append(data.sizes["time"])
 
         def finish(self, last):
-            told.append(last)
+            events.append(last)
 
     simulate(train, duration=4500 * STEP, sink=Listener())
-    run_size, *sizes, last = told
+    run_size, *sizes, last = events
     assert sum(sizes) == run_size.samples == 4500
     assert last.attrs["steps"] == 4500
     data = simulate(train, duration=4500 * STEP).data

@@ -61,11 +61,11 @@ def test_a_controller_settles_at_its_speed(tmp_path, port):
     """The other end's torque steps; the controller takes it over and the speed comes back."""
     column = 0 if port == "inputs.0" else 1
     other = "output" if column == 0 else "inputs.0"
-    given = {"law": "torque", "kind": "steps", "times_s": "[0, 0.005]"}
-    given["torques_nm"] = "[3000, 3600]" if column else "[-650, -780]"
+    history = {"law": "torque", "kind": "steps", "times_s": "[0, 0.005]"}
+    history["torques_nm"] = "[3000, 3600]" if column else "[-650, -780]"
     gains = {**PI, "kp_nm_s_per_rad": "300" if column == 0 else "60",
              "ki_nm_per_rad": "10000" if column == 0 else "4000"}  # fmt: skip
-    ends = at(port, gains) | at(other, given)
+    ends = at(port, gains) | at(other, history)
     case = stage_train(tmp_path, **{**SHORT, "solver.duration_s": "0.6"}, **ends)
     data = simulate(assemble(case), energy=True).data
     speed = data["port_speed"].to_numpy()[:, column]
@@ -94,8 +94,8 @@ def test_a_flexible_stage_has_machines_at_both_ends(ends):
     column = 0 if any(key.startswith("inputs") for key in ends) else 1
     speed, time = data["port_speed"].to_numpy()[:, column] * RPM, data["time"].to_numpy()
     points = [11.27, 10] if column == 0 else [50.09, 48]
-    wanted = np.interp(time, [0.01, 0.03], points)
-    assert np.abs(speed - wanted).max() < (1e-9, 0.02)[column] * points[0]
+    expected = np.interp(time, [0.01, 0.03], points)
+    assert np.abs(speed - expected).max() < (1e-9, 0.02)[column] * points[0]
     assert speed[time > 0.05].mean() == pytest.approx(points[1], rel=(1e-9, 5e-3)[column])
     assert closes(data) < 0.01
 
@@ -115,12 +115,12 @@ def test_two_inputs_have_histories_of_their_own():
                             "speeds_rpm": f"[{speed}, {1.001 * speed}]"})  # fmt: skip
     data = simulate(assemble(load_case("double-rotor-5mw", over | ends)), energy=True).data
     time = data["time"].to_numpy()
-    found = data["port_torque"].to_numpy()[:, 0]
-    assert found == pytest.approx(
+    torques = data["port_torque"].to_numpy()[:, 0]
+    assert torques == pytest.approx(
         np.where(time <= 0.005 * (1 + 1e-9), torque, 0.9 * torque), rel=1e-12
     )
-    wanted = np.interp(time, [0.005, 0.015], [speed, 1.001 * speed])
-    assert data["port_speed"].to_numpy()[:, 1] * RPM == pytest.approx(wanted, rel=1e-9)
+    expected = np.interp(time, [0.005, 0.015], [speed, 1.001 * speed])
+    assert data["port_speed"].to_numpy()[:, 1] * RPM == pytest.approx(expected, rel=1e-9)
     assert closes(data) < 1e-5
 
 
@@ -156,13 +156,13 @@ def test_a_run_with_a_controlled_generator(tmp_path):
     drops = {"drive.steps.torques_nm": "[2500]", "drive.steps.start_s": "0.004",
              "drive.steps.duration_s": "0.004", "drive.steps.after_s": "0.004"}  # fmt: skip
     ends = at("output", {**PI, "kind": "ramp", "times_s": "[0, 1]", "speeds_rpm": "[100, 200]"})
-    found = run(stage_train(tmp_path, **SHORT, **drops, **ends))
-    data = found.datasets["transient"]
+    result = run(stage_train(tmp_path, **SHORT, **drops, **ends))
+    data = result.datasets["transient"]
     rated = 100 * 120 / 26
     assert data["port_speed"].to_numpy()[:, 1] * RPM == pytest.approx(rated, rel=1e-6)
-    assert found.datasets["torque_step_2500"]["port_torque"].to_numpy()[:, 0].min() == 2500
-    assert found.summary["energy_residual"] < 1e-6
-    (left_out,) = [w for w in found.summary["warnings"] if "flexgear simulate follows" in w]
+    assert result.datasets["torque_step_2500"]["port_torque"].to_numpy()[:, 0].min() == 2500
+    assert result.summary["energy_residual"] < 1e-6
+    (left_out,) = [w for w in result.summary["warnings"] if "flexgear simulate follows" in w]
     assert left_out.startswith("machine of sun: ")
 
 

@@ -10,24 +10,24 @@ from flexgear.solve.campbell import campbell, crossing_rows
 from flexgear.solve.modes import contributions, mode_rows, modes, top_shares
 
 
-def strain_energies(springs, found):
+def strain_energies(springs, natural):
     """Σ φᵀ Rᵀ K R φ over all springs, mode by mode, and the ω² that it has to be."""
     total = sum(
-        np.einsum("km,kl,lm->m", rows @ found.shapes, matrix, rows @ found.shapes)
+        np.einsum("km,kl,lm->m", rows @ natural.shapes, matrix, rows @ natural.shapes)
         for rows, matrix in springs.values()
     )
-    return total, (2 * np.pi * found.frequencies) ** 2
+    return total, (2 * np.pi * natural.frequencies) ** 2
 
 
 @pytest.mark.parametrize("name", ["lin-parker", "nrel-5mw", "herringbone", "pitch-drive"])
 def test_strain_energies_are_all_there_is(name):
     """Σ φᵀ Rᵀ K R φ over all named springs is ω²: none is left out, none counts twice."""
     model = bundled(name)
-    found, springs = model.natural_modes(), contributions(model, model.mean_springs)
-    total, omega2 = strain_energies(springs, found)
+    natural, springs = model.natural_modes(), contributions(model, model.mean_springs)
+    total, omega2 = strain_energies(springs, natural)
     np.testing.assert_allclose(total, omega2, rtol=1e-7, atol=1e-7 * omega2.max())
-    shares = strain_shares(springs, found.shapes)
-    elastic = found.frequencies > 0
+    shares = strain_shares(springs, natural.shapes)
+    elastic = natural.frequencies > 0
     np.testing.assert_allclose(sum(shares.values())[elastic], 1.0)
 
 
@@ -37,8 +37,8 @@ def test_strain_energies_are_all_there_is(name):
 ])  # fmt: skip
 def test_strain_energies_of_special_supports(tmp_path, change):
     model = one_stage(tmp_path, planets=3, **change)
-    found, springs = model.natural_modes(), contributions(model, model.mean_springs)
-    total, omega2 = strain_energies(springs, found)
+    natural, springs = model.natural_modes(), contributions(model, model.mean_springs)
+    total, omega2 = strain_energies(springs, natural)
     np.testing.assert_allclose(total, omega2, rtol=1e-7, atol=1e-7 * omega2.max())
 
 
@@ -102,8 +102,8 @@ def test_modes_of_a_train_with_a_flexible_stage(tmp_path):
     for row in mode_rows(data):
         assert sum(row["kinetic_energy"].values()) == pytest.approx(1.0)
     assert {"first.ring", "first.carrier"} <= set(data["spring"].values)
-    found, springs = model.natural_modes(500), contributions(model, model.mean_springs)
-    total, omega2 = strain_energies(springs, found)
+    natural, springs = model.natural_modes(500), contributions(model, model.mean_springs)
+    total, omega2 = strain_energies(springs, natural)
     np.testing.assert_allclose(total[1:], omega2[1:], rtol=1e-5)
 
 

@@ -76,11 +76,13 @@ def test_work_of_orders_on_modes_follows_the_rule(tmp_path):
     """The generalised force of order l, from the phases of the teeth alone, vanishes on all modes
     but those of k = l z_s mod N."""
     model = assemble(spur(tmp_path))
-    found, cycles = model.natural_modes(), model.mean_springs.cycles
-    index = nodal_index(model, found.shapes)[:, 0]
+    natural, cycles = model.natural_modes(), model.mean_springs.cycles
+    index = nodal_index(model, natural.shapes)[:, 0]
     for order in range(1, 7):
-        work = found.shapes.T @ sum(c.harmonic_force(order) for c in cycles.values())
-        single = np.max([np.abs(found.shapes.T @ c.harmonic_force(order)) for c in cycles.values()])
+        work = natural.shapes.T @ sum(c.harmonic_force(order) for c in cycles.values())
+        single = np.max(
+            [np.abs(natural.shapes.T @ c.harmonic_force(order)) for c in cycles.values()]
+        )
         k = folded(excited_index(order, TEETH_SUN, PLANETS), PLANETS)
         assert np.abs(work[index != k]).max() < 1e-9 * single
         assert np.abs(work[index == k]).max() > 1e-2 * single
@@ -108,9 +110,9 @@ def test_what_takes_errors_takes_errors_in_time(tmp_path):
     frequency = float(lowest["frequency"][at])
     speed = 100.0 * frequency / model.flow.stages[0].gear_mesh_frequency
     data = campbell(assemble(spur(tmp_path, speed)))
-    own = (data["meeting_excitation"] == "stage x 1") & (data["meeting_mode"] == at + 1)
-    assert data["meeting_cause"][own].to_numpy().tolist() == [ERRORS]
-    assert abs(float(data["meeting_away"][own][0])) < 1e-6
+    rows = (data["meeting_excitation"] == "stage x 1") & (data["meeting_mode"] == at + 1)
+    assert data["meeting_cause"][rows].to_numpy().tolist() == [ERRORS]
+    assert abs(float(data["meeting_away"][rows][0])) < 1e-6
     pin = "[stage.errors]\npin_tangential_um = [20, 0, 0, 0]\n"
     met, beside = (sway(tmp_path, share * speed, frequency, pin) for share in (1.0, 0.85))
     assert met > 0.3 and met > 5.0 * beside

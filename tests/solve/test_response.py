@@ -199,10 +199,10 @@ def test_a_sweep_may_jump_to_each_stable_state_that_waits():
     stable = np.repeat([1, 0, 1], [8, 3, 13])
     arrays = {"response_gear_mesh_force": force[:, None, None], "stable": stable,
               "multiplier_real": 2.0 - stable, "multiplier_imag": 0.0 * stable}  # fmt: skip
-    found = turning_points(speed, np.repeat([1, 2], [22, 2]), arrays)
-    assert found["turning_point_sense"].tolist() == [1, -1]
+    points = turning_points(speed, np.repeat([1, 2], [22, 2]), arrays)
+    assert points["turning_point_sense"].tolist() == [1, -1]
     expected = [[14.0, 30.0], [5.0, 30.0]]
-    np.testing.assert_allclose(found["turning_point_target_force"], expected, rtol=1e-9)
+    np.testing.assert_allclose(points["turning_point_target_force"], expected, rtol=1e-9)
 
 
 @pytest.mark.parametrize("first", [-2.35, -2.31, -2.3])
@@ -214,9 +214,9 @@ def test_a_jump_is_where_the_curve_turns_although_the_force_hardly_changes(first
         "response_gear_mesh_force": (10 - (t - 0.25) ** 2)[:, None, None], "stable": stable,
         "multiplier_real": 2.0 - stable, "multiplier_imag": 0.0 * stable,
     }  # fmt: skip
-    found = turning_points(1 + t**2 / 100, np.ones(len(t)), arrays)
-    assert found["turning_point_parameter"] == pytest.approx([1.0], abs=2e-4)
-    assert found["turning_point_force"] == pytest.approx([10 - 0.25**2], abs=0.05)
+    points = turning_points(1 + t**2 / 100, np.ones(len(t)), arrays)
+    assert points["turning_point_parameter"] == pytest.approx([1.0], abs=2e-4)
+    assert points["turning_point_force"] == pytest.approx([10 - 0.25**2], abs=0.05)
 
 
 @pytest.fixture(scope="module", params=[2e-6, 0.0])

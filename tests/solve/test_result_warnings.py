@@ -150,9 +150,9 @@ def sentences(value, share=1.0, stage="stage"):
     ],
 )
 def test_a_tenth_of_a_figure_is_worth_a_sentence(value, effects):
-    found = sentences(value)
-    assert [list(one["effects_um"]) for one in found] == ([effects] if effects else [])
-    for one in found:
+    rows = sentences(value)
+    assert [list(one["effects_um"]) for one in rows] == ([effects] if effects else [])
+    for one in rows:
         beside = f"{with_unit(value, 'm')}: the model neglects ovalising planet rims (up to 126 µm)"
         assert beside in one["sentence"]
 
@@ -247,14 +247,14 @@ def test_a_promise_kept_is_not_spoken_of(case, bodies):
 
 
 def test_the_line_says_body_load_and_remedy(case, bodies):
-    said = stage_warnings(case, all_wrong(bodies))
-    assert said[0] == (
+    lines = stage_warnings(case, all_wrong(bodies))
+    assert lines[0] == (
         "stage.ring: static error 3.4 % (load: tip end -z), above 2 %; "
         'try stage.ring.fe.tie = "flank", or compare with '
         "stage.ring.fe.flexible = false to see how much its bending matters"
     )
-    assert said[1].startswith("stage.carrier: ")
-    assert "tie" not in said[1]
+    assert lines[1].startswith("stage.carrier: ")
+    assert "tie" not in lines[1]
 
 
 def test_what_does_not_bend_has_no_error(case, bodies):
@@ -267,11 +267,11 @@ def test_what_does_not_bend_has_no_error(case, bodies):
 
 def test_keys_are_those_of_the_train(tmp_path):
     train, bodies = mixed(tmp_path)
-    said = reduction_warnings(train, all_wrong(bodies), rigid_bodies(train))
-    assert len(said) == 2
-    assert said[0].startswith("first.ring: static error 3.4 %")
-    assert 'try stages.first.ring.fe.tie = "flank"' in said[0]
-    assert "compare with stages.first.ring.fe.flexible = false" in said[0]
+    lines = reduction_warnings(train, all_wrong(bodies), rigid_bodies(train))
+    assert len(lines) == 2
+    assert lines[0].startswith("first.ring: static error 3.4 %")
+    assert 'try stages.first.ring.fe.tie = "flank"' in lines[0]
+    assert "compare with stages.first.ring.fe.flexible = false" in lines[0]
 
 
 FLEXIBLE = ["wind-5mw", "ev-reducer", "star-ring", "grc-750kw"]

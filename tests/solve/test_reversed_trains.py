@@ -70,8 +70,8 @@ def test_forces_and_torques_are_those_of_the_power_flow(name, law, share):
         mean_over_planets(model, data), np.tile(expected, (2, 1)), rtol=1e-8, atol=1e-9 * scale
     )
     for port in data.port.values:
-        given = share * model.flow.torque[port]
-        np.testing.assert_allclose(data["port_torque"].sel(port=port), given, rtol=1e-7)
+        torque = share * model.flow.torque[port]
+        np.testing.assert_allclose(data["port_torque"].sel(port=port), torque, rtol=1e-7)
 
 
 @pytest.mark.parametrize(
@@ -87,9 +87,9 @@ def test_coast_flanks_carry_the_mirrored_loads_of_the_drive_flanks(name, model):
     system = system.with_(pairs=system.pairs._replace(s0=phase))
     modal = replace(model.modal, system=system)
     torque = 0.8 * system.rated_torque
-    here = revolution(modal, rated_rotations(system, [0.0, 0.011]), torque)
-    there = revolution(modal, rated_rotations(system, [0.0, -0.011]), -torque)
-    a, b = (np.sort(e.pair_load, axis=-1) for e in (here, there))
+    ahead = revolution(modal, rated_rotations(system, [0.0, 0.011]), torque)
+    back = revolution(modal, rated_rotations(system, [0.0, -0.011]), -torque)
+    a, b = (np.sort(e.pair_load, axis=-1) for e in (ahead, back))
     np.testing.assert_allclose(b[:, mirror], a, atol=1e-7 * a.max())
     carrying = a.sum(axis=(0, 2)) > 0
     assert np.array_equal(carrying, system.pairs.carries == 1)
@@ -99,12 +99,12 @@ def _mirrored(model):
     """Number of the gear mesh that is the mirror image of every one."""
     labels = model.system.gear_meshes
     place = {(x.stage, x.kind, x.side, x.planet): m for m, x in enumerate(labels)}
-    found = []
+    numbers = []
     for x in labels:
         planets = model.case.stages[x.stage].planets
         flank = x.kind.removesuffix("_coast") if x.kind.endswith("_coast") else f"{x.kind}_coast"
-        found.append(place[x.stage, flank, OTHER[x.side], -x.planet % planets])
-    return np.array(found)
+        numbers.append(place[x.stage, flank, OTHER[x.side], -x.planet % planets])
+    return np.array(numbers)
 
 
 @pytest.mark.parametrize("law", ["one-sided", "linear"])

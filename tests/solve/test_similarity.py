@@ -56,8 +56,8 @@ def stages():
 
 def apart(pair):
     """Differences of two results, those that are too large; closure is nothing but rounding."""
-    found = differences(*pair, FACTOR)
-    return {k: v for k, v in found.items() if v > ALIKE and k != "closure"}
+    by_name = differences(*pair, FACTOR)
+    return {k: v for k, v in by_name.items() if v > ALIKE and k != "closure"}
 
 
 def unsaid(train, **more):
@@ -86,9 +86,9 @@ def every_analysis(contexts, modes=modes):
 
 def test_what_is_said_of_a_stage_scales(stages):
     large, small = ({**derived(m.case), "run": stages_summary(m, static(m, [0.0]))} for m in stages)
-    found = figures_apart(large, small, FACTOR)
-    assert len(found) > 60
-    assert {k: v for k, v in found.items() if v > ALIKE} == {}
+    by_name = figures_apart(large, small, FACTOR)
+    assert len(by_name) > 60
+    assert {k: v for k, v in by_name.items() if v > ALIKE} == {}
 
 
 @pytest.mark.parametrize("name", ["ring", "carrier"])
@@ -130,8 +130,8 @@ def test_a_torque_drop_scales(stages):
 def test_every_analysis_of_a_train_scales(name, up):
     large = similar(unsaid(bundled(name).case), up)
     trains = (large, similar(large, FACTOR))
-    found = figures_apart(*(derived(t) for t in trains), FACTOR)
-    assert {k: v for k, v in found.items() if v > ALIKE} == {}
+    by_name = figures_apart(*(derived(t) for t in trains), FACTOR)
+    assert {k: v for k, v in by_name.items() if v > ALIKE} == {}
     every_analysis([put_together(train) for train in trains])
 
 
@@ -202,9 +202,9 @@ def assert_sweeps_scale(plan):
     large = replace(
         plan, base=similar(plan.base, up), cases=tuple(similar(c, up) for c in plan.cases)
     )
-    found = [run_sweep(p, workers=1) for p in (large, plan)]
-    assert [failures(data) for data in found] == [[], []]
-    assert apart(found) == {}
+    sweeps = [run_sweep(p, workers=1) for p in (large, plan)]
+    assert [failures(data) for data in sweeps] == [[], []]
+    assert apart(sweeps) == {}
 
 
 def test_tolerance_studies_scale(stages, tmp_path):

@@ -115,8 +115,8 @@ def test_orders_are_found_beside_what_passes_slowly():
     phase = np.add.outer([0.0, 31.0, 62.0], np.arange(12) / 12).ravel()
     wave = 3e-6 * np.sin(2 * np.pi * phase + 0.7) + 0.5e-6 * np.cos(6 * np.pi * phase)
     drift = np.repeat([1e-5, -2e-5, 4e-6], 12) + np.repeat([5e-6, 0.0, -3e-6], 12) * (phase % 1.0)
-    found = order_amplitudes(phase, wave + drift, 4)
-    assert found == pytest.approx([3e-6, 0.0, 0.5e-6, 0.0], abs=1e-15)
+    amplitudes = order_amplitudes(phase, wave + drift, 4)
+    assert amplitudes == pytest.approx([3e-6, 0.0, 0.5e-6, 0.0], abs=1e-15)
 
 
 def test_the_unloaded_error_is_where_equilibria_go_as_the_torque_goes(crowned):
@@ -137,23 +137,23 @@ def test_an_error_at_gear_mesh_frequency_is_order_one_of_the_unloaded_error():
     case = BASE.with_(**{"stage.errors.sun_tooth": 8e-6, "stage.errors.planet_tooth": 4e-6})
     phase = np.arange(8) / 8
     data = with_orders(static(rigid_stage(case), 2 * np.pi / 93 * phase), phase, 2)
-    found = data["unloaded_transmission_error_order"].sel(flank="stage sun 2 drive")
-    assert found.to_numpy() == pytest.approx([6e-6, 0.0], abs=1e-12)
+    amplitudes = data["unloaded_transmission_error_order"].sel(flank="stage sun 2 drive")
+    assert amplitudes.to_numpy() == pytest.approx([6e-6, 0.0], abs=1e-12)
 
 
 def test_a_ground_helix_lets_bodies_closer_before_it_touches(cycles):
     """Half of it is left at one end, where lines over the whole face have the middle of their last
     slice (1 − 1/K)/2 of the face from mid-face, and shorter ones further out."""
     left = 0.5 * 15e-6 * np.cos(stage_geometry(BASE.view()).base_helix_angle)
-    found = cycles["unloaded_transmission_error"].sel(flank="stage sun 1 drive")
-    assert -left < float(found.min()) < -(1 - 1 / 5) * left
-    assert (found < 0).all()
+    error = cycles["unloaded_transmission_error"].sel(flank="stage sun 1 drive")
+    assert -left < float(error.min()) < -(1 - 1 / 5) * left
+    assert (error < 0).all()
 
 
 def test_stiffness_is_the_slope_of_the_force(crowned):
     """Of slices beside each other: all rows closed by a little more, in a central difference."""
     turned = revolution(crowned.modal, CYCLE, crowned.system.rated_torque)
-    found, step = gear_mesh_stiffness(turned, line_loads(turned)), 1e-12
+    stiffness, step = gear_mesh_stiffness(turned, line_loads(turned)), 1e-12
 
     def force(closer):
         approach = turned.pair_approach + np.array([closer, closer, 0.0, 0.0])
@@ -161,7 +161,7 @@ def test_stiffness_is_the_slope_of_the_force(crowned):
         return np.nansum(lines.force, axis=(2, 3))
 
     slope = (force(step) - force(-step)) / (2 * step)
-    np.testing.assert_allclose(found[:, :10], slope[:, :10], rtol=1e-3)
+    np.testing.assert_allclose(stiffness[:, :10], slope[:, :10], rtol=1e-3)
 
 
 def test_figures_and_pictures(cycles):

@@ -62,10 +62,10 @@ def test_chosen_modes_of_a_train_that_bends_carry_the_loads_of_all(tmp_path):
     def loads(modal):
         return stepped(modal, drop, 0.03, 1e-4).pair_load
 
-    full, kept = loads(every), loads(chosen)
+    full, few = loads(every), loads(chosen)
     assert full.max(axis=0).max() > 0
-    assert np.abs(kept.max(axis=0) - full.max(axis=0)).max() < ACCURACY * full.max()
-    assert np.abs(kept - full).max() < ACCURACY * full.max()
+    assert np.abs(few.max(axis=0) - full.max(axis=0)).max() < ACCURACY * full.max()
+    assert np.abs(few - full).max() < ACCURACY * full.max()
 
 
 def test_all_modes_of_rigid_bodies_are_kept():
@@ -146,8 +146,8 @@ def test_fit_finds_amplitudes():
     time = np.linspace(0, 3, 700)
     omega = np.array([0.0, 4.0, 11.0])
     values = 5 + 2 * np.cos(4 * time + 0.3) - 0.5 * np.sin(11 * time)
-    found = fitted_amplitudes(time, values[:, None], omega)
-    np.testing.assert_allclose(found[:, 0], [5, 2, 0.5], rtol=1e-10)
+    amplitudes = fitted_amplitudes(time, values[:, None], omega)
+    np.testing.assert_allclose(amplitudes[:, 0], [5, 2, 0.5], rtol=1e-10)
 
 
 def test_usual_duration_is_one_turn_of_the_slowest_stage_after_settling():
@@ -163,8 +163,8 @@ def test_usual_duration_is_one_turn_of_the_slowest_stage_after_settling():
 def test_duration_grows_until_vibration_from_the_start_has_decayed():
     """A proposed star: its first rotational mode decays over several turns of its ring. The window
     is detected in the samples, which the choice of the duration does not see."""
-    wanted = StageRequest(3.2, 4, math.nan, math.nan, math.radians(15), arrangement="star")
-    text, _ = proposed_case([wanted], Rated(500.0, 10 * math.pi))
+    stage_request = StageRequest(3.2, 4, math.nan, math.nan, math.radians(15), arrangement="star")
+    text, _ = proposed_case([stage_request], Rated(500.0, 10 * math.pi))
     case = case_of_toml(tomllib.loads(text), "star.toml", "star")
     model = assemble(with_(case, time_step=3e-5), ["all"])
     usual = usual_duration(model.case, model.flow)
