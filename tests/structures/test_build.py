@@ -168,8 +168,8 @@ def test_a_stage_with_unequal_planets_is_in_equilibrium(case, ring):
     unequal = four_planets(case, (0.0, 87.0, 180.0, 267.0)).with_(stage__errors=GearErrors())
     bodies = named(unequal, ring=ring, carrier=carrier_source(unequal).reduced())
     model = assemble(unequal.case, bodies=bodies)
-    found = stage_part(static(model, np.array([0.3, 0.3 + np.pi])), "stage")
-    forces = of_kind(found, "ring").gear_mesh_force.values
+    stage = stage_part(static(model, np.array([0.3, 0.3 + np.pi])), "stage")
+    forces = of_kind(stage, "ring").gear_mesh_force.values
     expected = power_flow(unequal.case).stages[0].ring_gear_mesh_force
     assert forces.mean(axis=1) == pytest.approx(expected, rel=1e-6)
     assert forces[1] == pytest.approx(forces[0][[2, 3, 0, 1]], rel=1e-8)

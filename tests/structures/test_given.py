@@ -24,10 +24,10 @@ QUICK = {
 
 
 def matrices(body, **changes):
-    made = ReducedMatrices(
+    copy = ReducedMatrices(
         body.name, body.node_names, body.positions, body.stiffness, body.mass, None, None
     )
-    return replace(made, **changes)
+    return replace(copy, **changes)
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def cheap():
     return cheap_stage(stage)
 
 
-def given(folder, bodies):
+def case_of_matrices(folder, bodies):
     """The bundled case with these bodies as files."""
     settings = dict(QUICK)
     for body in bodies:
@@ -60,18 +60,18 @@ def test_statics_are_those_of_the_bodies(tmp_path, cheap):
         rows = np.arange(len(body.stiffness)).reshape(-1, 6)[::-1].ravel()
         at = np.ix_(rows, rows)
         turned.append(replace(body, stiffness=body.stiffness[at], mass=body.mass[at]))
-    case = given(tmp_path, turned)
+    case = case_of_matrices(tmp_path, turned)
     (name, stage), *_ = case.flexible_stages.items()
-    found = static(assemble(case, bodies=stage_bodies(stage)), np.radians([0, 36]))
-    wanted = static(assemble(load_case("wind-5mw", QUICK), bodies=cheap), np.radians([0, 36]))
+    statics = static(assemble(case, bodies=stage_bodies(stage)), np.radians([0, 36]))
+    expected = static(assemble(load_case("wind-5mw", QUICK), bodies=cheap), np.radians([0, 36]))
     for gear in ("ring", "sun"):
-        parts = (stage_part(one, name) for one in (wanted, found))
+        parts = (stage_part(one, name) for one in (expected, statics))
         a, b = (pairs_of(part, gear, "drive")["load"].values for part in parts)
         assert b == pytest.approx(a, rel=1e-7, abs=1e-7 * np.abs(a).max())
 
 
 @pytest.mark.parametrize(
-    ("spoil", "said"),
+    ("spoil", "message"),
     [
         (lambda b: {"node_names": ("odd", *b.node_names[1:])}, "lacks tooth_001"),
         (lambda b: {"positions": 1e-3 * b.positions}, "is at"),
@@ -80,17 +80,17 @@ def test_statics_are_those_of_the_bodies(tmp_path, cheap):
         (lambda b: {"stiffness": b.stiffness + np.eye(len(b.mass)) * 1e9}, "rigid motion"),
     ],
 )
-def test_what_does_not_fit_the_case_is_refused(tmp_path, cheap, spoil, said):
+def test_what_does_not_fit_the_case_is_refused(tmp_path, cheap, spoil, message):
     ring = matrices(cheap["stage.ring"])
-    case = given(tmp_path, [replace(ring, **spoil(ring))])
+    case = case_of_matrices(tmp_path, [replace(ring, **spoil(ring))])
     (stage,) = case.flexible_stages.values()
-    with pytest.raises(InputError, match=said) as caught:
+    with pytest.raises(InputError, match=message) as caught:
         stage_bodies(stage)
     assert "stage.ring.fe.fe_mesh_file" in str(caught.value) and "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
-    ("settings", "said"),
+    ("settings", "message"),
     [
         ({"stage.ring.fe.fe_mesh": "reduced"}, "fe_mesh_file"),
         ({"stage.ring.fe.fe_mesh": "reduced", "stage.ring.fe.fe_mesh_file": "a.op4"},
@@ -104,6 +104,6 @@ def test_what_does_not_fit_the_case_is_refused(tmp_path, cheap, spoil, said):
         ),
     ],
 )  # fmt: skip
-def test_keys_that_belong_together(settings, said):
-    with pytest.raises(InputError, match=said):
+def test_keys_that_belong_together(settings, message):
+    with pytest.raises(InputError, match=message):
         load_case("wind-5mw", settings)

@@ -68,9 +68,12 @@ def test_rigid_motion_makes_no_force_and_moves_twice_the_mass(half, whole):
     rigid = whole.rigid_modes()
     size = np.abs(whole.stiffness).max()
     assert np.abs(whole.stiffness @ rigid).max() < 1e-12 * size
-    moved, own = rigid.T @ whole.mass @ rigid, half.rigid_modes().T @ half.mass @ half.rigid_modes()
-    assert moved[0, 0] == pytest.approx(2 * own[0, 0]) and moved[5, 5] == pytest.approx(
-        2 * own[5, 5]
+    moved, half_mass = (
+        rigid.T @ whole.mass @ rigid,
+        half.rigid_modes().T @ half.mass @ half.rigid_modes(),
+    )
+    assert moved[0, 0] == pytest.approx(2 * half_mass[0, 0]) and moved[5, 5] == pytest.approx(
+        2 * half_mass[5, 5]
     )
     assert moved[2, 3] == pytest.approx(0.0, abs=1e-9 * moved[3, 3])  # symmetric about z = 0
     q = rigid @ np.array([1e-3, 2e-3, -1e-3, 1e-4, 3e-4, -2e-4])
@@ -85,10 +88,10 @@ def test_the_right_half_answers_as_the_image_of_the_left(half, whole):
     right = np.concatenate([mirrored(left[:nodes]), left[nodes:]])
     q = coordinates(half, whole, left, right)
     for one, both in ((half.mass, whole.mass), (half.stiffness, whole.stiffness)):
-        found, force = both @ q, one @ left
+        response, force = both @ q, one @ left
         image = np.concatenate([mirrored(force[:nodes]), force[nodes:]])
         expected = coordinates(half, whole, force, image)
-        np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
+        np.testing.assert_allclose(response, expected, atol=1e-12 * np.abs(expected).max())
     field, count = whole.recover(q), len(half.points)
     assert np.abs(field[:count]).max() > 0.1
     np.testing.assert_allclose(field[count:], field[:count] * PLACE, atol=1e-5)

@@ -34,13 +34,13 @@ def test_a_fit_is_tied_to_its_own_band_whichever_is_listed_first(
 ) -> None:
     """Under u = z e_x a node moves by the mean height of what it is tied to."""
     listed = case.with_(**{"stage.ring.fe.fits": case.ring.fits[::order]})
-    found, model = interface(listed, ring_source(listed).fe_mesh())
+    ties, model = interface(listed, ring_source(listed).fe_mesh())
     field = np.zeros((len(model.nodes), 3))
     field[:, 0] = model.nodes[:, 2]
-    motion = (found.rows @ field.ravel()).reshape(-1, 6)
+    motion = (ties.rows @ field.ravel()).reshape(-1, 6)
     for k, fit in enumerate(listed.ring.fits, 1):
-        node = found.node_names.index(f"fit_{k}")
-        assert found.positions[node, 2] == fit.z
+        node = ties.node_names.index(f"fit_{k}")
+        assert ties.positions[node, 2] == fit.z
         assert motion[node, 0] == pytest.approx(fit.z)
 
 
@@ -54,8 +54,8 @@ def test_bolts_act_in_the_end_face_that_is_named(case: StageView) -> None:
         face = fe_mesh.every_facet[flat[fe_mesh.every_facet].all(axis=1)]
         _, first = np.unique(np.sort(face, axis=1), axis=0, return_index=True)
         named = replace(fe_mesh, facets={**fe_mesh.facets, "end_minus": face[first]})
-        found, _ = interface(case, named)
-        assert found.positions[found.node_names.index("bolt_01"), 2] == pytest.approx(level)
+        ties, _ = interface(case, named)
+        assert ties.positions[ties.node_names.index("bolt_01"), 2] == pytest.approx(level)
 
 
 def test_a_pin_yields_to_two_rows_as_the_unreduced_carrier_does():

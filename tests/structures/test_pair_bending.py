@@ -55,8 +55,8 @@ def bending(changes, kind):
 @pytest.mark.parametrize("slot", ["sun", "ring"])
 def test_symmetric_definite_and_reflected(slot):
     """Coast flanks and the other hand of helix are reflections in the middle of the face."""
-    _, _, path, found = bending(SMALL, slot)
-    c, scale, limit = found.flexibility, found.scale, found.limit
+    _, _, path, pair = bending(SMALL, slot)
+    c, scale, limit = pair.flexibility, pair.scale, pair.limit
     long = path.slices.width[:, 0] > 0.5 * path.slices.width.max()
     assert np.array_equal(c, c.swapaxes(1, 2))
     smallest, largest = np.linalg.eigvalsh(c)[:, [0, -1]].T
@@ -66,7 +66,7 @@ def test_symmetric_definite_and_reflected(slot):
     for changes, kind in ((SMALL, f"{slot}_coast"), (TURNED, slot)):
         _, _, _, other = bending(changes, kind)
         # slices are put about their centre of stiffness, which is a sum over a table
-        for one, two in ((other.flexibility, c), (other.beside, found.beside)):
+        for one, two in ((other.flexibility, c), (other.beside, pair.beside)):
             assert one == pytest.approx(two[..., ::-1, ::-1], abs=1e-4 * c.max())
         assert other.scale == pytest.approx(scale[:, ::-1], rel=1e-9)
     middle = c[len(c) // 2]
@@ -77,10 +77,10 @@ def test_symmetric_definite_and_reflected(slot):
 def test_right_halves_have_the_other_hand(slot):
     """Paths of the other hand on a case's right half are those of a case of that hand."""
     case, force, *_ = bending(SMALL, slot)
-    _, _, path, known = bending(TURNED, slot)
-    found = pair_bending(case, replace(path, side="right"), path.slices, force)
-    for one, two in ((found.flexibility, known.flexibility), (found.beside, known.beside)):
-        assert one == pytest.approx(two, abs=1e-4 * known.flexibility.max())
+    _, _, path, expected = bending(TURNED, slot)
+    pair = pair_bending(case, replace(path, side="right"), path.slices, force)
+    for one, two in ((pair.flexibility, expected.flexibility), (pair.beside, expected.beside)):
+        assert one == pytest.approx(two, abs=1e-4 * expected.flexibility.max())
 
 
 @pytest.mark.slow
@@ -97,10 +97,10 @@ def test_even_load_at_the_pitch_point_against_weber_and_banaschek():
     even = force / g.sun_gear_mesh.transverse_contact_ratio / 5
     at = int(np.argmin(np.abs(path.slices.s - s_pitch)))
     approach = c[at].sum(axis=1) * even + scale[at] * even * np.log(limit[at] / even)
-    found = approach.mean() * width / (5 * even)
-    assert found == pytest.approx(np.interp(xi, theory.xi, theory.total), rel=0.08)
+    deflection = approach.mean() * width / (5 * even)
+    assert deflection == pytest.approx(np.interp(xi, theory.xi, theory.total), rel=0.08)
     # what the contact element takes as its nominal stiffness is the tangent there
     nominal = NominalLoad(5 * even / width, path.base_pitch)
     lines = with_flexibility(path.slices, c, bends.beside, (scale, limit), nominal)
-    assert lines.stiffness[at].sum() == pytest.approx(1.05 * width / found, rel=0.06)
+    assert lines.stiffness[at].sum() == pytest.approx(1.05 * width / deflection, rel=0.06)
     assert lines.centre[at] == pytest.approx(0.0, abs=1e-6 * width)

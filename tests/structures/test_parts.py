@@ -18,9 +18,9 @@ HOLES = {
 }
 
 
-def apart(found, expected):
+def apart(matrix, expected):
     scale = np.sqrt(np.diag(expected))
-    return np.abs((found - expected) / scale / scale[:, None]).max()
+    return np.abs((matrix - expected) / scale / scale[:, None]).max()
 
 
 @pytest.mark.parametrize("part", PARTS)

@@ -152,9 +152,9 @@ def test_rim_under_opposite_forces_widens_across_them_as_the_thick_ring() -> Non
     theory = 0.0
     for n in range(0, 40, 2):  # opposite forces have even waves alone: 2 cos nθ/(π or 2π) each
         stiffness, _, edge = annulus(SMOOTH.bore_radius, SMOOTH.tooth.root_radius, n)
-        kept = slice(0, len(edge)) if n == 0 else slice(None)
-        force = np.append(edge, 0 * edge)[kept] * -2.0 / SMOOTH.face_width
-        amplitude = np.linalg.lstsq(stiffness[kept, kept], force, rcond=1e-13)[0]
+        part = slice(0, len(edge)) if n == 0 else slice(None)
+        force = np.append(edge, 0 * edge)[part] * -2.0 / SMOOTH.face_width
+        amplitude = np.linalg.lstsq(stiffness[part, part], force, rcond=1e-13)[0]
         theory += 2.0 * (edge @ amplitude[: len(edge)]) * np.cos(n * np.pi / 2)
     assert widened == pytest.approx(theory, rel=1e-2)
 

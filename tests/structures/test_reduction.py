@@ -42,17 +42,17 @@ PATHS = {  # options of the ring, numbers of sectors, path
 def ring(request):
     options, sectors, path = PATHS[request.param]
     model, interface = plain_ring(**options)
-    made = reduce(model, interface, MODES, sectors=sectors)
-    assert made.body.report["path"] == path
+    reduction = reduce(model, interface, MODES, sectors=sectors)
+    assert reduction.body.report["path"] == path
     if sectors:  # both kinds of borders are tried
-        assert made.condensation.has_short_borders == (request.param == "sectors")
-    return model, interface, made
+        assert reduction.condensation.has_short_borders == (request.param == "sectors")
+    return model, interface, reduction
 
 
 def on_dofs(ring, field):
     """A field of the condensation on the mesh's dofs."""
-    model, _, made = ring
-    return made.condensation.dofs_of(field, model.dofs)
+    model, _, reduction = ring
+    return reduction.condensation.dofs_of(field, model.dofs)
 
 
 @pytest.fixture(scope="module")
@@ -69,44 +69,44 @@ def supported(ring, supports):
 
 
 def test_identity_on_the_interface_and_orthonormal_fixed_modes(ring):
-    model, interface, made = ring
-    b, phi = interface.rows, on_dofs(ring, made.fixed_modes)
-    psi = on_dofs(ring, made.condensation.constraint_motion(np.eye(interface.size)))
+    model, interface, reduction = ring
+    b, phi = interface.rows, on_dofs(ring, reduction.fixed_modes)
+    psi = on_dofs(ring, reduction.condensation.constraint_motion(np.eye(interface.size)))
     assert np.abs(b @ psi - np.eye(interface.size)).max() < 1e-10
     assert np.abs(b @ phi).max() < 1e-10 * np.abs(phi).max()
-    assert np.abs(phi.T @ (model.mass @ phi) - np.eye(made.body.n_modes)).max() < 1e-10
-    basis, scale = np.hstack([psi, phi]), np.sqrt(np.diag(made.body.mass))
-    error = made.body.mass - basis.T @ (model.mass @ basis)
+    assert np.abs(phi.T @ (model.mass @ phi) - np.eye(reduction.body.n_modes)).max() < 1e-10
+    basis, scale = np.hstack([psi, phi]), np.sqrt(np.diag(reduction.body.mass))
+    error = reduction.body.mass - basis.T @ (model.mass @ basis)
     assert np.abs(error / scale / scale[:, None]).max() < 1e-8
 
 
 def test_stiffness_is_the_schur_complement_of_the_ties(ring):
-    model, interface, made = ring
+    model, interface, reduction = ring
     b = interface.rows.toarray()
     bordered = np.block([[model.stiffness.toarray(), b.T], [b, np.zeros((len(b), len(b)))]])
     right = np.vstack([np.zeros((model.dofs, len(b))), np.eye(len(b))])
     solution = np.linalg.solve(bordered, right)
     expected = -solution[model.dofs :]
     scale = np.sqrt(np.diag(expected))
-    error = (made.condensation.stiffness - expected) / scale / scale[:, None]
+    error = (reduction.condensation.stiffness - expected) / scale / scale[:, None]
     assert np.abs(error).max() < 1e-7
-    psi = on_dofs(ring, made.condensation.constraint_motion(np.eye(interface.size)))
+    psi = on_dofs(ring, reduction.condensation.constraint_motion(np.eye(interface.size)))
     assert np.abs(psi - solution[: model.dofs]).max() < 1e-7
 
 
 def test_fixed_modes_are_all_the_lowest_of_the_constrained_problem(ring):
-    model, interface, made = ring
+    model, interface, reduction = ring
     free = sla.null_space(interface.rows.toarray())
     values = sla.eigh(
         free.T @ (model.stiffness @ free), free.T @ (model.mass @ free), eigvals_only=True
     )
-    lowest = values[: made.body.n_modes]
-    assert np.allclose(fixed_frequencies(made), np.sqrt(lowest) / 2 / np.pi, rtol=1e-8)
+    lowest = values[: reduction.body.n_modes]
+    assert np.allclose(fixed_frequencies(reduction), np.sqrt(lowest) / 2 / np.pi, rtol=1e-8)
 
 
 def test_six_rigid_modes_and_the_mass_of_the_body_are_kept(ring):
-    model, _, made = ring
-    body = made.body
+    model, _, reduction = ring
+    body = reduction.body
     rigid = body.rigid_modes()
     scale = np.sqrt(np.diag(body.stiffness))
     force = (body.stiffness @ rigid) / scale[:, None]
@@ -119,18 +119,18 @@ def test_six_rigid_modes_and_the_mass_of_the_body_are_kept(ring):
 
 @pytest.mark.parametrize("held", [False, True], ids=["free", "supported"])
 def test_frequencies_never_below_the_full_ones_and_never_rising_with_modes(ring, supports, held):
-    model, interface, made = ring
+    model, interface, reduction = ring
     k = model.stiffness.toarray()
     if held:
         k = k + interface.rows.T @ supports @ interface.rows
     full = sla.eigh(k, model.mass.toarray(), eigvals_only=True)[6:30]
-    stiffness = made.body.stiffness.copy()
+    stiffness = reduction.body.stiffness.copy()
     if held:
         stiffness[: interface.size, : interface.size] += supports
     before = np.full(24, np.inf)
     for modes in range(0, MODES + 1, 6):
         d = interface.size + modes
-        now = sla.eigh(stiffness[:d, :d], made.body.mass[:d, :d], eigvals_only=True)[6:30]
+        now = sla.eigh(stiffness[:d, :d], reduction.body.mass[:d, :d], eigvals_only=True)[6:30]
         assert np.all(now >= full * (1 - 1e-8))
         assert np.all(now <= before * (1 + 1e-10))
         before = now
@@ -139,39 +139,39 @@ def test_frequencies_never_below_the_full_ones_and_never_rising_with_modes(ring,
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_any_interface_load_moves_the_reduced_body_as_the_full_one(ring, supports, supported, seed):
-    model, interface, made = ring
+    model, interface, reduction = ring
     load = np.random.default_rng(seed).standard_normal(interface.size)
     u = spsolve(supported[0], interface.rows.T @ load)
-    stiffness = made.body.stiffness.copy()
+    stiffness = reduction.body.stiffness.copy()
     stiffness[: interface.size, : interface.size] += supports
-    q = np.linalg.solve(stiffness, np.concatenate([load, np.zeros(made.body.n_modes)]))
+    q = np.linalg.solve(stiffness, np.concatenate([load, np.zeros(reduction.body.n_modes)]))
     assert np.allclose(q[: interface.size], interface.rows @ u, rtol=1e-6, atol=1e-9 * abs(q).max())
-    field = made.body.recover(q)
+    field = reduction.body.recover(q)
     assert (
         np.abs(field - u.reshape(-1, 3)[: len(model.fe_mesh.points)]).max() < 1e-5 * np.abs(u).max()
     )
 
 
 def test_recovery_of_a_large_rigid_rotation_is_exact(ring):
-    model, _, made = ring
-    turn = made.body.rigid_modes() @ np.array([0.1, 0, 0, 0, 0, 1e3])
-    field = made.body.recover(turn)
+    model, _, reduction = ring
+    turn = reduction.body.rigid_modes() @ np.array([0.1, 0, 0, 0, 0, 1e3])
+    field = reduction.body.recover(turn)
     points = model.fe_mesh.points
     expected = np.column_stack([0.1 - 1e3 * points[:, 1], 1e3 * points[:, 0], 0 * points[:, 2]])
     assert np.abs(field - expected).max() < 1e-9
-    assert made.body.recover(np.column_stack([turn, turn])).shape == (len(points), 3, 2)
+    assert reduction.body.recover(np.column_stack([turn, turn])).shape == (len(points), 3, 2)
 
 
 def test_supported_solve_of_the_estimates_equals_a_direct_one(ring, supports, supported):
-    model, _, made = ring
+    model, _, reduction = ring
     f = np.random.default_rng(1).standard_normal((model.dofs, 3))
     exact = spsolve(supported[0], f)
-    solved = made.condensation.supported_solve(made.condensation.field_of(f), supports)
+    solved = reduction.condensation.supported_solve(reduction.condensation.field_of(f), supports)
     assert np.allclose(on_dofs(ring, solved), exact, atol=1e-8 * np.abs(exact).max())
 
 
 def test_static_comparison_equals_the_unreduced_solution(ring, supports, supported):
-    model, interface, made = ring
+    model, interface, reduction = ring
     patch = facet_sample(model, model.fe_mesh.facets["patch_003"])
     near_end = patch.points[:, 2] > 0.05
     forces = np.zeros((len(patch.points), 3))
@@ -182,34 +182,36 @@ def test_static_comparison_equals_the_unreduced_solution(ring, supports, support
     full = (interface.rows @ u)[6 * node : 6 * node + 3]
     wrench = np.zeros(interface.size)
     wrench[6 * node : 6 * node + 6] = load.wrench(interface.positions[node])
-    q = np.linalg.solve(made.condensation.stiffness + supports, wrench)
+    q = np.linalg.solve(reduction.condensation.stiffness + supports, wrench)
     expected = np.linalg.norm(full - q[6 * node : 6 * node + 3]) / np.linalg.norm(full)
-    found = static_errors(with_probe_loads(made, [load]), supports)
-    assert found == {"end": pytest.approx(expected, rel=1e-6)}
+    errors = static_errors(with_probe_loads(reduction, [load]), supports)
+    assert errors == {"end": pytest.approx(expected, rel=1e-6)}
     assert (
-        static_errors(with_probe_loads(made, [load]), 0 * supports) == {}
+        static_errors(with_probe_loads(reduction, [load]), 0 * supports) == {}
     )  # a free body has no answer
     assert expected > 1e-4
 
 
 def test_frequency_comparison_knows_the_full_frequencies(ring, supports, supported):
-    _, _, made = ring
-    found = compare_frequencies(made, supports, 1500.0)
+    _, _, reduction = ring
+    comparison = compare_frequencies(reduction, supports, 1500.0)
     values = eigsh(supported[0], 40, supported[1], sigma=0, return_eigenvectors=False)
     exact = np.sort(np.sqrt(values)) / 2 / np.pi
     exact = exact[exact < 1500.0]
-    assert len(found.full) == len(exact) > 8
-    assert np.allclose(found.full, exact, rtol=1e-4)
-    assert found.errors.max() == pytest.approx(np.max(found.reduced / exact - 1), abs=1e-4)
+    assert len(comparison.full) == len(exact) > 8
+    assert np.allclose(comparison.full, exact, rtol=1e-4)
+    assert comparison.errors.max() == pytest.approx(
+        np.max(comparison.reduced / exact - 1), abs=1e-4
+    )
 
 
 def test_rigid_ties_keep_rigid_motion_and_stiffen_the_body():
     averaged = reduce(*plain_ring(TEETH), 6)
     model, interface = plain_ring(TEETH, teeth_tie=rigid_tie)
-    made = reduce(model, interface, 6)
-    psi = made.condensation.constraint_motion(np.eye(interface.size))
+    reduction = reduce(model, interface, 6)
+    psi = reduction.condensation.constraint_motion(np.eye(interface.size))
     assert np.abs(interface.rows @ psi - np.eye(interface.size)).max() < 1e-9
-    values = sla.eigh(made.body.stiffness, made.body.mass, eigvals_only=True)
+    values = sla.eigh(reduction.body.stiffness, reduction.body.mass, eigvals_only=True)
     soft = sla.eigh(averaged.body.stiffness, averaged.body.mass, eigvals_only=True)
     assert np.abs(values[:6]).max() < 1e-7 * values[6]
     assert np.all(values[6:12] > soft[6:12])

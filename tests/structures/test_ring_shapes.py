@@ -136,8 +136,8 @@ def solved(ring, line):
     """Motion (3n,) of the whole ring on its supports under the load of a line."""
     load = line.rows.T @ line.load[:, None]
     form = ring.condensed.field_of(load)
-    found = ring.condensed.supported_solve(form, ring.supports)
-    return ring.condensed.dofs_of(found, ring.model.dofs)[:, 0]
+    field = ring.condensed.supported_solve(form, ring.supports)
+    return ring.condensed.dofs_of(field, ring.model.dofs)[:, 0]
 
 
 def test_a_tooth_bends_along_its_face_as_in_the_whole_gear(gear):
@@ -154,28 +154,28 @@ def test_a_tooth_bends_along_its_face_as_in_the_whole_gear(gear):
     rim_alone = line.motion @ gear.rim.tooth @ line.motion.T
     truth = line.rows @ solved(gear, line)
     size = np.abs(line.bent(truth - node @ line.load)).max()
-    without, found = (
+    without, with_shapes = (
         np.abs(line.bent(truth - (piece + node + more) @ line.load)).max() / size
         for more in (0.0 * rim_alone, rim_alone)
     )
-    print(f"\nown: {100 * without:.1f} % without, {100 * found:.1f} % with shapes")
+    print(f"\nown: {100 * without:.1f} % without, {100 * with_shapes:.1f} % with shapes")
     assert without > 0.15
-    assert found < 0.08
+    assert with_shapes < 0.08
 
 
-@pytest.mark.parametrize(("apart", "share"), [(1, 0.5), (2, 0.65)])
-def test_the_next_teeth_bend_with_it(gear, apart, share):
+@pytest.mark.parametrize(("steps", "share"), [(1, 0.5), (2, 0.65)])
+def test_the_next_teeth_bend_with_it(gear, steps, share):
     """What their nodes alone leave of that, the rim's shapes nearly halve and more."""
-    line, beyond = Line(gear, TOOTH), Line(gear, TOOTH + apart)
-    node = line.motion[:, :6] @ gear.nodes(TOOTH, TOOTH + apart) @ beyond.motion[:, :6].T
-    rim_alone = line.motion @ gear.rim.beside[apart - 1] @ beyond.motion.T
+    line, beyond = Line(gear, TOOTH), Line(gear, TOOTH + steps)
+    node = line.motion[:, :6] @ gear.nodes(TOOTH, TOOTH + steps) @ beyond.motion[:, :6].T
+    rim_alone = line.motion @ gear.rim.beside[steps - 1] @ beyond.motion.T
     truth = line.rows @ solved(gear, beyond)
-    without, found = (
+    without, with_shapes = (
         np.abs(line.bent(truth - (node + more) @ beyond.load)).max()
         for more in (0.0 * rim_alone, rim_alone)
     )
-    print(f"\n{apart} apart: {without:.2e} without, {found:.2e} m with shapes")
-    assert found < share * without
+    print(f"\n{steps} apart: {without:.2e} without, {with_shapes:.2e} m with shapes")
+    assert with_shapes < share * without
 
 
 def test_shapes_hold_neither_rigid_motion_nor_each_other(ring):
@@ -187,11 +187,11 @@ def test_shapes_hold_neither_rigid_motion_nor_each_other(ring):
     node = averaging_tie("tooth", line.place, sample).rows
     rigid = rigid_motion(sample.points - line.place)
     shapes = line.shapes(sample.points) - rigid @ less
-    for made, own, other in ((rows, shapes, rigid), (node, rigid, shapes)):
-        one, none = (made @ a.reshape(3 * len(a), -1) for a in (own, other))
-        length = np.sqrt(np.diag(own.reshape(-1, len(one)).T @ own.reshape(-1, len(one))))
+    for tie, motion, other in ((rows, shapes, rigid), (node, rigid, shapes)):
+        one, none = (tie @ a.reshape(3 * len(a), -1) for a in (motion, other))
+        length = np.sqrt(np.diag(motion.reshape(-1, len(one)).T @ motion.reshape(-1, len(one))))
         np.testing.assert_allclose(one * length[:, None] / length, np.eye(len(one)), atol=1e-9)
-        size = np.asarray(np.abs(made).sum(axis=1)).reshape(-1, 1) * np.abs(other).max(axis=(0, 1))
+        size = np.asarray(np.abs(tie).sum(axis=1)).reshape(-1, 1) * np.abs(other).max(axis=(0, 1))
         assert np.abs(none / size).max() < 1e-9
 
 
@@ -210,17 +210,21 @@ def test_coast_flanks_are_drive_flanks_half_a_turn_about_the_radius(gear):
 
 def test_flexibility_is_symmetric_and_no_pair_gets_indefinite(ring, bending):
     """The rim by itself yields to shapes, G ΔT Gᵀ with a tooth's own influence to any load."""
-    own = ring.rim.tooth
-    assert own == pytest.approx(own.T, rel=1e-6, abs=1e-9 * np.abs(own).max())
-    shapes = own[6:, 6:] / np.sqrt(np.outer(np.diag(own)[6:], np.diag(own)[6:]))
+    flexibility = ring.rim.tooth
+    assert flexibility == pytest.approx(
+        flexibility.T, rel=1e-6, abs=1e-9 * np.abs(flexibility).max()
+    )
+    shapes = flexibility[6:, 6:] / np.sqrt(
+        np.outer(np.diag(flexibility)[6:], np.diag(flexibility)[6:])
+    )
     assert np.linalg.eigvalsh(shapes)[0] > -1e-6
-    path, found = bending
+    path, pair = bending
     more, beside = rim.rim_bending(ring.rim, path, path.slices, 1)
     assert np.array_equal(more, more.swapaxes(1, 2))
-    whole = found.with_rim(more, beside)
+    whole = pair.with_rim(more, beside)
     long = path.slices.width[:, 0] > 0.2 * path.slices.width.max()
     assert np.linalg.eigvalsh(whole.flexibility[long])[:, 0].min() > 0.0
-    assert np.abs(more).max() < 0.2 * np.abs(found.flexibility).max()
+    assert np.abs(more).max() < 0.2 * np.abs(pair.flexibility).max()
 
 
 def test_right_halves_are_the_mirror_image(ring, bending):

@@ -59,9 +59,9 @@ def test_gradients_of_quadratic_fields_are_exact_at_vertices(make):
     model = FeModel(make(box()), *STEEL, density=1.0)
     x, y, z = model.nodes.T
     vertices = np.array([0, 7, len(model.fe_mesh.points) // 2])
-    found = (element_gradient(model, vertices) @ (x * y - 2 * z**2 + 3 * x)).reshape(-1, 3)
+    gradient = (element_gradient(model, vertices) @ (x * y - 2 * z**2 + 3 * x)).reshape(-1, 3)
     exact = np.column_stack([y + 3, x, -4 * z])[vertices]
-    np.testing.assert_allclose(found, exact, atol=1e-10)
+    np.testing.assert_allclose(gradient, exact, atol=1e-10)
 
 
 @pytest.mark.parametrize("slot", ["planet", "ring"])
@@ -125,16 +125,16 @@ def stress(root, motion):
 
 
 def test_rigid_motion_makes_no_stress(root):
-    found = stress(root, rigid_motion(root.cut_points))
-    assert np.abs(found[..., :3]).max() < 1e-6 * YOUNG  # of motion by a metre, and by a radian
-    assert np.abs(found[..., 3:]).max() < 1e-6 * YOUNG
-    assert found.shape[-1] == 6
+    stresses = stress(root, rigid_motion(root.cut_points))
+    assert np.abs(stresses[..., :3]).max() < 1e-6 * YOUNG  # of motion by a metre, and by a radian
+    assert np.abs(stresses[..., 3:]).max() < 1e-6 * YOUNG
+    assert stresses.shape[-1] == 6
 
 
 def test_notch_factor_of_hoop_strain_does_not_depend_on_the_depth_of_the_cut():
     """Lamé's ring in plane strain, free at the root circle r0: u_r = A r + B/r, B = A r0²/(1 − 2ν),
     σ_θ = E/(1 − ν²) ε_θ there; teeth make a notch of it."""
-    found = []
+    factors = []
     for depth in (DEPTH, DEPTH + 1.5):
         parameters = segment("ring", depth=depth)
         root = plane(parameters)
@@ -144,10 +144,10 @@ def test_notch_factor_of_hoop_strain_does_not_depend_on_the_depth_of_the_cut():
         share = scale * (1.0 + inner**2 / (1.0 - 2.0 * POISSON) / (x**2 + y**2))
         both = stress(root, np.column_stack([share * x, share * y, 0.0 * x]))
         np.testing.assert_allclose(both[1], both[0], rtol=1e-6)  # a spur tooth has two alike
-        found.append(both[0] / (YOUNG / (1.0 - POISSON**2) * EPS))
-    print(f"\nnotch factors {found[0].max(), found[1].max()}")
-    assert np.abs(found[1] - found[0]).max() < 0.03 * found[0].max()
-    assert 1.0 < found[0].max() < 3.0
+        factors.append(both[0] / (YOUNG / (1.0 - POISSON**2) * EPS))
+    print(f"\nnotch factors {factors[0].max(), factors[1].max()}")
+    assert np.abs(factors[1] - factors[0]).max() < 0.03 * factors[0].max()
+    assert 1.0 < factors[0].max() < 3.0
 
 
 @pytest.mark.parametrize("make", [lambda x: x, tetrahedra])
@@ -173,9 +173,9 @@ def test_every_tooth_of_a_ring_feels_its_body(root, make):
     along = stress(root, np.column_stack([0 * a, 0 * a, c]))
     across = stress(root, np.column_stack([a, 0 * a, 0 * a]))
     size = np.abs(even).max()
-    for found in rows:
-        np.testing.assert_allclose(found[..., 6], even, atol=1e-5 * size)
-        np.testing.assert_allclose(found[..., 7], along, atol=1e-5 * size)
+    for row in rows:
+        np.testing.assert_allclose(row[..., 6], even, atol=1e-5 * size)
+        np.testing.assert_allclose(row[..., 7], along, atol=1e-5 * size)
     np.testing.assert_allclose(rows[0, ..., 8], across, atol=1e-5 * size)
     np.testing.assert_allclose(rows[4, ..., 8], across, atol=1e-5 * size)  # half a turn: the same
     np.testing.assert_allclose(rows[2, ..., 8], even - across, atol=1e-5 * size)  # a quarter: y

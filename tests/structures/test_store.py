@@ -64,9 +64,9 @@ def made_again(tmp_path):
     assert np.array_equal(again.mass, body(1).mass)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        kept = store.cached("k1", body, tmp_path)
-    assert np.array_equal(kept.mass, body(1).mass)
-    assert kept.report == body(1).report
+        entry = store.cached("k1", body, tmp_path)
+    assert np.array_equal(entry.mass, body(1).mass)
+    assert entry.report == body(1).report
 
 
 @pytest.mark.parametrize("file", ["mass.npy", "recovery.npy", "header.json"])
@@ -158,11 +158,11 @@ def test_a_limit_on_the_size_of_files_costs_no_body(tmp_path):
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
     try:
         with pytest.warns(FlexgearWarning, match=r"cannot keep the reduced ring in .*: \w.*;"):
-            found = store.cached("k1", body, tmp_path)
+            entry = store.cached("k1", body, tmp_path)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
         signal.signal(signal.SIGXFSZ, deaf)
-    assert np.array_equal(found.mass, body().mass)
+    assert np.array_equal(entry.mass, body().mass)
     assert not list((tmp_path / "reduced").iterdir())
 
 

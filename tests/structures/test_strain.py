@@ -41,8 +41,8 @@ def skewed(x):
 
 
 def gradient_of(points, cells, u):
-    found = vertex_gradient(points, cells) @ u  # rows (vertex, direction), columns of u
-    return found.reshape(len(points), 3, u.shape[1]).swapaxes(1, 2)
+    gradient = vertex_gradient(points, cells) @ u  # rows (vertex, direction), columns of u
+    return gradient.reshape(len(points), 3, u.shape[1]).swapaxes(1, 2)
 
 
 @pytest.mark.parametrize("make", [grid, tets])
@@ -163,10 +163,10 @@ MESH = annulus((48, 3, 3), inner=0.8, outer=1.0, width=0.3)
 def test_expansion_and_torsion_are_read_as_they_are(mesh, first):
     """Around ε, along the axis ε_z, at 45° their mean and half of γ = r."""
     rays = [Ray(angle, z, first) for angle in (0.0, 0.3, -2.0) for z in (0.0, 0.11)]
-    found = Surface(tube(mesh)).strain(rays)
-    around = found.along([0.0] * len(rays))
-    along = found.along([math.pi / 2] * len(rays))
-    slanted = found.along([math.pi / 4] * len(rays))
+    strain = Surface(tube(mesh)).strain(rays)
+    around = strain.along([0.0] * len(rays))
+    along = strain.along([math.pi / 2] * len(rays))
+    slanted = strain.along([math.pi / 4] * len(rays))
     assert np.abs(around[:, :6]).max() < 1e-12 and np.abs(slanted[:, :6]).max() < 1e-12
     # the surface is a polygon: the normal is off by half a step, the field is not
     np.testing.assert_allclose(around[:, 6:8], [[1, 0]] * len(rays), atol=2e-6)
@@ -183,9 +183,9 @@ def test_rows_sample_the_field_of_strain_and_its_stress():
     vertices, weights, base = surface.meeting(ray)
     xx, yy, zz, xy, yz, xz = weights @ body.strain(q)[vertices]
     tensor = base @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ base.T
-    found = surface.strain([ray])
-    np.testing.assert_allclose(found.rows[0] @ q, tensor, atol=1e-8 * ALPHA + 1e-9)
-    stress = found.hoop_stress(210e9, 0.3)[0] @ q
+    strain = surface.strain([ray])
+    np.testing.assert_allclose(strain.rows[0] @ q, tensor, atol=1e-8 * ALPHA + 1e-9)
+    stress = strain.hoop_stress(210e9, 0.3)[0] @ q
     exact = 210e9 / (1 - 0.09) * (ALPHA + 0.3 * EPS)
     assert stress == pytest.approx(exact, rel=1e-4)
 

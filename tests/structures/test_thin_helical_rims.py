@@ -36,15 +36,15 @@ def test_cells_are_sound_and_fill_the_body(rim, overlap, hand):
     """The solid of the closed form, whose section the helix only turns."""
     p = ring(rim, overlap, hand=hand)
     expected = ring_solid(p)
-    apart = []
+    errors = []
     for fidelity in FIDELITIES:
         fe_mesh = ring_fe_mesh(replace(p, fidelity=fidelity))
         assert fe_mesh.quality() > 0.2
         solid = solid_of_fe_mesh(fe_mesh)
         second = np.abs(solid.second - expected.second).max() / np.abs(expected.second).max()
-        apart.append(max(abs(solid.volume / expected.volume - 1.0), second))
-    assert max(apart) < 0.02
-    assert apart[2] < min(2e-3, 0.5 * apart[0])
+        errors.append(max(abs(solid.volume / expected.volume - 1.0), second))
+    assert max(errors) < 0.02
+    assert errors[2] < min(2e-3, 0.5 * errors[0])
 
 
 def test_bolts_without_holes_let_the_rim_be_thin():
@@ -88,12 +88,12 @@ def static_and_frequencies(p):
 
 @pytest.mark.slow
 def test_flexibility_and_frequencies_converge():
-    found = [static_and_frequencies(ring(2.0, 3.0, fidelity=f)) for f in FIDELITIES]
-    finest, last = found[-1]
+    results = [static_and_frequencies(ring(2.0, 3.0, fidelity=f)) for f in FIDELITIES]
+    finest, last = results[-1]
     scale = np.sqrt(np.diag(finest))
-    apart = [np.abs((a - finest) / scale / scale[:, None]).max() for a, _ in found[:-1]]
-    lower = [np.abs(f / last - 1).max() for _, f in found[:-1]]
-    assert apart[1] < 0.5 * apart[0]
-    assert apart[1] < 0.02
+    errors = [np.abs((a - finest) / scale / scale[:, None]).max() for a, _ in results[:-1]]
+    lower = [np.abs(f / last - 1).max() for _, f in results[:-1]]
+    assert errors[1] < 0.5 * errors[0]
+    assert errors[1] < 0.02
     assert lower[1] < lower[0] < 0.015  # one column across a tooth is 4 % too high
     assert lower[1] < 0.01

@@ -43,9 +43,9 @@ def load_of(half_width):
 def test_middle_of_the_layer_is_a_half_plane_with_its_constant(layer):
     """(2/π)(ln(1/r) + κ − 1/2) in c, from half a depth on, where elements do not show."""
     i = np.searchsorted(layer.place, 1.0)
-    apart = np.abs(layer.place - layer.place[i])
-    far = (apart > 0.4) & (layer.place < 3.0)
-    expected = 2 / math.pi * (layer_constant(STEEL[1]) - 0.5 - np.log(apart[far]))
+    distance = np.abs(layer.place - layer.place[i])
+    far = (distance > 0.4) & (layer.place < 3.0)
+    expected = 2 / math.pi * (layer_constant(STEEL[1]) - 0.5 - np.log(distance[far]))
     assert layer.middle[i][far] == pytest.approx(expected, abs=2e-3)
 
 
@@ -64,27 +64,27 @@ def test_edge_is_a_wedge(layer):
 def test_well_inside_the_flank_it_is_hertz(layer, half_width):
     """Solved, and as what a contact that ends well before the edge sinks more."""
     load = load_of(half_width * DEPTH)
-    found, hertz = edges(layer, DEPTH * np.array([1.8, 2.0]))
-    more, rests = found.pressed(hertz, load)
+    edge, hertz = edges(layer, DEPTH * np.array([1.8, 2.0]))
+    more, rests = edge.pressed(hertz, load)
     assert np.abs(more / hertz.secant(load)).max() < 1e-3
-    assert rests == pytest.approx(found.apex)
-    approach, rests = found._solved(1, load)
+    assert rests == pytest.approx(edge.apex)
+    approach, rests = edge._solved(1, load)
     assert approach == pytest.approx(hertz.approach(load)[1], rel=3e-3)
-    assert rests == pytest.approx(found.apex[1], rel=1e-3)
+    assert rests == pytest.approx(edge.apex[1], rel=1e-3)
 
 
 def test_both_ways_to_the_contact_meet_where_it_clears_the_edge(layer):
     """Solved and by the sinking of a line load, per cent of Hertz's approach."""
     half = 0.1 * DEPTH
-    found, hertz = edges(layer, half * np.array([2.99, 3.01]))
-    more, _ = found.pressed(hertz, load_of(half))
+    edge, hertz = edges(layer, half * np.array([2.99, 3.01]))
+    more, _ = edge.pressed(hertz, load_of(half))
     assert more[0] == pytest.approx(more[1], abs=0.01 * hertz.secant(load_of(half))[0])
 
 
 def test_softer_the_nearer_to_the_edge_and_the_further_beyond(layer):
     apex = DEPTH * np.linspace(-2.0, 2.0, 15)
-    found, hertz = edges(layer, apex)
-    more, rests = found.pressed(hertz, load_of(0.3 * DEPTH))
+    edge, hertz = edges(layer, apex)
+    more, rests = edge.pressed(hertz, load_of(0.3 * DEPTH))
     assert (np.diff(more) < 0).all() and more[0] > 1.5 * hertz.secant(load_of(0.3 * DEPTH))[0]
     assert (np.diff(rests) > 0).all() and rests[0] > 0  # the load stays on the flank
 

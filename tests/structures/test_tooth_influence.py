@@ -71,13 +71,13 @@ def load(slot):
 def test_pitch_point_against_plane_contact_and_weber_banaschek(slot, accepted):
     """Against plane FE with Hertz's pressure resolved: 0.5 %. Weber's half plane under a ring's
     tooth is known to be an eighth too soft (validation/weber_banaschek)."""
-    outline, found = GEARS.gears[slot].outline(), plane_deflection(slot)
+    outline, by_fe = GEARS.gears[slot].outline(), plane_deflection(slot)
     held, gear = HELD * outline.root_thickness, gear_of(CASE, slot)
     resolved = deflection(gear, load(slot), *STEEL, held=held, size=0.2 * MODULE).total
-    assert found == pytest.approx(resolved, rel=5e-3)
+    assert by_fe == pytest.approx(resolved, rel=5e-3)
     radius = np.array([load(slot).radius])
     theory = tooth_compliance(outline, radius, *STEEL)
-    assert theory.bending[0] + theory.foundation[0] == pytest.approx(found, rel=accepted)
+    assert theory.bending[0] + theory.foundation[0] == pytest.approx(by_fe, rel=accepted)
 
 
 @pytest.mark.parametrize("slot", ["planet", "ring"])
@@ -175,8 +175,8 @@ def test_middle_of_a_long_tooth_is_in_plane_strain():
 
 def test_next_tooth_moves_less_and_farther_slices_least(influence):
     line = slices(influence)
-    own, beside = influence.matrix(*line), influence.coupling(line, line)
-    assert 0.05 * own.mean() < beside.mean() < 0.25 * own.mean()
+    direct, beside = influence.matrix(*line), influence.coupling(line, line)
+    assert 0.05 * direct.mean() < beside.mean() < 0.25 * direct.mean()
     assert abs(beside[0, -1]) < 0.05 * beside[0, 0]
     assert influence.turned().turned().coupling(line, line) == pytest.approx(beside, rel=1e-12)
     further = influence.coupling(line, line, 2)
@@ -239,22 +239,22 @@ def test_teeth_that_cannot_be_made_are_refused_by_key(key, value):
 
 def test_kept_by_content_and_made_again_where_damaged(influence, tmp_path, monkeypatch):
     monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path))
-    made = []
+    calls = []
 
     def compute():
-        made.append(1)
+        calls.append(1)
         return influence
 
     for _ in range(2):
-        found = cached_arrays(ToothInfluence, 1, {"of": "a"}, compute)
-        assert np.array_equal(found.compliance, influence.compliance)
-        assert np.array_equal(found.neighbour, influence.neighbour)
-        assert (found.young, found.poisson) == STEEL
-    assert len(made) == 1
+        arrays = cached_arrays(ToothInfluence, 1, {"of": "a"}, compute)
+        assert np.array_equal(arrays.compliance, influence.compliance)
+        assert np.array_equal(arrays.neighbour, influence.neighbour)
+        assert (arrays.young, arrays.poisson) == STEEL
+    assert len(calls) == 1
     (file,) = tmp_path.rglob("ToothInfluence.npz")
     file.write_bytes(file.read_bytes()[:-1] + b"x")
     cached_arrays(ToothInfluence, 1, {"of": "a"}, compute)
-    assert len(made) == 2
+    assert len(calls) == 2
     (tmp_path / "influence").rename(tmp_path / "away")
     (tmp_path / "influence").write_text("in the way")
     with pytest.warns(FlexgearWarning, match="cannot keep"):

@@ -13,12 +13,12 @@ from flexgear.studies.compare import against, compare_sharing
 def test_mixed_train_has_a_rigid_variant(tmp_path):
     """Flexible and rigid bodies side by side: the gear meshes carry the same in the mean."""
     train, bodies = mixed(tmp_path)
-    found = models_of(train, bodies=bodies)
-    assert list(found) == ["flexible", "rigid", "flexible, without errors"]
+    models = models_of(train, bodies=bodies)
+    assert list(models) == ["flexible", "rigid", "flexible, without errors"]
     # modes are listed as far as they are judged, and all of rigid bodies
-    assert usual_limit(found["flexible"]) == found["flexible"].modal.choice.band_hz
-    assert usual_limit(found["rigid"]) is None
-    figures = compare_sharing(found, cycles=2, transient=False)
+    assert usual_limit(models["flexible"]) == models["flexible"].modal.choice.band_hz
+    assert usual_limit(models["rigid"]) is None
+    figures = compare_sharing(models, cycles=2, transient=False)
     assert "flexible: harmonic" not in figures
     first, second = (figures[f"{v}: quasi-static"]["first ring"] for v in ("flexible", "rigid"))
     assert first["instantaneous"] != pytest.approx(second["instantaneous"], rel=1e-6)

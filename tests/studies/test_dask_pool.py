@@ -31,13 +31,13 @@ def job(power, number):
 def test_cluster_by_address():
     with cluster() as address:
         reach(address)
-        found = dict(completed(job, 2, [1, 2, 3, 6], address))
-        assert [found[k].value for k in range(4)] == [1, 4, None, 1]
-        assert found[2].message == "three is odd"
+        outcomes = dict(completed(job, 2, [1, 2, 3, 6], address))
+        assert [outcomes[k].value for k in range(4)] == [1, 4, None, 1]
+        assert outcomes[2].message == "three is odd"
         # and again: it belongs to others and is left running
-        found = dict(completed(math.pow, 2.0, [2.0, math.inf, "x"], address))
-        assert [found[k].value for k in range(3)] == [4.0, math.inf, None]
-        assert "TypeError" in found[2].message
+        outcomes = dict(completed(math.pow, 2.0, [2.0, math.inf, "x"], address))
+        assert [outcomes[k].value for k in range(3)] == [4.0, math.inf, None]
+        assert "TypeError" in outcomes[2].message
 
 
 @pytest.mark.parametrize("address", ["tls://127.0.0.1:9", "nonsense://x", "127.0.0.1:no"])
@@ -53,8 +53,8 @@ GUIDE = Path(__file__).parents[2] / "docs" / "howto" / "cluster.md"
 def test_the_guide_opens_no_port_to_others(tmp_path):
     """Its first commands, as they stand there, listen at the loopback address: tasks are pickles,
     and Dask takes all addresses unless told otherwise."""
-    own = [x for x in GUIDE.read_text("utf-8").splitlines() if x.startswith(("dask s", "dask w"))]
-    scheduler, worker = (shlex.split(line.removesuffix("&")) for line in own[:2])
+    lines = [x for x in GUIDE.read_text("utf-8").splitlines() if x.startswith(("dask s", "dask w"))]
+    scheduler, worker = (shlex.split(line.removesuffix("&")) for line in lines[:2])
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = str(free.getsockname()[1])
@@ -68,8 +68,8 @@ def test_the_guide_opens_no_port_to_others(tmp_path):
             started.append(subprocess.Popen(command, cwd=tmp_path, **quiet))
             assert _waits(lambda: int(port) in {number for _, number in _listening(started)})
         assert _waits(lambda: len(_listening(started[1:])) >= 2)
-        found = _listening(started)
-        assert {address for address, _ in found} == {"127.0.0.1"}
+        sockets = _listening(started)
+        assert {address for address, _ in sockets} == {"127.0.0.1"}
     finally:
         for process in reversed(started):
             process.terminate()
@@ -85,8 +85,8 @@ def _listening(started):
     """Addresses and ports at which processes and what they started listen."""
     every = [psutil.Process(p.pid) for p in started]
     every += [child for one in every for child in one.children(recursive=True)]
-    found = [c for one in every for c in one.net_connections("inet") if c.status == "LISTEN"]
-    return {(c.laddr.ip, c.laddr.port) for c in found}
+    connections = [c for one in every for c in one.net_connections("inet") if c.status == "LISTEN"]
+    return {(c.laddr.ip, c.laddr.port) for c in connections}
 
 
 def test_certificates_are_asked_for_before_anything_is_called(monkeypatch):

@@ -45,9 +45,9 @@ def test_one_thread():
         np.ones((4, 4)) @ np.ones((4, 4))
         return [p["num_threads"] for p in threadpool_info()]
 
-    found = on_one_thread(threads, None, None).value
-    assert found
-    assert set(found) == {1}
+    counts = on_one_thread(threads, None, None).value
+    assert counts
+    assert set(counts) == {1}
 
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="looks at processes in /proc")
@@ -109,9 +109,9 @@ def test_every_job_is_answered_whatever_becomes_of_workers():
     assert process.returncode == 0
     assert len(pids.split()) == 2 and int(processes) >= 2
     assert len(lines) == 40
-    found = dict(line.split() for line in lines)
-    assert all(found[str(k)] == f"at{k}" for k in range(40) if k != 7)
-    assert found["7"] == "an"  # an internal error, in one line
+    answers = dict(line.split() for line in lines)
+    assert all(answers[str(k)] == f"at{k}" for k in range(40) if k != 7)
+    assert answers["7"] == "an"  # an internal error, in one line
     assert gone(pids.split())
 
 
@@ -150,6 +150,6 @@ def test_work_ahead_of_jobs_is_done_elsewhere_and_may_fail(tmp_path):
 def test_one_processor_works_alone(monkeypatch):
     monkeypatch.setattr(early_workers, "processors", lambda: 1)
     with early_workers.EarlyWorkers(True, dict) as workers:
-        found = dict(workers.completed(pow, 2, [1, 2, 3]))
+        outcomes = dict(workers.completed(pow, 2, [1, 2, 3]))
         assert workers.ahead(os.mkdir, "/no/such") is None
-    assert {k: outcome.value for k, outcome in found.items()} == {0: 2, 1: 4, 2: 8}
+    assert {k: outcome.value for k, outcome in outcomes.items()} == {0: 2, 1: 4, 2: 8}

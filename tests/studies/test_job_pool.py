@@ -24,23 +24,23 @@ def times(shared, x):
 @pytest.fixture(autouse=True)
 def elsewhere(monkeypatch):
     """Jobs that were given to other processes, which do them backwards."""
-    given = []
+    remote_jobs = []
 
     def completed(function, shared, jobs, _):
-        given.extend(jobs)
+        remote_jobs.extend(jobs)
         for k in reversed(range(len(jobs))):
             yield k, Outcome(function(shared, jobs[k]))
 
     monkeypatch.setattr(job_pool, "completed", completed)
     monkeypatch.setattr(dask_pool, "completed", completed)
     monkeypatch.setattr(job_pool, "processors", lambda: 2)
-    return given
+    return remote_jobs
 
 
 @pytest.mark.parametrize("workers", [None, 1])
 def test_short_work_is_done_here(workers, elsewhere):
-    found = list(run_jobs(times, 2, [1, 3, 4], workers=workers))
-    assert found == [(0, Outcome(2)), (1, Outcome(None, "three is odd")), (2, Outcome(8))]
+    outcomes = list(run_jobs(times, 2, [1, 3, 4], workers=workers))
+    assert outcomes == [(0, Outcome(2)), (1, Outcome(None, "three is odd")), (2, Outcome(8))]
     assert elsewhere == []
 
 
@@ -52,8 +52,8 @@ def test_one_worker_is_this_process_however_long_it_takes(elsewhere, monkeypatch
 
 def test_long_work_goes_to_workers_but_for_the_first_job(elsewhere, monkeypatch):
     monkeypatch.setattr(job_pool, "STARTING", 0.0)
-    found = dict(run_jobs(times, 2, [1, 5, 7]))
-    assert found == {0: Outcome(2), 1: Outcome(10), 2: Outcome(14)}
+    outcomes = dict(run_jobs(times, 2, [1, 5, 7]))
+    assert outcomes == {0: Outcome(2), 1: Outcome(10), 2: Outcome(14)}
     assert elsewhere == [5, 7]
 
 
@@ -104,18 +104,18 @@ def job(shared, number):
 
 
 def outcomes(shared, jobs, workers):
-    found = dict(completed(job, shared, jobs, workers))
-    return [found[k] for k in range(len(jobs))]
+    by_job = dict(completed(job, shared, jobs, workers))
+    return [by_job[k] for k in range(len(jobs))]
 
 
 @posix
 def test_results_errors_and_lost_workers(tmp_path):
     """A lost worker costs only its runs; a run that takes every worker with it is given up."""
     jobs = [1, 3, -1, 2, -99, 4, 5, 6]
-    found = outcomes((str(tmp_path), os.getpid()), jobs, workers=2)
-    assert [o.value for o in found] == [1, None, 1, 4, None, 16, 25, 1]
-    assert found[1].message == "three is odd"
-    assert found[4].message == DIED
+    results = outcomes((str(tmp_path), os.getpid()), jobs, workers=2)
+    assert [o.value for o in results] == [1, None, 1, 4, None, 16, 25, 1]
+    assert results[1].message == "three is odd"
+    assert results[4].message == DIED
     assert sorted(os.listdir(tmp_path)) == ["-1_0", "-99_0", "-99_1", "-99_2"]
 
 

@@ -70,7 +70,7 @@ def test_relief_of_the_case_keeps_its_start_and_form():
     has = CASE.with_(**{"stage.planet.modifications.ring.tip_relief": ring})
     proposal = propose_modifications(rigid_stage(has), "stage", relief=True, trials=4)
     keys = tomllib.loads(keys_to_copy(has, "stage", proposal))["stage"]["planet"]["modifications"]
-    kept, new = (keys[flank]["tip_relief"] for flank in ("ring", "sun"))
-    assert (kept["start_diameter_mm"], kept["form"]) == (620, "linear")
+    old, new = (keys[flank]["tip_relief"] for flank in ("ring", "sun"))
+    assert (old["start_diameter_mm"], old["form"]) == (620, "linear")
     assert (new["length_mm"], new["form"]) == (1e3 * has.stages[0].normal_module, "parabolic")
-    assert "length_mm" not in kept
+    assert "length_mm" not in old

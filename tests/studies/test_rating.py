@@ -239,8 +239,8 @@ def test_outputs_hold_every_part_and_bin():
         assert summary["parts"][part.name]["damage_sum"] == pytest.approx(part.damage_sum)
         assert values["safety"] == pytest.approx(part.least_safety)
     rows = list(rating_rows(rating))
-    found = {(of, b) for of, b, quantity, *_ in rows if quantity == "damage"}
-    assert found == {(p.name, b.name) for p in rating.ranked for b in rating.bins}
+    pairs = {(of, b) for of, b, quantity, *_ in rows if quantity == "damage"}
+    assert pairs == {(p.name, b.name) for p in rating.ranked for b in rating.bins}
     assert np.isfinite(data["load_factor"].to_numpy()).all()
 
 
@@ -443,8 +443,8 @@ def test_halves_that_share_the_load_unevenly_have_it_in_their_factor():
         LoadCase(name="even", hours=10.0, torque=torque),
         LoadCase(name="thrust", hours=10.0, torque=torque, force=(0.0, 0.0, force)),
     ]
-    known = {"rating.k_h_beta": 1.2, "rating.k_v": 1.0, "rating.k_h_alpha": 1.0}
-    rating = rate(train.with_(load_cases=tuple(states), **known), workers=1)
+    factors = {"rating.k_h_beta": 1.2, "rating.k_v": 1.0, "rating.k_h_alpha": 1.0}
+    rating = rate(train.with_(load_cases=tuple(states), **factors), workers=1)
     sun = [g.largest_k_gamma for g in rating.gear_meshes if g.name.kind == "sun"]
     even, thrust = np.sort(sun, axis=0).T
     assert even == pytest.approx([1.0, 1.0], abs=1e-6)

@@ -177,8 +177,8 @@ class TestInterrupted:
     def test_every_measure_survives_the_disk(self, monkeypatch):
         for module in (solve_bodies, sweep):
             monkeypatch.setattr(module, "stage_bodies", lambda stage, *_: cheap_stage(stage))
-        known = measures_of(load_case("wind-5mw"))
-        names = [name for name in known if not name.startswith("transient")]  # too slow
+        measures = measures_of(load_case("wind-5mw"))
+        names = [name for name in measures if not name.startswith("transient")]  # too slow
         plan = planned("wind-5mw", dict([parse_setting("inputs.0.torque_nm=2e6")]), measures=names)
         whole = run_sweep(plan, workers=1, keep_points=True)
         data, measured = self.run(monkeypatch, plan, 99)

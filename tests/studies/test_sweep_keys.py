@@ -154,26 +154,26 @@ class TestListElements:
         settings = {"stages.0.errors.pin_tangential_um": "[1, 2, 3]"}
         (key,) = keys_of(load_case(path, settings), "stages.0.errors.pin_tangential_um.1=0:50:3")
         assert key.units == "µm"
-        found = load_case(path, {**settings, **overrides_at([key], (2,))})
-        np.testing.assert_allclose(found.stages[0].errors.pin_tangential, [1e-6, 5e-5, 3e-6])
+        case = load_case(path, {**settings, **overrides_at([key], (2,))})
+        np.testing.assert_allclose(case.stages[0].errors.pin_tangential, [1e-6, 5e-5, 3e-6])
 
     def test_lists_that_are_left_out_are_zeros(self, tmp_path):
         path = write(tmp_path, SMALL)
         keys = keys_of(load_case(path), "stages.0.errors.pin_radial_um.0=5",
                        "stages.0.errors.pin_radial_um.2=7")  # fmt: skip
-        found = load_case(path, overrides_at(keys, (0, 0)))
-        np.testing.assert_allclose(found.stages[0].errors.pin_radial, [5e-6, 0, 7e-6])
+        case = load_case(path, overrides_at(keys, (0, 0)))
+        np.testing.assert_allclose(case.stages[0].errors.pin_radial, [5e-6, 0, 7e-6])
 
     def test_one_for_all_becomes_one_each(self, pitch_drive):
         (key,) = keys_of(pitch_drive, "stages.0.errors.planet_eccentricity_um.2=0,9")
-        found = load_case("pitch-drive", overrides_at([key], (1,)))
-        np.testing.assert_allclose(found.stages[0].errors.planet_eccentricity, [21e-6, 21e-6, 9e-6])
+        case = load_case("pitch-drive", overrides_at([key], (1,)))
+        np.testing.assert_allclose(case.stages[0].errors.planet_eccentricity, [21e-6, 21e-6, 9e-6])
 
     def test_a_number_for_a_list_is_a_list_of_one(self, pitch_drive):
         (key,) = keys_of(pitch_drive, "stages.0.errors.planet_eccentricity_um=0:20:3")
         assert key.ticks == (0.0, 10.0, 20.0)
-        found = load_case("pitch-drive", overrides_at([key], (1,)))
-        assert found.stages[0].errors.planet_eccentricity == (10e-6,)
+        case = load_case("pitch-drive", overrides_at([key], (1,)))
+        assert case.stages[0].errors.planet_eccentricity == (10e-6,)
 
     def test_elements_of_one_list_in_different_units(self, pitch_drive):
         keys = keys_of(pitch_drive, "stages.0.errors.pin_radial_um.0=5,6",

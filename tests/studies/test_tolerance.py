@@ -73,9 +73,9 @@ class TestPhysics:
         deviation *= math.sqrt(1 - 1 / planets) / force
         share = data["planet_load_factor_mean"].sel(gear_mesh=data["kind"] == "sun") - 1
         for planet in range(planets):
-            found = share[:, planet].to_numpy()
-            assert stats.kstest(found, stats.norm(0, deviation).cdf).pvalue > 1e-3
-            assert found.std() == pytest.approx(deviation, rel=4 / math.sqrt(2 * count))
+            values = share[:, planet].to_numpy()
+            assert stats.kstest(values, stats.norm(0, deviation).cdf).pvalue > 1e-3
+            assert values.std() == pytest.approx(deviation, rel=4 / math.sqrt(2 * count))
         # and sample by sample
         for j in range(20):
             e = theory.path_errors(paths, pin_tangential=data["error_size"][j].to_numpy())
@@ -90,8 +90,10 @@ class TestPhysics:
         count = 93 * 4
         for j in (0, 3):
             model = assemble(with_sample(case, values, j, [seeds[j]]))
-            found = revolution(model.modal, 2 * np.pi / count * np.arange(count)[:, None], 4e6)
-            force = model.gear_meshes.forces(found.pair_load).reshape(count, 2, 5)
+            equilibrium = revolution(
+                model.modal, 2 * np.pi / count * np.arange(count)[:, None], 4e6
+            )
+            force = model.gear_meshes.forces(equilibrium.pair_load).reshape(count, 2, 5)
             k = load_sharing(force, 8e5)
             assert np.allclose(data["load_sharing_max"][j], k.max(axis=0), rtol=1e-9)
             assert np.allclose(data["load_sharing_mean"][j], k.mean(axis=0), rtol=1e-9)
@@ -143,8 +145,8 @@ class TestSameNumbers:
     def test_another_seed_is_another_study(self, tmp_path):
         a, b = lumped(tmp_path), lumped(tmp_path, **{"tolerance.seed": "2"})
         assert batch_store(a) != batch_store(b)
-        found = [tolerance(x, workers=1)["load_sharing_max"].to_numpy() for x in (a, b)]
-        assert not np.isin(found[0], found[1]).any()
+        studies = [tolerance(x, workers=1)["load_sharing_max"].to_numpy() for x in (a, b)]
+        assert not np.isin(studies[0], studies[1]).any()
 
 
 class TestInterrupted:
@@ -192,8 +194,8 @@ class TestInterrupted:
         def lost(function, shared, jobs, **options):
             for k, job in enumerate(jobs):
                 bad = job.start == 20
-                found = None if bad else function(shared, job)
-                yield k, Outcome(found, "the worker was lost" if bad else "")
+                value = None if bad else function(shared, job)
+                yield k, Outcome(value, "the worker was lost" if bad else "")
 
         with monkeypatch.context() as patch:
             patch.setattr(job_pool, "run_jobs", lost)
@@ -225,10 +227,10 @@ def test_load_along_the_face_of_a_sample_is_that_of_its_case(cheap):
     )  # fmt: skip
     data = tolerance(case, workers=1)
     values = sample_values(drawn_errors(case), 1, range(2))
-    own = with_sample(case, values, 1, study.pitch_seeds("stage", 1, range(2))[1:])
-    model, count = assemble(own), 93 * 4
-    found = revolution(model.modal, 2 * np.pi / count * np.arange(count)[:, None], 4e6)
-    lines, pairs = line_loads(found), model.system.pairs
+    sample_case = with_sample(case, values, 1, study.pitch_seeds("stage", 1, range(2))[1:])
+    model, count = assemble(sample_case), 93 * 4
+    equilibrium = revolution(model.modal, 2 * np.pi / count * np.arange(count)[:, None], 4e6)
+    lines, pairs = line_loads(equilibrium), model.system.pairs
     load, largest = along_face(pairs, lines).mean(axis=0), largest_line_load(pairs, lines)
     for kind, group in enumerate(("ring", "sun")):
         row, flanks = data.isel(sample=1).sel(group=f"stage {group}"), pairs.kind == kind
@@ -270,10 +272,10 @@ def test_ground_amounts_of_a_sample_are_those_of_a_case_that_states_them(cheap):
             },
         }
     )
-    found, known = sets.pairs(setup.pairs, 1), assemble(stated).system.pairs
+    pairs, expected = sets.pairs(setup.pairs, 1), assemble(stated).system.pairs
     third = [m for m, label in enumerate(setup.labels) if label.planet == 2]
     assert len(third) == 4
     for m in range(len(setup.labels)):
-        one, other = (slice_gaps(p)[p.table[m]] for p in (found, known))
+        one, other = (slice_gaps(p)[p.table[m]] for p in (pairs, expected))
         same = np.allclose(one, other, rtol=0.0, atol=0.2e-6)
         assert same == (m in third or setup.labels[m].kind not in ("ring", "sun_coast"))

@@ -50,7 +50,7 @@ class TestStreams:
 
     def test_stages_keys_planets_samples_and_seeds_differ(self, drawn):
         a, b = (sample_values(drawn, seed, range(50)) for seed in (1, 2))
-        numbers = np.concatenate([v.ravel() for found in (a, b) for v in found.values()])
+        numbers = np.concatenate([v.ravel() for draws in (a, b) for v in draws.values()])
         assert len(np.unique(numbers)) == len(numbers)
         seeds = [s for stage in ("a", "b") for s in pitch_seeds(stage, 1, range(50))]
         assert len(set(seeds)) == 100
@@ -136,8 +136,8 @@ class TestModels:
         assert np.abs(values["stage_1", "pin_tangential"]).max() < 1e-20
 
     def test_parallel_stages_have_no_pins(self, tmp_path):
-        found = drawn_errors(load_case(write(tmp_path, SMALL), PIN))
-        assert [(e.stage, e.labels) for e in found] == [
+        errors = drawn_errors(load_case(write(tmp_path, SMALL), PIN))
+        assert [(e.stage, e.labels) for e in errors] == [
             ("stage_1", tuple(f"stage_1.pin_tangential {i}" for i in (1, 2, 3)))
         ]
 
@@ -171,22 +171,22 @@ def samples(model, count=3):
     drawn = drawn_errors(model)
     values = sample_values(drawn, 3, range(count))
     seeds = list(zip(*(pitch_seeds(s.name, 3, range(count)) for s in model.stages), strict=True))
-    return [with_sample(model, values, j, own) for j, own in enumerate(seeds)]
+    return [with_sample(model, values, j, seed) for j, seed in enumerate(seeds)]
 
 
 def assert_same(models, systems):
     base = systems[-1]
     sets = error_sets(models, paths_of(models[0]), base.gear_meshes, base.pairs)
     for j, system in enumerate(systems):
-        found = sets.pairs(base.pairs, j)
-        for name in found._fields:
-            a, b = getattr(found, name), getattr(system.pairs, name)
+        pairs = sets.pairs(base.pairs, j)
+        for name in pairs._fields:
+            a, b = getattr(pairs, name), getattr(system.pairs, name)
             assert np.array_equal(a, b) or np.allclose(a, b, rtol=1e-14, atol=0), name
 
 
 BODIES = {
     f"tolerance.errors.{key}.{name}": value
-    for key, given in {
+    for key, distribution in {
         "planet_thickness": {"standard_deviation_um": "5"},
         "sun_eccentricity": {"distribution": "rayleigh", "standard_deviation_um": "5"},
         "sun_eccentricity_phase": {"distribution": "uniform"},
@@ -196,7 +196,7 @@ BODIES = {
         "ring_helix_slope": {"standard_deviation_um": "5"},
         "planet_ring_helix_slope": {"standard_deviation_um": "5"},
     }.items()
-    for name, value in given.items()
+    for name, value in distribution.items()
 }
 
 

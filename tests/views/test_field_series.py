@@ -22,10 +22,10 @@ def model():
 
 def test_a_mode_swings_over_its_period(model, tmp_path):
     body = "stage.ring"
-    known = modes(model)["frequency"].to_numpy()
-    number = 1 + int(np.flatnonzero(known > 0)[3])
+    frequencies = modes(model)["frequency"].to_numpy()
+    number = 1 + int(np.flatnonzero(frequencies > 0)[3])
     field = mode_field(model, body, number)
-    assert field.attrs["frequency"] == pytest.approx(known[number - 1], rel=1e-9)
+    assert field.attrs["frequency"] == pytest.approx(frequencies[number - 1], rel=1e-9)
     moved = np.linalg.norm(field["displacement"], axis=1)
     assert moved.max() == pytest.approx(1e-3)
     path = save_series(swing(field, 8), tmp_path / "mode")
@@ -33,8 +33,8 @@ def test_a_mode_swings_over_its_period(model, tmp_path):
     assert series.time_values == pytest.approx(np.arange(8) / 8 / field.attrs["frequency"])
     for frame, factor in ((0, 1.0), (2, 0.0), (4, -1.0)):
         series.set_active_time_point(frame)
-        found = series.read()[0]["displacement"]
-        np.testing.assert_allclose(found, factor * field["displacement"], atol=1e-12)
+        displacement = series.read()[0]["displacement"]
+        np.testing.assert_allclose(displacement, factor * field["displacement"], atol=1e-12)
 
 
 def test_the_collection_names_every_file_once(model, tmp_path):
@@ -75,6 +75,6 @@ def test_one_file_holds_a_series(model, tmp_path):
     assert times == pytest.approx(list(frames), rel=1e-6)  # VTK keeps them in single precision
     for time, frame in zip(times, frames.values(), strict=True):
         reader.UpdateTimeStep(time)
-        found = pyvista.wrap(reader.GetOutputDataObject(0))
-        assert found.n_points == field.sizes["vertex"]
-        np.testing.assert_allclose(found["displacement"], frame["displacement"], atol=1e-15)
+        grid = pyvista.wrap(reader.GetOutputDataObject(0))
+        assert grid.n_points == field.sizes["vertex"]
+        np.testing.assert_allclose(grid["displacement"], frame["displacement"], atol=1e-15)

@@ -219,6 +219,6 @@ def test_an_orbit_is_round_where_samples_are_few():
     """Eight samples a turn: their polygon comes to 0.924 of the radius, the orbit to 1 % of it."""
     angle = 2 * np.pi * np.arange(60 * 8) / 8
     way = np.column_stack([np.cos(angle), np.sin(angle)])
-    found = orbit(way)
-    np.testing.assert_allclose(np.hypot(*found.T), 1.0, atol=1e-2)
-    assert len(found) == pytest.approx(4 * 60, rel=0.2)  # of the last four turns
+    curve = orbit(way)
+    np.testing.assert_allclose(np.hypot(*curve.T), 1.0, atol=1e-2)
+    assert len(curve) == pytest.approx(4 * 60, rel=0.2)  # of the last four turns

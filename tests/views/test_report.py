@@ -136,26 +136,26 @@ def test_plots_are_thinned_until_they_fit():
     text, left_out, thinned = within({"a": {"data": [line]}}, 30_000)
     assert thinned
     assert len(text) <= 30_000 and not left_out
-    kept = json.loads(zlib.decompress(base64.b64decode(text)))["a"]["data"][0]
-    assert len(kept["x"]) == len(kept["y"])
-    assert kept["x"][1] in line["x"]
+    thin = json.loads(zlib.decompress(base64.b64decode(text)))["a"]["data"][0]
+    assert len(thin["x"]) == len(thin["y"])
+    assert thin["x"][1] in line["x"]
 
 
 @needs_plotly
 def test_a_page_says_what_it_shows_more_coarsely(tmp_path, monkeypatch):
     """Only where it does: a line of noise that loses points, a picture that shrinks."""
-    rng, own = np.random.default_rng(3), side(tmp_path)
+    rng, content = np.random.default_rng(3), side(tmp_path)
     line = {"type": "scatter", "x": rng.random(4000).tolist(), "y": rng.random(4000).tolist()}
     Image.fromarray(rng.integers(0, 255, (300, 300, 3), np.uint8)).save(tmp_path / "noise.png")
     noise = Picture(
         "n", "gear_meshes", "Noise", "", tmp_path / "noise.png", [{"data": [line], "layout": {}}]
     )
-    own = replace(own, pictures=[noise])
-    whole = page(tmp_path, own)
+    content = replace(content, pictures=[noise])
+    whole = page(tmp_path, content)
     assert report.THINNED not in whole and report.SMALLER not in whole
     monkeypatch.setattr(report, "MAX_PLOTS", 30_000)
     monkeypatch.setattr(report, "MAX_PICTURES", 60_000)
-    coarse = visible(page(tmp_path, own)).replace("&#39;", "'")
+    coarse = visible(page(tmp_path, content)).replace("&#39;", "'")
     assert report.THINNED in coarse and report.SMALLER in coarse
 
 
@@ -173,8 +173,8 @@ def test_a_page_of_too_much_leaves_out_the_largest_and_says_so(tmp_path, monkeyp
         pictures.append(Picture(f"p{k}", "gear_meshes", f"Picture {k}", "Noise.", file, [plot]))
     text = page(tmp_path, replace(side(tmp_path), pictures=pictures))
     assert text.count("would make this page too large") >= 4
-    kept = json.loads(zlib.decompress(base64.b64decode(PLOTS.search(text)[1])))
-    assert set(re.findall(r'data-plot="(\w+)"', text)) == set(kept) != set()
+    plots = json.loads(zlib.decompress(base64.b64decode(PLOTS.search(text)[1])))
+    assert set(re.findall(r'data-plot="(\w+)"', text)) == set(plots) != set()
 
 
 def test_mathtext_becomes_markup():
@@ -231,8 +231,8 @@ def test_numbers_of_bars_stand_beyond_their_ends():
     axes = Figure().subplots()
     axes.bar_label(axes.barh([0, 1], [2.0, -1.0]), ["2", "-1"], padding=3)
     (panel,) = panels_of(axes.figure)
-    told = {t["text"]: (t["xanchor"], t["xshift"]) for t in panel["layout"]["annotations"]}
-    assert told == {"2": ("left", 3), "-1": ("right", -3)}
+    labels = {t["text"]: (t["xanchor"], t["xshift"]) for t in panel["layout"]["annotations"]}
+    assert labels == {"2": ("left", 3), "-1": ("right", -3)}
 
 
 def test_lines_cover_each_other_as_in_the_picture():
@@ -278,9 +278,9 @@ def test_a_deformed_body_turns_on_the_page():
     assert min(body["z"]) == 0.0
     plain, stressed = panel["layout"]["updatemenus"][0]["buttons"]
     assert plain["args"][0]["intensity"] == [body["intensity"]]
-    values, said = stressed["args"]
+    values, layout = stressed["args"]
     assert max(values["intensity"][0]) == 70.0 and values["colorbar.title.text"] == ["MPa"]
-    assert "largest 70.0 MPa" in said["title.text"]
+    assert "largest 70.0 MPa" in layout["title.text"]
 
 
 def test_a_body_swings_between_its_modes():
@@ -307,10 +307,10 @@ def test_a_body_swings_between_its_modes():
     assert np.allclose(stretched[2], MODE_SIZE * rest[2], atol=1e-4)
 
 
-@pytest.mark.parametrize("apart", [1.0, 3.0])
-def test_a_body_keeps_to_its_triangles(apart):
+@pytest.mark.parametrize("distance", [1.0, 3.0])
+def test_a_body_keeps_to_its_triangles(distance):
     """A bar of 60 cubes, and 60 cubes apart, of which none can go while every piece is kept."""
-    cubes = [pv.ImageData(dimensions=(4, 4, 4), spacing=(1 / 3,) * 3, origin=(apart * k, 0, 0))
+    cubes = [pv.ImageData(dimensions=(4, 4, 4), spacing=(1 / 3,) * 3, origin=(distance * k, 0, 0))
              for k in range(60)]  # fmt: skip
     grid = pv.merge([cube.cast_to_structured_grid() for cube in cubes])
     cells = np.empty_like(grid.cells_dict[pv.CellType.HEXAHEDRON])
@@ -373,8 +373,11 @@ def test_points_under_the_pointer_have_names_and_units():
     first, second = panels_of(figure)
     assert [shape["layer"] for shape in second["layout"]["shapes"]] == ["above"]  # not behind bars
     for trace in first["data"]:
-        said = trace["hovertemplate"]
-        assert said.startswith("<b>planet 1</b><br>time (s): %{x") and "force (kN): %{y" in said
+        template = trace["hovertemplate"]
+        assert (
+            template.startswith("<b>planet 1</b><br>time (s): %{x")
+            and "force (kN): %{y" in template
+        )
     (trace,) = second["data"]
     assert trace["customdata"] == [["ring"], ["sun"]]
     assert trace["hovertemplate"].startswith("%{customdata[0]}<br>load (N): %{y")
@@ -391,8 +394,8 @@ def test_sections_close_and_the_case_is_closed_at_first(tmp_path):
     one = side(tmp_path)
     case = [replace(table, section="case") for table in one.tables]
     text = page(tmp_path, replace(one, tables=[*one.tables, *case]), interactive=False)
-    found = re.findall(r'<section id="(\w+)">\s*<details class="chapter"( open)?>', text)
-    assert [(key, bool(is_open)) for key, is_open in found] == [
+    chapters = re.findall(r'<section id="(\w+)">\s*<details class="chapter"( open)?>', text)
+    assert [(key, bool(is_open)) for key, is_open in chapters] == [
         ("gear_meshes", True),
         ("case", False),
     ]

@@ -75,8 +75,10 @@ FLANKS = {
 
 @pytest.mark.parametrize("flank", FLANKS.values(), ids=FLANKS)
 def test_axes_scale_and_traces(flank):
-    given = FlankModifications(helix_slope=8e-6, tip_relief=Relief(amount=3e-5, length=0.01))
-    one = GearFlank("planet", "ring", flank, tuple(gaps_of(given, flank)))
+    modifications = FlankModifications(
+        helix_slope=8e-6, tip_relief=Relief(amount=3e-5, length=0.01)
+    )
+    one = GearFlank("planet", "ring", flank, tuple(gaps_of(modifications, flank)))
     figure = flank_drawing(one, "Stage")
     surface, profile, helix = figure.axes[:3]
     assert surface.get_ylim() == pytest.approx((1e3 * flank.root, 1e3 * flank.tip))
@@ -102,8 +104,10 @@ def test_a_flank_that_lacks_the_same_everywhere_has_no_contours():
 
 
 def test_the_map_is_interactive_in_a_report():
-    given = FlankModifications(lead_crowning=8e-6)
-    one = GearFlank("sun", "drive", FLANKS["external"], tuple(gaps_of(given, FLANKS["external"])))
+    modifications = FlankModifications(lead_crowning=8e-6)
+    one = GearFlank(
+        "sun", "drive", FLANKS["external"], tuple(gaps_of(modifications, FLANKS["external"]))
+    )
     figure = flank_drawing(one, "")
     figure.canvas.draw()
     maps = [t for p in panels_of(figure) for t in p["data"] if t["type"] == "heatmap"]

@@ -167,12 +167,12 @@ def test_equal_groups_are_drawn_once_and_constant_ones_said(tmp_path):
     data = study_data(count=400)
     figure = tolerance_chart(data)
     assert len(figure.axes) == 2
-    said = words(figure)
-    assert "stage 1 ring and sun" in said
-    assert "stage 2 ring: 1.000000 in all of them" in said
+    text = words(figure)
+    assert "stage 1 ring and sun" in text
+    assert "stage 2 ring: 1.000000 in all of them" in text
     median = float(data["load_sharing_quantile"].sel(group="stage_1 ring", quantile=0.5))
-    assert f"50 %: {median:.4f}" in said
-    assert "95 % band" in said and "IEC 61400-4" in said and "as stated" in said
+    assert f"50 %: {median:.4f}" in text
+    assert "95 % band" in text and "IEC 61400-4" in text and "as stated" in text
     assert save_figure(figure, tmp_path / "a.png").stat().st_size > 10_000
 
 

@@ -62,8 +62,8 @@ def history(dim: str = "position", uneven: float = 0.1) -> xr.Dataset:
 
 
 def text_of(figure: Figure) -> str:
-    found = [a.get_title(loc="left") + a.get_xlabel() + a.get_ylabel() for a in figure.axes]
-    return " ".join(found)
+    titles = [a.get_title(loc="left") + a.get_xlabel() + a.get_ylabel() for a in figure.axes]
+    return " ".join(titles)
 
 
 def colours(ax) -> list[str]:

@@ -38,8 +38,8 @@ def test_sectors_of_a_toothed_ring_are_reduced_as_the_whole():
     for name in ("stiffness", "mass"):
         expected, matrix = getattr(whole.body, name), getattr(one.body, name)
         b, scale = interface.size, 1 / np.sqrt(np.diag(expected))
-        apart = scale[:, None] * (matrix - expected) * scale
-        assert np.abs(apart[:b, :b]).max() < 1e-8
+        error = scale[:, None] * (matrix - expected) * scale
+        assert np.abs(error[:b, :b]).max() < 1e-8
         assert np.array_equal(getattr(again.body, name), matrix)  # the same input, the same numbers
 
 
@@ -57,11 +57,11 @@ def moved_node():
 )
 def test_where_geometry_or_ties_break_the_period_the_general_path_serves(body, reason):
     model, interface = body()
-    made = reduce(model, interface, 4, sectors=(TEETH,))
-    assert made.body.report["path"] == reason
-    assert made.body.report["solver"] == "cholmod"
+    reduction = reduce(model, interface, 4, sectors=(TEETH,))
+    assert reduction.body.report["path"] == reason
+    assert reduction.body.report["solver"] == "cholmod"
     again = reduce(model, interface, 4)
-    assert np.allclose(fixed_frequencies(made), fixed_frequencies(again), rtol=1e-12)
+    assert np.allclose(fixed_frequencies(reduction), fixed_frequencies(again), rtol=1e-12)
 
 
 def test_ties_to_the_same_points_are_refused():
@@ -86,10 +86,10 @@ def test_thin_ring_frequencies_by_harmonic():
         averaging_tie(name, facets_middle(fe_mesh, name), facet_sample(model, fe_mesh.facets[name]))
         for name in (f"patch_{j + 1:03d}" for j in range(teeth))
     ]
-    made = reduce(model, interface_of(model, ties), 12, sectors=(teeth,))
-    values, vectors = sla.eigh(made.body.stiffness, made.body.mass)
-    cyclic, b = made.condensation, made.condensation.interface.size
-    fields = cyclic.constraint_motion(vectors[:b, 6:40]) + made.fixed_modes @ vectors[b:, 6:40]
+    reduction = reduce(model, interface_of(model, ties), 12, sectors=(teeth,))
+    values, vectors = sla.eigh(reduction.body.stiffness, reduction.body.mass)
+    cyclic, b = reduction.condensation, reduction.condensation.interface.size
+    fields = cyclic.constraint_motion(vectors[:b, 6:40]) + reduction.fixed_modes @ vectors[b:, 6:40]
     form = fields.reshape(-1, 3, teeth, 34)
     share = np.sum(form[:, 2] ** 2, axis=(0, 1)) / np.sum(form**2, axis=(0, 1, 2))
     content = np.sum(np.abs(np.fft.rfft(form, axis=2)) ** 2, axis=(0, 1))

@@ -45,8 +45,8 @@ def test_every_node_is_one_sectors_own_and_images_turn_into_one_another(name):
         assert np.abs(model.nodes[sectors.nodes[:, s]] - expected).max() < 1e-11
     assert len(sectors.cells) * sectors.count == model.basis.nelems
     touched = np.unique(model.basis.element_dofs[:, sectors.cells])
-    own, ahead = sectors.nodes[:, 0], sectors.nodes[sectors.interior :, 1]
-    assert np.array_equal(touched, np.sort(np.concatenate([own, ahead])))
+    nodes, ahead = sectors.nodes[:, 0], sectors.nodes[sectors.interior :, 1]
+    assert np.array_equal(touched, np.sort(np.concatenate([nodes, ahead])))
 
 
 def test_border_of_a_toothed_ring_runs_through_the_rim_only():
@@ -109,11 +109,11 @@ def test_products_by_sectors_equal_the_assembled_matrices(ring):
         (parts.stiffness_product, model.stiffness),
     ):
         expected = matrix @ x
-        found = parts.dofs_of(product(parts.field_of(x)), model.dofs)
-        assert np.abs(found - expected).max() < 1e-12 * np.abs(expected).max()
+        result = parts.dofs_of(product(parts.field_of(x)), model.dofs)
+        assert np.abs(result - expected).max() < 1e-12 * np.abs(expected).max()
     expected = interface.rows @ x
-    found = parts.interface_motion(parts.field_of(x))
-    assert np.abs(found - expected).max() < 1e-12 * np.abs(expected).max()
+    result = parts.interface_motion(parts.field_of(x))
+    assert np.abs(result - expected).max() < 1e-12 * np.abs(expected).max()
 
 
 def test_ties_that_share_the_period_and_the_others(ring):

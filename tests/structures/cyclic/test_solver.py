@@ -25,10 +25,10 @@ def test_harmonics_solve_the_circulant_system_of_all_borders(z, b, seed):
         at = np.concatenate([s * b + np.arange(b), (s + 1) % z * b + np.arange(b)])
         whole[np.ix_(at, at)] += one
     right = random.standard_normal((b, z, 3))
-    found = Harmonics(one, z).solve(right)
+    solution = Harmonics(one, z).solve(right)
     expected = np.linalg.solve(whole, right.transpose(1, 0, 2).reshape(z * b, 3))
     expected = expected.reshape(z, b, 3).transpose(1, 0, 2)
-    assert np.abs(found - expected).max() < 1e-10 * np.abs(expected).max()
+    assert np.abs(solution - expected).max() < 1e-10 * np.abs(expected).max()
 
 
 def test_a_sector_that_nothing_holds_is_refused():
@@ -71,12 +71,12 @@ def test_lowest_modes_with_multiplicities_and_restarts(most):
     start = np.random.default_rng(1).standard_normal((90, 4))
     heard = []
     solve, product = (lambda x, a=a: a @ x for a in (flexibility, mass))
-    found = lowest_modes(solve, product, start, 12, most, progress=heard.append)
-    assert np.allclose(found.values, np.sort(values)[::-1][:12], rtol=1e-12)
-    v = found.vectors
+    lowest = lowest_modes(solve, product, start, 12, most, progress=heard.append)
+    assert np.allclose(lowest.values, np.sort(values)[::-1][:12], rtol=1e-12)
+    v = lowest.vectors
     assert np.abs(v.T @ mass @ v - np.eye(12)).max() < 1e-9
-    residual = flexibility @ (mass @ v) - v * found.values
-    assert np.abs(residual).max() < 1e-6 * found.values.max()
+    residual = flexibility @ (mass @ v) - v * lowest.values
+    assert np.abs(residual).max() < 1e-6 * lowest.values.max()
     assert heard[-1] == 1.0
 
 
@@ -103,8 +103,8 @@ def exact(ring):
 
 def test_bounds_of_a_body_held_by_the_sectors_own_ties(ring):
     model, interface, parts = ring
-    own = np.sort(parts.ties.periodic.ravel())
-    rows = interface.rows.toarray()[(6 * own[:, None] + np.arange(6)).ravel()]
+    nodes = np.sort(parts.ties.periodic.ravel())
+    rows = interface.rows.toarray()[(6 * nodes[:, None] + np.arange(6)).ravel()]
     held = held_frequencies(model, rows)[:COUNT]
     above = modes.lowest_values(parts.solver, parts.motion.inertia, COUNT)
     inside = modes.held_value(parts.solver, parts.fe_mass)
@@ -125,8 +125,8 @@ def test_solutions_between_modes(ring, exact, at):
     load, solver = parts.field_of(g).reshape(-1, TEETH, 3), parts.shifted(sigma)
     x, reactions = solver.solve(load), solver.reactions(load)
     u, rho = expected[: model.dofs], -expected[model.dofs :]
-    found = parts.dofs_of(x.reshape(-1, 3), model.dofs)
-    assert np.abs(found - u).max() <= 1e-8 * np.abs(u).max()
+    motion = parts.dofs_of(x.reshape(-1, 3), model.dofs)
+    assert np.abs(motion - u).max() <= 1e-8 * np.abs(u).max()
     assert np.abs(reactions - rho).max() <= 1e-8 * np.abs(rho).max()
 
 
@@ -144,15 +144,17 @@ def test_a_mode_that_was_passed_over_is_found_from_zero(ring, exact, monkeypatch
 
     def blind(solve, mass, start, count, most, *, shift, **options):
         shifts.append(shift)
-        found = whole(solve, mass, start, count + 1, most, shift=shift, **options)
+        lowest = whole(solve, mass, start, count + 1, most, shift=shift, **options)
         hidden = slice(1, None) if shift else slice(0, count)
-        return type(found)(found.values[hidden], found.vectors[:, hidden], found.residuals[hidden])
+        return type(lowest)(
+            lowest.values[hidden], lowest.vectors[:, hidden], lowest.residuals[hidden]
+        )
 
     monkeypatch.setattr(modes, "lowest_modes", blind)
-    found = modes.cyclic_modes(parts, COUNT, lambda _: None)
+    lowest = modes.cyclic_modes(parts, COUNT, lambda _: None)
     assert shifts[0] > exact[0]
     assert shifts[1:] == [0.0]
-    assert np.allclose(1 / found.values, exact[:COUNT], rtol=1e-9)
+    assert np.allclose(1 / lowest.values, exact[:COUNT], rtol=1e-9)
 
 
 @pytest.mark.parametrize("highest", [None, 1e6, 1e14, 1e30])
@@ -161,8 +163,8 @@ def test_any_shift_gives_the_same_modes(ring, exact, monkeypatch, highest):
     if highest is not None:
         monkeypatch.setattr(modes, "lowest_values", lambda *_: np.array([highest]))
         monkeypatch.setattr(modes, "held_value", lambda *_: 1e40)
-    found = modes.cyclic_modes(parts, COUNT, lambda _: None)
-    assert np.allclose(1 / found.values, exact[:COUNT], rtol=1e-9)
+    lowest = modes.cyclic_modes(parts, COUNT, lambda _: None)
+    assert np.allclose(1 / lowest.values, exact[:COUNT], rtol=1e-9)
 
 
 def test_a_shift_upon_a_mode_is_moved(ring, exact, monkeypatch):
@@ -196,6 +198,6 @@ def sector(b=12, seed=0):
 def test_stiffness_that_has_rigid_motion_is_kept_and_rounding_leaves_it():
     exact, rigid = sector()
     noise = np.random.default_rng(1).standard_normal(exact.shape)
-    found = without_rigid(exact + 1e-9 * (noise + noise.T), rigid)
-    assert np.abs(found @ rigid).max() < 1e-13 * np.abs(exact).max()
-    assert np.abs(found - exact).max() < 1e-7 * np.abs(exact).max()
+    stiffness = without_rigid(exact + 1e-9 * (noise + noise.T), rigid)
+    assert np.abs(stiffness @ rigid).max() < 1e-13 * np.abs(exact).max()
+    assert np.abs(stiffness - exact).max() < 1e-7 * np.abs(exact).max()

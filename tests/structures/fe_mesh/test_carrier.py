@@ -39,14 +39,14 @@ def test_slender_pins_are_round_all_along(slenderness: float, fidelity: str, sid
     """Pushed out to their true volume, their surface is not far beyond that of a prism of as many
     sides: no section is far from the circle. Those of quick are half as fine."""
     p = wind_carrier(pin_diameter=0.48 / slenderness, fidelity=fidelity)
-    made = carrier_fe_mesh(p)
-    at = made.points[made.facets["pin_1"]]
+    fe_mesh = carrier_fe_mesh(p)
+    at = fe_mesh.points[fe_mesh.facets["pin_1"]]
     off = np.hypot(at[..., 0] - p.center_distance, at[..., 1])
     inscribed = sqrt(2 * pi / (sides * sin(2 * pi / sides)))  # to the polygon of the same area
     assert off.mean() / (p.pin_diameter / 2) == pytest.approx(
         inscribed, rel=0.18 if fidelity == "quick" else 0.022
     )
-    assert made.quality() > 1e-3
+    assert fe_mesh.quality() > 1e-3
 
 
 @pytest.mark.parametrize("scale", [1, 1 / 16])

@@ -25,15 +25,17 @@ def make_module():
 
 @pytest.mark.parametrize("body", ["ring36_quick", "carrier5_quick"])
 def test_generator_still_makes_the_committed_body(body: str) -> None:
-    made = make_module()
-    now = ring_fe_mesh(made.RING_36) if "ring" in body else carrier_fe_mesh(made.CARRIER_5)
-    kept = read_fe_mesh(FOLDER / f"{body}.vtu")
-    assert set(kept.facets) == set(now.facets)
+    generator = make_module()
+    now = (
+        ring_fe_mesh(generator.RING_36) if "ring" in body else carrier_fe_mesh(generator.CARRIER_5)
+    )
+    committed = read_fe_mesh(FOLDER / f"{body}.vtu")
+    assert set(committed.facets) == set(now.facets)
     if "ring" in body:  # structured: vertex by vertex
-        np.testing.assert_allclose(kept.points, now.points, atol=1e-12)
-        np.testing.assert_array_equal(kept.cells, now.cells)
+        np.testing.assert_allclose(committed.points, now.points, atol=1e-12)
+        np.testing.assert_array_equal(committed.cells, now.cells)
     # free tetrahedra may differ between versions of gmsh, the body may not
-    assert now.volume() == pytest.approx(kept.volume(), rel=2e-2)
-    for name in kept.facets:
-        area = facet_areas(kept.points, kept.facets[name]).sum()
+    assert now.volume() == pytest.approx(committed.volume(), rel=2e-2)
+    for name in committed.facets:
+        area = facet_areas(committed.points, committed.facets[name]).sum()
         assert facet_areas(now.points, now.facets[name]).sum() == pytest.approx(area, rel=0.1), name

@@ -161,9 +161,9 @@ def test_a_unit_slip_is_named_with_its_remedy(
 
 def test_missing_groups_are_listed_in_one_line(bodies: dict[str, FeMesh], tmp_path: Path) -> None:
     write_fe_mesh(bodies["ring"], tmp_path / "ring.msh")
-    wanted = ["outer", *(f"tooth_root_{j:03d}" for j in range(30, 60)), "bolt_99"]
+    groups = ["outer", *(f"tooth_root_{j:03d}" for j in range(30, 60)), "bolt_99"]
     with pytest.raises(InputError) as error:
-        read_fe_mesh(tmp_path / "ring.msh", "m", wanted)
+        read_fe_mesh(tmp_path / "ring.msh", "m", groups)
     one_line(error, "24 of 32 missing", "tooth_root_037", "and 18 more")
 
 

@@ -41,20 +41,20 @@ def test_own_files_are_read_and_checked(case: StageView, tmp_path: Path) -> None
     files = {"ring": "ring.msh", "planet": "planet.vtu", "carrier": "carrier.inp"}
     for name, source in zip(files, (ring_source, planet_source, carrier_source), strict=True):
         write_fe_mesh(source(case).fe_mesh(), tmp_path / files[name])
-    own = case.with_(
+    with_files = case.with_(
         **{
             f"stage.{name}.fe.fe_mesh{key}": value
             for name, file in files.items()
             for key, value in (("_file", str(tmp_path / file)), ("", "file"), ("_unit", "m"))
         }
     )
-    for body in (ring_source(own), planet_source(own), carrier_source(own)):
+    for body in (ring_source(with_files), planet_source(with_files), carrier_source(with_files)):
         assert set(body.groups.needed) <= set(body.fe_mesh().facets)
     with pytest.raises(InputError, match='set fe_mesh_unit = "m"'):
-        ring_source(own.with_(**{"stage.ring.fe.fe_mesh_unit": "mm"})).fe_mesh()
+        ring_source(with_files.with_(**{"stage.ring.fe.fe_mesh_unit": "mm"})).fe_mesh()
     with pytest.raises(InputError, match="25 of 120 missing"):
-        ring_source(own.with_(**{"stage.ring.fe.bolts.holes": True})).fe_mesh()
+        ring_source(with_files.with_(**{"stage.ring.fe.bolts.holes": True})).fe_mesh()
     with pytest.raises(InputError, match=r"ring\.fe\.fe_mesh_file.*no such file"):
         ring_source(
-            own.with_(**{"stage.ring.fe.fe_mesh_file": str(tmp_path / "none.msh")})
+            with_files.with_(**{"stage.ring.fe.fe_mesh_file": str(tmp_path / "none.msh")})
         ).fe_mesh()

@@ -53,16 +53,16 @@ def refusal(fe_mesh: FeMesh, groups: Groups, placement: Placement | None = None)
 
 def keys_of(text: str, body: str) -> Placement:
     """The placement that a refusal offers."""
-    found = {}
+    parts = {}
     for key in ("shift_mm", "turn_deg"):
-        said = re.search(
+        match = re.search(
             rf"stage\.{body}\.fe\.fe_mesh_{key} = (\[.*?\]|\S+?)(?=,? and |, or )", text
         )
-        words = said[1].strip("[]").split(", ") if said else ["0"]
+        words = match[1].strip("[]").split(", ") if match else ["0"]
         numbers = [float(w) for w in words]
-        found[key] = numbers if len(numbers) == 3 else [0.0, 0.0, *numbers]
+        parts[key] = numbers if len(numbers) == 3 else [0.0, 0.0, *numbers]
     return Placement(
-        tuple(v / 1e3 for v in found["shift_mm"]), tuple(np.radians(found["turn_deg"]).tolist())
+        tuple(v / 1e3 for v in parts["shift_mm"]), tuple(np.radians(parts["turn_deg"]).tolist())
     )
 
 
@@ -206,7 +206,7 @@ def test_holes_that_the_case_has_not_are_refused() -> None:
     assert "25 of 308" in refusal(holed, ring_source(turned).groups)
 
 
-def own(case: StageView, body: str, path: Path, **keys: object) -> StageView:
+def with_mesh_file(case: StageView, body: str, path: Path, **keys: object) -> StageView:
     values = {"fe_mesh": "file", "fe_mesh_file": str(path), "fe_mesh_unit": "m", **keys}
     return case.with_(**{f"stage.{body}.fe.{key}": value for key, value in values.items()})
 
@@ -222,15 +222,15 @@ def test_the_opposite_motion_puts_a_file_back(
     plain, path = meshes[body], tmp_path / f"own.{suffix}"
     back = (plain.points - shift) @ axes
     write_fe_mesh(FeMesh(back, plain.cells, plain.kind, plain.facets), path)
-    case = own(bundled(), body, path, fe_mesh_shift=shift, fe_mesh_turn=turn)
-    found = BODIES[body](case).fe_mesh()
-    assert np.abs(found.points - plain.points).max() < 1e-12
-    np.testing.assert_array_equal(found.cells, plain.cells)
+    case = with_mesh_file(bundled(), body, path, fe_mesh_shift=shift, fe_mesh_turn=turn)
+    fe_mesh = BODIES[body](case).fe_mesh()
+    assert np.abs(fe_mesh.points - plain.points).max() < 1e-12
+    np.testing.assert_array_equal(fe_mesh.cells, plain.cells)
     BODIES[body](case).check()
     with pytest.raises(
         InputError, match=rf"own\.{suffix}: .* set stage\.{body}\.fe\.fe_mesh_shift_mm = \["
     ):
-        BODIES[body](own(bundled(), body, path)).check()
+        BODIES[body](with_mesh_file(bundled(), body, path)).check()
 
 
 def test_one_number_is_along_or_about_the_axis() -> None:
@@ -254,7 +254,7 @@ def test_node_sets_that_the_case_has_not_are_refused_too(
         nodes = "\n".join(str(k + 1) for k in np.unique(meshes["carrier"].facets["pin_1"]))
         deck.write(f"*NSET, NSET=pin_6\n{nodes}\n")
     with pytest.raises(InputError, match="pin_6: is none of the 5 groups"):
-        carrier_source(own(bundled(), "carrier", path)).fe_mesh()
+        carrier_source(with_mesh_file(bundled(), "carrier", path)).fe_mesh()
 
 
 def test_where_a_mesh_is_put_and_judged_by_is_part_of_the_caches_key(
@@ -265,12 +265,12 @@ def test_where_a_mesh_is_put_and_judged_by_is_part_of_the_caches_key(
     write_fe_mesh(meshes["ring"], path)
     keys = []
 
-    def kept(key: str, compute: object) -> object:
+    def record(key: str, compute: object) -> object:
         keys.append(key)
         raise KeyError
 
-    monkeypatch.setattr(fe_body, "cached", kept)
-    plain = own(bundled(), "ring", path)
+    monkeypatch.setattr(fe_body, "cached", record)
+    plain = with_mesh_file(bundled(), "ring", path)
     for case in (
         plain,
         plain.with_(**{"stage.ring.fe.fe_mesh_shift": (0.0, 0.0, 1e-9)}),

@@ -46,22 +46,22 @@ def test_a_pipe_without_a_reader_is_still_an_error():
         "except BrokenPipeError:\n"
         "    print('told')\n"
     )
-    found = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
-    assert (found.returncode, found.stdout) == (0, "told\n")
+    process = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert (process.returncode, process.stdout) == (0, "told\n")
 
 
 def test_meshing_works_off_the_main_thread_and_leaves_gmsh_finalised() -> None:
-    made: list[FeMesh] = []
+    meshes: list[FeMesh] = []
     threads = [
-        threading.Thread(target=lambda: made.append(carrier_fe_mesh(wind_carrier())))
+        threading.Thread(target=lambda: meshes.append(carrier_fe_mesh(wind_carrier())))
         for _ in range(2)
     ]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    assert len(made) == 2
-    require_same(*made)
+    assert len(meshes) == 2
+    require_same(*meshes)
     assert not gmsh.isInitialized()
 
 

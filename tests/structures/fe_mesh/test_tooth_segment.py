@@ -105,9 +105,9 @@ def test_a_tooth_cut_at_its_base_section_ends_where_the_ring_is_tied():
     cut = SegmentParameters(
         ring.tooth, 0.05, ring.helix_rate, None, 1e-3, 1, replace(DIVISIONS, tooth=20, layers=6)
     )
-    own = tooth_segment(cut).fe_mesh
+    fe_mesh = tooth_segment(cut).fe_mesh
     whole = ring_fe_mesh(ring)
-    base = own.points[np.unique(own.facets["held"])]
+    base = fe_mesh.points[np.unique(fe_mesh.facets["held"])]
     tied = whole.points[np.unique(whole.facets["tooth_root_001"])]
     (own_angle, own_radius), (angle, radius) = (_at_mid_face(ring, p) for p in (base, tied))
     assert own_angle[[0, -1]] == pytest.approx(angle[[0, -1]], rel=1e-9)
