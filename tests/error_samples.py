@@ -35,10 +35,10 @@ def picked(sets, at):
 
 def revolutions(modal, input_angles, torque, sets):
     """Forces (p, M, J) by one revolution a set."""
-    found = []
+    forces = []
     for j in range(len(sets)):
         system = modal.system.with_(pairs=sets.pairs(modal.system.pairs, j))
-        found.append(
+        forces.append(
             revolution(replace(modal, system=system), input_angles, torque).pair_load.sum(-1)
         )
-    return np.stack(found, axis=-1)
+    return np.stack(forces, axis=-1)

@@ -54,7 +54,7 @@ def train(*stages: dict, inputs, output, joints=(), held=(), **keys) -> Case:
     return Case(
         material=STEEL,
         stages=tuple(Stage.model_validate(stage) for stage in stages),
-        inputs=tuple(Input(member=member, **given) for member, given in inputs.items()),
+        inputs=tuple(Input(member=member, **values) for member, values in inputs.items()),
         output=Output(member=output[0], **output[1]),
         joints=tuple(joint(*pair) for pair in joints),
         held=held,

@@ -28,10 +28,10 @@ def solved(case, bodies, angles=(0.0,)):
     return revolution(modal_system(system), np.array(angles), case.case.inputs[0].torque)
 
 
-def reactions(found, sample=0):
+def reactions(equilibrium, sample=0):
     """Force and moment (6,) of the housing on all that it holds, at the origin, fixed axes."""
-    recovery, system = Recovery(found), found.modal.system
-    total, theta = np.zeros(6), float(found.theta[sample, 0])
+    recovery, system = Recovery(equilibrium), equilibrium.modal.system
+    total, theta = np.zeros(6), float(equilibrium.theta[sample, 0])
     for link in system.links:
         name = link.name.removeprefix("stage.")
         part = "ring" if name.startswith(("bolt", "fit")) else ""

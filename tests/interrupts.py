@@ -50,14 +50,14 @@ def wait_until(true, seconds=400.0):
 
 def processes_with(variable):
     """Numbers of processes that were started with this in their environment (Linux)."""
-    found = []
+    pids = []
     for place in Path("/proc").glob("[0-9]*"):
         try:
             if variable.encode() in (place / "environ").read_bytes().split(b"\0"):
-                found.append(int(place.name))
+                pids.append(int(place.name))
         except OSError:  # ended, or somebody else's
             continue
-    return found
+    return pids
 
 
 def listening(processes):

@@ -23,8 +23,8 @@ def beam():
     young, poisson, density = STEEL
     full = shaft_body(sections, young=young, poisson=poisson, density=density, direction=1,
                       elements_per_section=4)  # fmt: skip
-    kept = [0, 4, 8]
-    b = np.concatenate([np.arange(6 * k, 6 * k + 6) for k in kept])
+    nodes = [0, 4, 8]
+    b = np.concatenate([np.arange(6 * k, 6 * k + 6) for k in nodes])
     i = np.setdiff1d(np.arange(full.size), b)
     k, m = full.stiffness, full.mass
     basis = np.zeros((full.size, len(b) + MODES))
@@ -35,8 +35,8 @@ def beam():
     stiffness, mass = (basis.T @ matrix @ basis for matrix in (k, m))
     return ReducedMatrices(
         "beam",
-        tuple(full.node_names[n] for n in kept),
-        full.positions[kept],
+        tuple(full.node_names[n] for n in nodes),
+        full.positions[nodes],
         (stiffness + stiffness.T) / 2,
         (mass + mass.T) / 2,
         np.vstack([basis[6 * n : 6 * n + 3] for n in range(9)]),
@@ -56,8 +56,8 @@ def ring():
         ties.append(averaging_tie(f"tooth_{j + 1:03d}", place, sample))
     outer = facet_sample(model, model.fe_mesh.facets["outer"])
     ties.append(averaging_tie("fit_1", np.zeros(3), outer))
-    made = reduce(model, interface_of(model, ties), 10).body
-    return ReducedMatrices("ring", made.node_names, made.positions, made.stiffness, made.mass)
+    body = reduce(model, interface_of(model, ties), 10).body
+    return ReducedMatrices("ring", body.node_names, body.positions, body.stiffness, body.mass)
 
 
 def frequencies(stiffness, mass, count=20):

@@ -26,8 +26,8 @@ def require_sound(path: Path, *sections: str) -> None:
     page = path.read_text("utf-8")
     assert path.stat().st_size < MOST
     assert page.rstrip().endswith("</html>")
-    there = re.findall(r'<section id="(\w+)">', page)
-    assert set(sections) <= set(there), there
+    chapters = re.findall(r'<section id="(\w+)">', page)
+    assert set(sections) <= set(chapters), chapters
     assert not re.search(r'(src|href)\s*=\s*"(?!data:|#)', page)
     text = visible(page)
     assert not NO_FIGURE.findall(text)
@@ -40,8 +40,8 @@ def require_sound(path: Path, *sections: str) -> None:
 
 def _without_values_of_the_case(page: str) -> str:
     """The page without what the case itself says, as names and choices stand in its file."""
-    before, found, case = page.partition('<section id="case">')
-    return before + found + re.sub(r'<td class="value[^>]*>.*?</td>', "", case, flags=re.S)
+    before, tag, case = page.partition('<section id="case">')
+    return before + tag + re.sub(r'<td class="value[^>]*>.*?</td>', "", case, flags=re.S)
 
 
 def _lost(word: str) -> None:

@@ -54,7 +54,9 @@ class Model:
         return self
 
     def of(self, kind):
-        return [number for number, (found, _, _) in self.components.items() if found == kind]
+        return [
+            number for number, (type_name, _, _) in self.components.items() if type_name == kind
+        ]
 
     def flanks(self, gear):
         """Ids of the flanks of a gear."""
@@ -143,10 +145,10 @@ class Model:
 def _xml(attributes):
     rows = ""
     for key, (value, unit) in attributes.items():
-        said = str(value).lower() if isinstance(value, bool) else value
+        text = str(value).lower() if isinstance(value, bool) else value
         if isinstance(value, tuple):
-            said = "<array>" + "".join(f"<c>{v!r}</c>" for v in value) + "</array>"
-        rows += f'<attribute id="{key}" unit="{unit}">{said}</attribute>'
+            text = "<array>" + "".join(f"<c>{v!r}</c>" for v in value) + "</array>"
+        rows += f'<attribute id="{key}" unit="{unit}">{text}</attribute>'
     return rows
 
 
@@ -281,10 +283,10 @@ def three_stages(version="2.0"):
 
 def case_of_file(path, load_case_id=None):
     """The case of a REXS file, and what was made of it: text, what was assumed and left out."""
-    made = case_of_document(read_rexs(path), str(path), load_case_id)
+    conversion = case_of_document(read_rexs(path), str(path), load_case_id)
     target = path.with_suffix(".toml")
-    target.write_text(made.text, encoding="utf-8")
-    return load_case(target), made
+    target.write_text(conversion.text, encoding="utf-8")
+    return load_case(target), conversion
 
 
 def exported(case, path):

@@ -38,7 +38,7 @@ def require_valid(path):
     assert max(Counter(r.get("id") for r in root.find("relations")).values()) == 1
     for component in root.iter("component"):
         kind = kinds[component.get("id")]
-        assert kind in {known for known, *_ in ATTRIBUTES}
+        assert kind in {name for name, *_ in ATTRIBUTES}
         for attribute in component:
             key = (kind, attribute.get("id"), attribute.get("unit"))
             assert key in ATTRIBUTES

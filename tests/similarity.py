@@ -99,8 +99,12 @@ def of_one_frequency(modes: xr.Dataset) -> xr.Dataset:
 
 def _module(data: xr.Dataset) -> float:
     """Normal module of the first stage, m."""
-    said = json.loads(data.attrs["parameters"])
-    return float((said["stages"][0] if "stages" in said else said["stage"])["normal_module"])
+    parameters = json.loads(data.attrs["parameters"])
+    return float(
+        (parameters["stages"][0] if "stages" in parameters else parameters["stage"])[
+            "normal_module"
+        ]
+    )
 
 
 def _difference(
@@ -118,26 +122,26 @@ def _difference(
     )
 
 
-def _no_moment(units: str, found: Any, module: float) -> float:
+def _no_moment(units: str, loads: Any, module: float) -> float:
     """Moments below 1e-3 of the largest force times the module count as none: those of forces that
     cancel at levers of many modules differ by 1e-10 of it from rounding alone."""
-    return 1e-3 * module * np.nanmax(np.abs(found[..., :3]), initial=0.0) if "N m" in units else 0.0
+    return 1e-3 * module * np.nanmax(np.abs(loads[..., :3]), initial=0.0) if "N m" in units else 0.0
 
 
-def _apart(expected: Any, found: Any, least: float = 0.0) -> float:
-    assert np.array_equal(np.isnan(expected), np.isnan(found))
+def _apart(expected: Any, values: Any, least: float = 0.0) -> float:
+    assert np.array_equal(np.isnan(expected), np.isnan(values))
     largest = np.nanmax(np.abs(expected), initial=least)
-    return float(np.nanmax(np.abs(expected - found), initial=0.0) / largest) if largest else 0.0
+    return float(np.nanmax(np.abs(expected - values), initial=0.0) / largest) if largest else 0.0
 
 
 def figures_apart(small: Any, large: Any, factor: float, name: str = "") -> dict[str, float]:
     """The same of figures with their units at the end of their names, by name."""
     if isinstance(small, dict):
         assert set(small) == set(large)
-        found: dict[str, float] = {}
+        by_name: dict[str, float] = {}
         for key, value in small.items():
-            found |= figures_apart(value, large[key], factor, f"{name}.{key}")
-        return found
+            by_name |= figures_apart(value, large[key], factor, f"{name}.{key}")
+        return by_name
     if isinstance(small, (list, tuple)):
         assert len(small) == len(large), name
         return {

@@ -96,11 +96,11 @@ VERTICES = [6 * node + axis for node in range(8) for axis in range(3)]
 def stage_with_vertices():
     """wind-5mw on cheap bodies whose vertices are their first eight nodes."""
     case = load_case("wind-5mw")
-    made = {
+    bodies = {
         name: body.with_(
             points=body.positions[:8],
             recovery=np.eye(len(body.mass), dtype=np.float32)[VERTICES],
         )
         for name, body in cheap_stage(case.view()).items()
     }
-    return assemble(case, bodies=made)
+    return assemble(case, bodies=bodies)

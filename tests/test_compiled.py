@@ -72,11 +72,11 @@ def test_an_edit_of_any_source_of_loops_compiles_anew_and_no_other_does(copied):
     cache = copied / "cache"
     # without a folder of its own: numba's setting is as empty as before
     assert ran(copied, cache) == ["4.0", "True", "0"]
-    kept = list((cache / "compiled").iterdir())
+    folders = list((cache / "compiled").iterdir())
     for edited in ("gears/power_flow.py", "coupling/system.py", "analysis/equilibrium.py"):
         (copied / "flexgear" / edited).open("a").write("\n# edited\n")
     ran(copied, cache)
-    assert list((cache / "compiled").iterdir()) == kept
+    assert list((cache / "compiled").iterdir()) == folders
     law = copied / "flexgear" / "coupling" / "laws" / "coupled_slices.py"
     law.write_text(law.read_text().replace("left[j] = x[j]", "left[j] = 2 * x[j]", 1))
     assert ran(copied, cache)[:3] == ["8.0", "True", "0"]

@@ -178,9 +178,9 @@ def test_a_case_of_objects_is_that_of_the_file(case):
 
 def test_a_case_takes_the_only_stage_as_a_file_does():
     data = tomllib.loads(bundled_text("lin-parker"))
-    own = fg.Case(name="lin-parker", **data)
-    assert own.content_hash() == fg.load_case("lin-parker").content_hash()
-    assert own.stages[0].name == "stage"
+    case = fg.Case(name="lin-parker", **data)
+    assert case.content_hash() == fg.load_case("lin-parker").content_hash()
+    assert case.stages[0].name == "stage"
     with pytest.raises(fg.InputError, match="stage: is given beside"):
         fg.Case(stages=[data["stage"]], **data)
 
