@@ -173,7 +173,7 @@ _WORDS = {
     "pair_stiffness_peak_n_per_m": "largest stiffness of one pair",
     "iso_single_stiffness_n_per_mm_um": "stiffness of one pair per face width, c′ of ISO 6336-1",
     "nominal_contact_pressure_mpa": (
-        "nominal contact pressure at the pitch point (ISO 6336-2, no Z_β, no load factors)"
+        "nominal contact pressure at the pitch point (ISO 6336-2, no helix angle or load factors)"
     ),
     "nominal_root_stress_iso_6336_3_{part}_mpa": (
         "nominal root stress of the {part} (ISO 6336-3, no load factors)"
