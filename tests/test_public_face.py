@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from trains import spur_pair, write
 
 import flexgear as fg
 from flexgear.model.load import bundled_text
@@ -62,13 +63,18 @@ def model(case):
     [
         (lambda case: fg.load_case(3), "load_case(): source: 3 is of the wrong type"),
         (lambda case: fg.load_case("lin-parker", planets="five"),
-         "load_case(): stage.planets: 'five' is not a whole number"),
+         "load_case(): planets: 'five' is not a whole number"),
+        (lambda case: fg.load_case("lin-parker", sun__teeth=-1),
+         "load_case(): sun__teeth: -1 is outside 5 … 2000"),
+        (lambda case: fg.load_case("lin-parker", fidelity="quick"), "write solver__fidelity"),
         (lambda case: fg.load_case("lin-parker", {"stage.planets": "x"}),
          "load_case(): stage.planets: 'x' is not a whole number"),
         (lambda case: fg.load_case("lin-parker", planet=5), "planet: is not a section"),
         (lambda case: fg.load_case("lin-parker", plannets=5), "did you mean planets?"),
         (lambda case: fg.load_case("lin-parker", face_width=5), "face_width: has no unit"),
-        (lambda case: fg.load_case("nrel-5mw", planets=5), "planets: is a key of a stage"),
+        (lambda case: fg.load_case("nrel-5mw", planets=5),
+         "planets: is a key of a stage -- write stages__NAME__planets or stages__0__planets"),
+        (lambda case: case.with_(nokey=1), "Case.with_(): nokey: is not a known key"),
         (lambda case: case.assemble(rigid=["rim"]), "Case.assemble(): rigid"),
         (lambda case: case.assemble(progress="bar"), "Case.assemble(): progress: 'bar'"),
         (lambda case: case.run(3), "Case.run(): out: 3 is of the wrong type"),
@@ -87,7 +93,8 @@ def model(case):
         (lambda case: case.assemble().static([]), "static(): angle_deg: [] is of the wrong type"),
         (lambda case: case.assemble().static(np.eye(2)), "static(): angle_deg: array([["),
         (lambda case: case.assemble().static(np.datetime64("2020-01-01")), "static(): angle_deg"),
-        (lambda case: case.assemble().static(np.inf), "static(): angle_deg: inf rad: is no angle"),
+        (lambda case: case.assemble().static(np.inf), "static(): angle_deg: inf is of the wrong"),
+        (lambda case: case.assemble().static(case.assemble().modes()), "angle_deg: <xarray.Data"),
         (lambda case: case.assemble().static(0, torque=True), "static(): torque: True is of the"),
         (lambda case: case.assemble().static(0, torque=np.nan), "static(): torque: nan is of the"),
         (lambda case: case.assemble().static(0, progress=1), "progress: 1 is of the wrong type -- g"
@@ -96,16 +103,34 @@ def model(case):
         (lambda case: case.assemble().modes(member="x"), "modes(): member: 'x': does not turn"),
         (lambda case: case.assemble().campbell("x"), "campbell(): factors: 'x' is of the wrong"),
         (lambda case: case.assemble().campbell(margin=-1), "campbell(): margin: -1 is not"),
+        (lambda case: case.assemble().campbell(orders=[1, 0]), "campbell(): orders: 0: is no or"),
+        (lambda case: case.assemble().stability(count=2.0), "count: 2.0 is of the wrong type"),
+        (lambda case: case.assemble().stability(count=10**7), "count: 10000000 is too large"),
+        (lambda case: case.assemble().rigid("ring"), "Model.rigid(): parts: lin-parker: has only"),
+        (lambda case: case.assemble().transient(1e-3, torque_share=np.inf), "torque_share: inf is"),
+        (lambda case: case.assemble().transient(1e-3, fields=["x"]), "transient(): fields: 'x'"),
+        (lambda case: case.assemble().transient(1e-3, out=""), "transient(): out: \"\": names no"),
+        (lambda case: case.assemble().transient(1e-3, drive={"kind": "r"}), "drive.kind: 'r' is u"),
+        (lambda case: case.assemble().response((-1, 2)), "response(): speeds: -1 to 2: goes thr"),
         (lambda case: case.assemble().stability(count=0), "stability(): count: 0 is not positive"),
         (lambda case: case.assemble().stability((0, 0)), "stability(): speeds: 0 to 0: goes"),
         (lambda case: case.assemble().linear_response(orders=-1), "linear_response(): orders: -1"),
         (lambda case: case.assemble().response(speed=0.5), "response(): speed: 0.5: is fixed, but"),
         (lambda case: case.assemble().mode_field(b"x", 1), "mode_field(): body: b'x' is of the"),
         (lambda case: case.assemble().static().fg.orders(3), "orders(): name: 3 is of the wrong"),
+        (lambda case: case.assemble().static().fg.orders("a\nb"), "name: a\\nb: is no history"),
+        (lambda case: case.assemble().transient(0.01).fg.orders("port_torque", window="x"),
+         "orders(): window: 'x': is unknown"),
+        (lambda case: case.assemble().transient(0.01).fg.orders("port_torque", "stage.x"),
+         "orders(): member: stage.x: is no member"),
+        (lambda case: case.assemble().transient(0.01).fg.orders("port_torque", band_hz=(9, 5)),
+         "orders(): band_hz: band 9 to 5 Hz: is not within"),
+        (lambda case: case.assemble().mode_field("stage.x", 1), "mode_field(): body: 'stage.x'"),
+        (lambda case: fg.sweep(case, {"stage.planets": [3]}, measures=["x"]), "measures: x: is no"),
         (lambda case: fg.sweep(case, {"stage.planets": [3]}, workers=0), "workers: 0 is not"),
         (lambda case: fg.sweep(case, {"stage.planets": [3]}, modes=0), "modes: 0 is not positive"),
         (lambda case: fg.sweep(3, {"stage.planets": [3]}), "sweep(): source: 3 is of the wrong"),
-        (lambda case: fg.load_case(case, planets=0), "load_case(): stage.planets: 0 is outside"),
+        (lambda case: fg.load_case(case, planets=0), "load_case(): planets: 0 is outside"),
         (lambda case: fg.field_grid(case.assemble().static()), "field_grid(): field: dataset: is"),
         (lambda case: fg.swing(case.assemble().static()), "swing(): field: dataset: is no natural"),
         (lambda case: fg.stage_part(case.assemble().static(), "x"), "stage_part(): stage: 'x'"),
@@ -157,6 +182,30 @@ def test_a_transient_in_memory_keeps_what_is_asked_for(model, tmp_path):
     assert set(alone.data_vars) == set(in_file.data_vars)
     with pytest.raises(fg.InputError, match=r"transient\(\): save: x: is not saved by this run"):
         model.transient(0.002, save=["x"])
+
+
+def test_a_drive_is_a_section_and_its_file_is_read(model, tmp_path):
+    """By keys, from a file, and of a case that is changed, the same torque acts."""
+    file = tmp_path / "drop.csv"
+    file.write_text("time_s,torque_nm\n0,100\n0.001,40\n")
+    keys = {"kind": "ramp", "times_s": [0, 0.001], "torques_nm": [100, 40]}
+    ramp = model.transient(0.002, drive=keys).port_torque.sel(port="stage.sun")
+    assert ramp.values[-1] == pytest.approx(40.0)
+    from_file = {"kind": "csv", "file": str(file)}
+    read = model.transient(0.002, drive=from_file).port_torque.sel(port="stage.sun")
+    assert read.values == pytest.approx(ramp.values)
+    for case in (
+        fg.load_case(model.case, drive=from_file),
+        model.case.with_(**{"drive.kind": "csv", "drive.file": str(file)}),
+    ):
+        assert case.drive.torques == (100.0, 40.0)
+    file.unlink()  # the case has its content
+    assert fg.load_case(case, title="x").drive.torques == (100.0, 40.0)
+
+
+def test_a_limit_above_all_frequencies_gives_all_modes(model):
+    every = model.modes(angle_deg=0).frequency.values
+    assert model.modes(1e300, angle_deg=0).frequency.values == pytest.approx(every)
 
 
 def test_keys_of_a_case_are_keywords_of_load_case():
@@ -276,6 +325,19 @@ def test_runs_are_compared_in_a_table_and_a_picture(model):
     assert both.figures.gear_mesh_force.dims == ("run", "gear_mesh")
     assert repr(both).count("\n") == 2 and "<td>stiff</td>" in both._repr_html_()
     assert len([ax for ax in both.plot().axes if ax.has_data()]) == 4
+
+
+def test_a_comparison_of_gear_pairs_has_no_load_sharing(tmp_path):
+    """Nobody shares the load of one gear mesh: of a pair alone, or at the end of a train."""
+    text = spur_pair(gear_mesh='model = "constant"', backlash=20, speed=10, torque=500)
+    cases = (fg.load_case(source) for source in (write(tmp_path, text), "nrel-5mw"))
+    models = [case.assemble() for case in cases]
+    alone, last = (fg.compare(a=m.static([0, 1]), b=m.static([2, 3])) for m in models)
+    assert "load factor" not in repr(alone) and "load factor" in repr(last)
+    assert [ax.get_ylabel() for ax in alone.plot().axes] == ["largest force (kN)"]
+    axes = last.plot().axes
+    assert [ax.get_visible() for ax in axes[-2:]] == [True, False]
+    assert axes[-2].get_xlabel() == axes[-3].get_xlabel() == "turns of stage 1, carrier (–)"
 
 
 def test_a_run_in_a_folder_is_read_again_and_drawn(tmp_path):

@@ -173,8 +173,8 @@ def _lowest(
     """ω² and shapes up to the limit, but at least one more mode than rigid motions."""
     if limit_hz is None:
         return linalg.eigh(stiffness, mass)  # type: ignore[no-any-return]
-    top = (2 * np.pi * limit_hz) ** 2
-    values, shapes = linalg.eigh(stiffness, mass, subset_by_value=(-np.inf, top))
+    top = 2 * np.pi * float(limit_hz)
+    values, shapes = linalg.eigh(stiffness, mass, subset_by_value=(-np.inf, top * top))
     if len(values) <= free < len(mass):
         values, shapes = linalg.eigh(stiffness, mass, subset_by_index=(0, free))
     return values, shapes

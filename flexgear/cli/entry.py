@@ -23,7 +23,13 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from flexgear.cli import STOPPED, on_stop
-from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError, shortened
+from flexgear.model.errors import (
+    FlexgearError,
+    FlexgearWarning,
+    InputError,
+    printable,
+    shortened,
+)
 
 
 class Entry(NamedTuple):
@@ -251,6 +257,5 @@ def _warn(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -
 def _say(text: str, code: int) -> int:
     """Print a message to stderr in one line of printable characters; returns ``code``."""
     line = " ".join(text.split()).encode(errors="backslashreplace").decode()
-    printable = "".join(c if c.isprintable() else repr(c)[1:-1] for c in line)
-    print(f"flexgear: {printable}", file=sys.stderr, flush=True)
+    print(f"flexgear: {printable(line)}", file=sys.stderr, flush=True)
     return code

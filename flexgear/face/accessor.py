@@ -217,7 +217,8 @@ class Comparison:
             else data[names].max("position")
             for data in self.runs.values()
         ]  # fmt: skip
-        return xr.concat(largest, xr.IndexVariable("run", list(self.runs)))
+        runs = xr.IndexVariable("run", list(self.runs))
+        return xr.concat(largest, runs, combine_attrs="drop_conflicts")
 
     def plot(self) -> Figure:
         """Force of the most loaded planet and load sharing of every gear mesh, over time or turns
@@ -239,7 +240,7 @@ class Comparison:
             "largest gear-mesh force (kN)": 1e-3 * largest["gear_mesh_force"],
             "largest load factor": largest["planet_load_factor"],
         }
-        return xr.Dataset(columns).to_dataframe().reset_index()
+        return xr.Dataset(columns).to_dataframe().dropna(axis="columns").reset_index()
 
 
 def open_dataset(path: str | Path) -> xr.Dataset:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +13,7 @@ from flexgear.face.notebook import Progress, html_table, progress_or_bars
 from flexgear.model import case, load
 from flexgear.model.arguments import checked
 from flexgear.model.content import resolve_files
+from flexgear.model.errors import InputError
 from flexgear.model.names import BodyName
 from flexgear.model.read import Written, lists_of, match_key, to_si
 from flexgear.model.validation_errors import input_error
@@ -138,5 +140,14 @@ def load_case(
     name: ``load_case("wind-5mw", planets=5, solver__fidelity="quick")``. InputError, in one line,
     for anything that is wrong.
     """
-    dotted = {key.replace("__", "."): value for key, value in keys.items()}
-    return Case.of(load.load_case(source, {**(overrides or {}), **dotted}))
+    dotted = {key.replace("__", "."): key for key in keys}
+    changes = {**(overrides or {}), **{key: keys[name] for key, name in dotted.items()}}
+    try:
+        return Case.of(load.load_case(source, changes))
+    except InputError as fault:
+        keywords = [key for key in dotted if f".{fault.key}".endswith(f".{key}")]
+        if fault.where != "--set" or not keywords:
+            raise
+        path = re.compile(rf"\w+(\.\w+)*\.{re.escape(fault.key.rpartition('.')[2])}\b")
+        remedy = path.sub(lambda x: x[0].replace(".", "__"), fault.remedy)
+        raise InputError(fault.where, dotted[keywords[0]], fault.problem, remedy) from None

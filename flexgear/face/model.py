@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
@@ -17,6 +17,7 @@ from flexgear.face.notebook import Progress, html_table, progress_or_bars
 from flexgear.model.arguments import Count, Numbers, Positive, checked
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearWarning, InputError, echo
+from flexgear.model.load import load_case
 from flexgear.model.machine import TorqueHistory
 from flexgear.model.read import nearest
 from flexgear.results.dataset_file import chosen, dataset_file, reopened
@@ -157,7 +158,7 @@ class Model(model.Model):
         self,
         duration: Positive | None = None,
         *,
-        drive: TorqueHistory | None = None,
+        drive: TorqueHistory | Mapping[str, object] | None = None,
         torque_share: float = 1.0,
         output_interval: Positive | None = None,
         energy: bool = False,
@@ -170,8 +171,9 @@ class Model(model.Model):
         """A transient under the machines at the ports, from static equilibrium.
 
         duration: s; if left out start-up and a turn of the slowest stage, or longer until vibration
-        from the start decays. drive: torque of the
-        first input in the place of the case's, all other machines at rated torque or speed.
+        from the start decays. drive: torque of the first input in the place of the case's, by the
+        keys of [drive], {"kind": "ramp", "times_s": [0, 1], "torques_nm": [0, 100]}, all other
+        machines at rated torque or speed.
         torque_share: factor on all torques. output_interval: s between samples. energy: add the
         energy balance. fields: FE bodies whose coordinates are saved, for ``deformed``. out: netCDF
         file to which samples are written during the run, so that memory does not grow with the
@@ -181,6 +183,8 @@ class Model(model.Model):
         """
         for text in transient.lost_contacts(self):
             warnings.warn(text, FlexgearWarning, stacklevel=2)
+        if isinstance(drive, Mapping):
+            drive = load_case(self.case, {"drive": drive}).drive
         simulate = partial(
             transient.simulate,
             self,

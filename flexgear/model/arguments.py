@@ -2,7 +2,8 @@
 
 import builtins
 import inspect
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterable
 from functools import cache, partial, wraps
 from typing import Annotated, Any, TypeVar, cast
 
@@ -24,28 +25,39 @@ from flexgear.model.errors import InputError, echo
 F = TypeVar("F", bound=Callable[..., Any])
 Numbers = ArrayLike  # a number or a sequence of numbers
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Count = Annotated[int, Field(ge=1)]
+Count = Annotated[int, Field(ge=1, le=10**6)]
 
 
 def _numbers(value: object) -> object:
     """The argument if it is a number or an array of numbers; ValueError otherwise."""
-    array = np.asarray(value)
+    try:
+        array = np.asarray(value)
+    except TypeError:  # a dataset
+        raise ValueError from None
     if array.dtype.kind not in "iuf" or not array.size:
         raise ValueError
     return value
 
 
 def _sequence(value: object) -> object:
-    """The argument if it is a number or an array (n,) without NaN; ValueError otherwise."""
+    """The argument if it is a number or an array (n,) of finite numbers; ValueError
+    otherwise."""
     array = np.asarray(_numbers(value), dtype=float)
-    if array.ndim > 1 or np.isnan(array).any():
+    if array.ndim > 1 or not np.isfinite(array).all():
         raise ValueError
     return value
 
 
 def _number(value: object) -> object:
-    """The argument if it is a number; ValueError for NaN, text and booleans."""
-    if isinstance(value, str | bytes | bool) or value != value:
+    """The argument if it is a finite number; ValueError for infinity, NaN, text and booleans."""
+    if isinstance(value, str | bytes | bool) or value != value or value in (np.inf, -np.inf):
+        raise ValueError
+    return value
+
+
+def _whole(value: object) -> object:
+    """The argument if it is a whole number of Python or numpy; ValueError otherwise."""
+    if isinstance(value, bool) or not hasattr(value, "__index__"):
         raise ValueError
     return value
 
@@ -54,28 +66,38 @@ _TYPES = {  # by name in annotations
     "ArrayLike": Annotated[Any, PlainValidator(_numbers)],
     "Numbers": Annotated[Any, PlainValidator(_sequence)],
     "float": Annotated[float, BeforeValidator(_number)],
-    "int": Annotated[int, BeforeValidator(_number)],
+    "int": Annotated[int, BeforeValidator(_whole)],
     "str": Annotated[str, Strict()],
     "bool": Annotated[bool, Strict()],
     "Positive": Annotated[Positive, BeforeValidator(_number)],
-    "Count": Annotated[Count, BeforeValidator(_number)],
+    "Count": Annotated[Count, BeforeValidator(_whole)],
 }
 _DESCRIPTIONS = {  # of types, in messages
     "ArrayLike": "a number or an array of numbers",
     "Numbers": "a number or a sequence of numbers",
     "Positive": "a number above zero",
-    "Count": "a whole number above zero",
+    "Count": "a whole number from 1 to 1000000",
     "Progress": "a function of the name of a step and the share of it that is done",
 }
-_ARGUMENTS = {"speed_range": "speeds", "torque_range": "torques"}  # by command-line option
+_FAULTS = {  # by error type of pydantic
+    "greater_than": "not positive", "greater_than_equal": "not positive",
+    "less_than_equal": "too large",
+}  # fmt: skip
+_ARGUMENTS = {  # by command-line option, or place of an error
+    "speed_range": "speeds", "torque_range": "torques", "measure": "measures", "rigid": "parts",
+    "map": "block_turns", "envelope_hz": "band_hz", "output": "out",
+}  # fmt: skip
+# places in the errors of functions that have no file
+_FUNCTIONS = ("orders", "deformed", "mode_field", "output", "sweep", "with_")
 
 
 def checked(function: F) -> F:
     """Decorator that checks the arguments of a function against the types of its signature.
 
     InputError names the function and the first argument that is unknown or of a wrong type. In an
-    InputError about a command-line option, the argument of that name replaces the option. The
-    types are read from source text: the module has ``from __future__ import annotations``.
+    InputError about a command-line option, the argument of that name replaces the option; in one
+    about a value, the argument with this value is named. The types are read from source text: the
+    module has ``from __future__ import annotations``.
     """
     parameters = inspect.signature(function).parameters
     place = f"flexgear.{function.__qualname__}()"
@@ -89,15 +111,32 @@ def checked(function: F) -> F:
         try:
             return function(*args, **kwargs)
         except InputError as fault:
-            if not fault.where.startswith("--"):
+            if fault.where not in _FUNCTIONS and not fault.where.startswith("--"):
                 raise
-            option = fault.where.removeprefix("--").replace("-", "_")
-            names = (option, option.rpartition("_")[0], _ARGUMENTS.get(option))
-            named = [f": {name}" for name in names if name in parameters]
-            where = place + "".join(named[:1])
-            raise InputError(where, fault.key, fault.problem, fault.remedy) from fault
+            name = _argument_of(fault.where, parameters)
+            if not name:
+                arguments = inspect.signature(function).bind(*args, **kwargs).arguments
+                name = next((n for n, v in arguments.items() if _holds(v, fault.key)), "")
+            remedy = re.sub(
+                "--[a-z]+[a-z-]*", lambda x: _argument_of(x[0], parameters) or x[0], fault.remedy
+            )
+            where = f"{place}: {name}" if name and name != fault.key else place
+            raise InputError(where, fault.key, fault.problem, remedy) from fault
 
     return cast(F, called)
+
+
+def _argument_of(option: str, parameters: Iterable[str]) -> str:
+    """The argument for a command-line option or a place of an error; empty if there is none."""
+    name = option.removeprefix("--").replace("-", "_")
+    names = (_ARGUMENTS.get(name), name, name.rpartition("_")[0])
+    return next((n for n in names if n and n in parameters), "")
+
+
+def _holds(value: object, key: str) -> bool:
+    """Whether the value of an argument is text that an error is about, or a list with it."""
+    texts = value if isinstance(value, list | tuple) else (value,)
+    return any(isinstance(x, str) and key in (x, echo(x)) for x in texts)
 
 
 @cache
@@ -151,6 +190,6 @@ def _wrong_argument(place: str, parameters: Any, line: Any) -> InputError:
     hint = parameters.get(argument, parameters[names[-1]]).annotation.replace(" | None", " or None")
     for name, remedy in _DESCRIPTIONS.items():
         hint = hint.replace(name, remedy)
-    fault = "not positive" if line["type"].startswith("greater_than") else "of the wrong type"
+    fault = _FAULTS.get(line["type"], "of the wrong type")
     problem = f"{echo(line['input'])} is {fault}"
     return InputError(place, argument, problem, f"give {hint}")

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
 from flexgear.model.bearings import Lubricant
 from flexgear.model.bodies import FeMeshSource, Housing, Material, Shaft
-from flexgear.model.content import content_hash, digest_files
+from flexgear.model.content import content_hash, digest_files, resolve_files, tables_in
 from flexgear.model.errors import InputError, echo
 from flexgear.model.faults import Fault, check_faults, require_rollers
 from flexgear.model.gear_mesh import Damping
@@ -334,6 +335,7 @@ class Case(Section):
         "stage" if there is one: ``with_(**{"stage.planets": 4, "stages.two.face_width": 0.1})``.
         """
         data = self.model_dump(mode="python")
+        earlier = tables_in(data)
         for key, value in changes.items():
             dotted = key.replace("__", ".")
             refuse_earlier_key(dotted, "with_")
@@ -342,6 +344,7 @@ class Case(Section):
             if isinstance(value, Section):
                 value = value.model_dump(mode="python")
             data = changed(data, path, value, "with_", key)
+        resolve_files(data, Path(), earlier)
         try:
             return validated_case(data, "with_", Written())
         except InputError as fault:

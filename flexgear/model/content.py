@@ -3,7 +3,7 @@
 import hashlib
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -58,14 +58,20 @@ def _sections(data: Any, key: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
                 yield from _sections(value, key)
 
 
-def resolve_files(data: dict[str, Any], folder: Path) -> None:
+def tables_in(data: dict[str, Any]) -> set[str]:
+    """Files of tables and histories that the SI data of a case names."""
+    files = (section.get("file") for _, section in _sections(data))
+    return {file for file in files if isinstance(file, str)}
+
+
+def resolve_files(data: dict[str, Any], folder: Path, earlier: Collection[str] = ()) -> None:
     """Make paths in SI data of a case absolute, relative to ``folder``; read tables and
-    histories."""
+    histories, but for ``earlier`` files, whose content the data have."""
     for name, section in list(_sections(data)):
         for key in _FILES:
             if isinstance(section.get(key), str):
                 section[key] = os.path.abspath(folder / os.path.expanduser(section[key]))
-        if not isinstance(section.get("file"), str):
+        if not isinstance(section.get("file"), str) or section["file"] in earlier:
             continue
         path = Path(section["file"])
         if name == "table":

@@ -20,11 +20,16 @@ class InputError(FlexgearError):
         self.where, self.problem, self.remedy = where, shortened(problem), shortened(remedy)
         self.key = shortened(key)
         path = where if len(where) <= 4 * MAX_ECHO else _without_middle(where, 2 * MAX_ECHO)
-        super().__init__(f"{path}: {self.key}: {self.problem} -- {self.remedy}")
+        super().__init__(printable(f"{path}: {self.key}: {self.problem} -- {self.remedy}"))
 
     def _render_traceback_(self) -> list[str]:
         """The message, which notebooks show instead of a traceback."""
         return [f"InputError: {self}"]
+
+
+def printable(text: str) -> str:
+    """The text with line breaks and other characters that cannot be printed as escapes."""
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 def echo(value: object) -> str:

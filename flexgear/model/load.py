@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from flexgear.model.case import Case, validated_case
-from flexgear.model.content import resolve_files
+from flexgear.model.content import resolve_files, tables_in
 from flexgear.model.errors import InputError, echo
 from flexgear.model.input_file import read_text
 from flexgear.model.load_cases import take_spectrum
@@ -135,9 +135,11 @@ def load_case(source: str | Path | Case, overrides: Mapping[str, object] | None 
 
 def _overridden(case: Case, overrides: Mapping[str, object]) -> Case:
     data, written = case.model_dump(mode="python", exclude_unset=True), Written()
+    earlier = tables_in(data)
     try:
         for key, value in overrides.items():
             data = _override(data, key, value, written)
+        resolve_files(data, Path(), earlier)
         return validated_case(data, case.source, written)
     except InputError as fault:
         raise (of_only_stage(fault) if case.stages[0].name == "stage" else fault) from None

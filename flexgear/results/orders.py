@@ -20,7 +20,7 @@ import xarray as xr
 from scipy import fft, interpolate, signal
 
 from flexgear.arrays import Array
-from flexgear.model.errors import InputError
+from flexgear.model.errors import InputError, echo
 
 DEGREE = 7  # of the spline
 MIN_SAMPLES = 4.0  # of a period of the highest order
@@ -110,11 +110,13 @@ def _refuse(turns: xr.DataArray, steps: Array, highest: float | None) -> None:
         raise InputError(SOURCE, f"speed of {_of(turns)}", f"passes zero at {at:.4g} s", remedy)
     limit = highest_order(turns)
     if highest is not None and not highest > 0:
-        raise InputError(SOURCE, f"order {highest:g}", "is not positive", f"at most {limit:.4g}")
+        raise InputError(
+            "--highest", f"order {highest:g}", "is not positive", f"at most {limit:.4g}"
+        )
     if highest is not None and not highest <= limit * (1 + 1e-9):
         problem = f"has fewer than {MIN_SAMPLES:g} samples a period"
         remedy = f"at most {limit:.4g}, or sample more often (solver.output_interval_ms)"
-        raise InputError(SOURCE, f"order {highest:g} of {_of(turns)}", problem, remedy)
+        raise InputError("--highest", f"order {highest:g} of {_of(turns)}", problem, remedy)
 
 
 def _decimated(fine: Array, times: int) -> Array:
@@ -135,7 +137,7 @@ def _window(name: str, count: int) -> Array:
         return window
     except ValueError:
         remedy = "use hann, flattop, boxcar or another of scipy.signal.windows"
-        raise InputError(SOURCE, f"window {name}", "is unknown", remedy) from None
+        raise InputError("--window", echo(name), "is unknown", remedy) from None
 
 
 def side_lobes(window: str) -> Array:
@@ -165,7 +167,7 @@ def order_map(
     if not 16 <= size <= total:
         problem = f"do not fit {total / per_turn:.4g} turns"
         remedy = "use shorter blocks, or simulate longer"
-        raise InputError(SOURCE, f"blocks of {turns:g} turns", problem, remedy)
+        raise InputError("--map", f"blocks of {turns:g} turns", problem, remedy)
     starts = range(0, total - size + 1, max(1, size // OVERLAP))
     spectra = _spectra(history, starts, size, window, MAP_PADDING)
     time = history[TIME].to_numpy()
@@ -250,7 +252,7 @@ def envelope(history: xr.DataArray, band: tuple[float, float]) -> xr.DataArray:
         unit = "" if axis == TURN else " Hz"
         problem = "is not within what the samples resolve"
         remedy = f"low before high, above 0 and below {0.5 * rate:.4g}{unit}"
-        raise InputError(SOURCE, f"band {low:g} to {high:g}{unit}", problem, remedy)
+        raise InputError("--envelope-hz", f"band {low:g} to {high:g}{unit}", problem, remedy)
     steps = np.diff(history[axis].to_numpy())
     if np.ptp(steps) > 1e-3 * steps.mean():
         problem = "needs samples at equal steps of time"

@@ -24,6 +24,7 @@ from flexgear.analysis.linear_dynamics import campbell as whirl_over_speed
 from flexgear.analysis.modes import Modes, planar_rows
 from flexgear.arrays import Array, Ints
 from flexgear.gears.expected_lines import PASS, pass_lines, shaft_lines
+from flexgear.model.errors import InputError
 from flexgear.model.machine import machines_of
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT, ExcitationName
 from flexgear.results.labelled_dataset import coordinate, labelled_dataset
@@ -174,6 +175,9 @@ def campbell(
     if factors is None:
         factors = np.linspace(0.0, HIGHEST * operating[-1], STEPS + 1)
     chosen = None if orders is None else tuple(np.ravel(orders).astype(float))
+    if chosen and not min(chosen) > 0.0:
+        problem = "is no order of a gear mesh"
+        raise InputError("--orders", f"{min(chosen):g}", problem, "give orders above zero")
     rest = model.natural_modes(limit_hz)
     diagram = _over_speed(model, np.unique(np.asarray(factors, dtype=float)), limit_hz)
     highest = limit_hz or float(diagram.frequencies.max(initial=0.0))

@@ -294,8 +294,8 @@ def _signed(value: float) -> str:
 @styled
 def comparison_chart(runs: Mapping[str, xr.Dataset]) -> Figure:
     """Largest force of the planets (kN) and load sharing K_γ = N max F / Σ F of several runs, a row
-    for each group of gear meshes. runs: transients, or equilibria, of cases with the same stages,
-    by label."""
+    for each group of gear meshes, that of a parallel stage without load sharing. runs: transients,
+    or equilibria, of cases with the same stages, by label."""
     forces = {label: gear_mesh_groups(data, "gear_mesh_force") for label, data in runs.items()}
     first = next(iter(forces.values()))
     if any(set(groups) != set(first) for groups in forces.values()):
@@ -303,21 +303,28 @@ def comparison_chart(runs: Mapping[str, xr.Dataset]) -> Figure:
     if len({"time" in data.dims for data in runs.values()}) > 1:
         raise FlexgearError("cannot draw: some are transients and some are equilibria")
     colours, axis_label = variant_colours(runs), ""
-    figure, axes = panels(len(first), 2, height_mm=24 + 46 * len(first), sharex=True)
+    shared = [f.sizes["gear_mesh"] > 1 for f in first.values()]
+    columns = 2 if any(shared) else 1
+    figure, axes = panels(len(first), columns, height_mm=24 + 46 * len(first), sharex=True)
     for k, (label, groups) in enumerate(forces.items()):
         x, axis_label = sample_axis(runs[label])
         for row, (title, force) in zip(axes, groups.items(), strict=True):
             factor = runs[label]["planet_load_factor"].sel(gear_mesh=force["gear_mesh"])
             largest = (KILO * force.max("gear_mesh"), factor.max("gear_mesh"))
             row[0].set_title(title)
-            for ax, values in zip(row, largest, strict=True):
+            for ax, values in zip(row, largest, strict=False):
                 if draw(ax, x, values.to_numpy(), colours[label], **layer(k)):
                     note_envelope(ax)
-    for row in axes:
+    for row, has_sharing in zip(axes, shared, strict=True):
         row[0].set_ylabel("largest force (kN)")
-        row[1].set_ylabel("load sharing $K_γ$ (–)")
-        row[1].axhline(1.0, color=NEUTRAL, lw=0.7)
-    for ax in axes[-1]:
-        ax.set_xlabel(axis_label)
+        if has_sharing:
+            row[1].set_ylabel("load sharing $K_γ$ (–)")
+            row[1].axhline(1.0, color=NEUTRAL, lw=0.7)
+        for ax in () if has_sharing else row[1:]:
+            ax.set_visible(False)
+    for column in axes.T:
+        lowest = [ax for ax in column if ax.get_visible()][-1]
+        lowest.set_xlabel(axis_label)
+        lowest.tick_params(labelbottom=True)
     legend_below(figure, legend_lines(colours))
     return figure
