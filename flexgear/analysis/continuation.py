@@ -18,6 +18,7 @@ Some curves enter the range only from outside, such as the one of parted teeth i
 hysteresis. They are found by following all curves up to the far ends of the resonances around it.
 """
 
+import math
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -36,8 +37,11 @@ MAX_CORRECTIONS = 8  # Newton steps before a shorter step is tried
 FEW_CORRECTIONS = 4  # Newton steps with which the next step is longer
 LARGEST_TURN, TURN = 0.55, 0.35  # of the tangent in a step, rad: accepted, and aimed at
 KINK = 1e-3  # step below which the tangent may turn at once, as where a sample loses contact
+GROWTH = 1.4  # of a step after few corrections
 MAX_STATES = 4000  # of a curve
-CREEP, LEAST = 60, 1e-3  # a curve ends where so many steps together are shorter than this
+# twice the steps from the shortest to the longest: a curve that has not come as far as by its
+# first step in so many of them does not recover, as it does behind a kink
+CREEP = 2 * math.ceil(math.log(LONGEST / SHORTEST) / math.log(GROWTH))
 MAX_RISE = 10.0  # of forces over the largest at the first state, added to the force over backlash
 DIFFERENCE = 1e-7  # of λ, for ∂/∂λ
 SAME = 0.02  # relative error in forces with which neighbouring states interpolate their curve
@@ -284,7 +288,8 @@ class _CurveFollower:
         of a longer period meets that of half its period. Returns the cut, if any, before."""
         step, bend, steps = FIRST, np.zeros_like(current.tangent), deque[float](maxlen=CREEP)
         for _ in range(MAX_STATES):
-            step, before = min(step, self._longest(current)), self.span.value(current.orbit.point)
+            longest, before = self._longest(current), self.span.value(current.orbit.point)
+            step = min(step, longest)
             while (following := self._next(current, bend, step)) is None or (
                 step > FIRST and self._rejoins(current.orbit, following[0].orbit)
             ):
@@ -308,11 +313,11 @@ class _CurveFollower:
             states.append(self.stored(successor.orbit))
             if np.abs(successor.orbit.force).max() > self.max_force:
                 return Cut(self.span.value(successor.orbit.point), "forces")
-            steps.append(step)
-            if len(steps) == CREEP and sum(steps) < LEAST:
+            steps.append(step / longest)
+            if len(steps) == CREEP and sum(steps) < FIRST / LONGEST:
                 return Cut(self.span.value(successor.orbit.point), "steps")
             bend, current = (successor.tangent - current.tangent) / step, successor
-            step *= 1.4 if corrections <= FEW_CORRECTIONS else 0.8
+            step *= GROWTH if corrections <= FEW_CORRECTIONS else 0.8
             step *= max(TURN / max(turn, TURN), 0.5)
         return Cut(self.span.value(current.orbit.point), "states")
 

@@ -22,6 +22,7 @@ Report = Callable[[str, float], None]
 MAX_FIGURES = 6  # of a name, in a line of a table
 COMPILED = "loops are compiled, once for this kind of case: up to a minute"
 PLAIN_INTERVAL = 5.0  # s between lines about one stage of the work
+KNOWN = 0.005  # finished share below which the time that is left is not known
 
 
 @contextmanager
@@ -74,15 +75,19 @@ def _bars() -> Iterator[Report]:
     from rich.progress import (
         BarColumn,
         Progress,
+        Task,
         TaskID,
         TextColumn,
         TimeElapsedColumn,
         TimeRemainingColumn,
     )
+    from rich.text import Text
 
-    columns = (
-        TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn(),
-    )  # fmt: skip
+    class Remaining(TimeRemainingColumn):
+        def render(self, task: Task) -> Text:
+            return super().render(task) if task.completed >= KNOWN else Text("-:--:--")
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), Remaining())
     with Progress(*columns, console=Console(stderr=True)) as bars:
         tasks: dict[str, TaskID] = {}
         lock = threading.Lock()
@@ -129,7 +134,8 @@ class PlainProgress:
             elif share > 0.0 and now - self._shown[stage] >= PLAIN_INTERVAL:
                 self._shown[stage] = now
                 left = time_text((now - self._started[stage]) * (1.0 - share) / share)
-                self._print(f"{stage}: {100 * share:.0f} %, about {left} left")
+                remaining = f", about {left} left" if share >= KNOWN else ""
+                self._print(f"{stage}: {100 * share:.0f} %{remaining}")
 
     @staticmethod
     def _print(line: str) -> None:

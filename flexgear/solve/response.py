@@ -24,7 +24,7 @@ from flexgear.solve.angles import RATED_SHARES, REVERSED, lead_speed, range_word
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import result_attrs
 from flexgear.solve.model import Model
-from flexgear.solve.state_figures import FIRST, MEASURES, Figures, State
+from flexgear.solve.state_figures import MEASURES, START, Figures, State
 from flexgear.solve.turning_points import BRANCH, DOUBLED, stability_changes, turning_points
 
 RANGE = (0.2, 1.5)  # speeds over rated speed by default
@@ -66,7 +66,7 @@ def response(
         raise InputError("--doublings", str(doublings), "is out of range", remedy)
     number = _stage_number(model, stage)
     count = _harmonics(model, number, span, harmonics)
-    progress(FIRST, 0.0)
+    progress(START, 0.0)
     elements = _elements(model, number, count)
     train = condensed_train(elements, count)
     figures = Figures(model, train, span, progress)

@@ -28,7 +28,7 @@ MEASURES = ("maximum", "minimum", "mean", "rms")
 MIN_STEPS, STEPS = 256, 8
 FIRST_STATES, STATES = 4, (50, 150)  # that are timed, and of a curve
 LONG = 120.0  # of a curve, s, to be announced
-FIRST = "response, first states"
+START, FIRST = "response, start", "response, first states"
 STABLE = 1e-5  # excess over 1 allowed for multipliers of stable states: undamped modes have |μ| = 1
 
 
@@ -97,7 +97,9 @@ class Figures:
         if self.curve > 1 or len(self._times) == FIRST_STATES:
             return False
         self._times.append(time.monotonic())
-        self.progress(FIRST, len(self._times) / FIRST_STATES)
+        if len(self._times) == 1:
+            self.progress(START, 1.0)
+        self.progress(FIRST, (len(self._times) - 1) / (FIRST_STATES - 1))
         if len(self._times) == FIRST_STATES:
             each = (self._times[-1] - self._times[0]) / (FIRST_STATES - 1)
             self._announce(each + missing)

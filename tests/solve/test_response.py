@@ -9,6 +9,7 @@ import pytest
 from dead_zone import GEAR_MESH_HZ, RADIUS, case_text
 
 import flexgear
+from flexgear.analysis import continuation
 from flexgear.analysis.harmonic_balance import Balance, converge
 from flexgear.analysis.orbit import orbit_elements
 from flexgear.analysis.orbit_motion import recovery_of
@@ -107,10 +108,23 @@ def test_a_long_response_first_says_how_long_it_takes(pair, monkeypatch):
     warnings.filterwarnings("always", "a steady state takes")
     pair.response((0.5, 0.6), harmonics=3, doublings=0, progress=show)
     stages = list(dict.fromkeys(shown))
-    assert stages[0] == "response, first states"
-    assert re.search("states 0 to 0 min, .* fewer --harmonics than 3, .*--doublings 0", stages[1])
-    assert sorted(stages[2:4]) == ["response, curve 1", "response, curve 1 beyond the range"]
-    assert not any(re.search("a steady state takes", line) for line in stages[2:])
+    assert stages[:2] == ["response, start", "response, first states"]
+    assert re.search(
+        "states 0 to [01] min, .* fewer --harmonics than 3, .*--doublings 0", stages[2]
+    )
+    assert sorted(stages[3:5]) == ["response, curve 1", "response, curve 1 beyond the range"]
+    assert not any(re.search("a steady state takes", line) for line in stages[3:])
+
+
+def test_a_curve_that_creeps_ends_with_its_reason(pair, monkeypatch):
+    """As where the tangent turns in every step, which keeps steps short: it stops after as many as
+    would have led from the shortest step to the longest and back."""
+    monkeypatch.setattr(continuation, "LARGEST_TURN", -1.0)
+    monkeypatch.setattr(continuation, "KINK", 1e-6)
+    monkeypatch.setattr(continuation, "SEEDS", (0.0,))
+    data = pair.response((1.6, 2.0), harmonics=1, doublings=0)
+    assert data.sizes["point"] == 1 + continuation.CREEP
+    assert "no steady state was found further on" in data.attrs["cut"]
 
 
 SENSORS = """
