@@ -84,20 +84,20 @@ class Ledger:
         return [self._saved(p.name) for p in PAPERS]
 
     def _computed(self, paper: Paper) -> Entry:
-        made = datetime.now().astimezone().isoformat(timespec="minutes")
+        now = datetime.now().astimezone().isoformat(timespec="minutes")
         title, rows, pictures = paper.name, (), ()
         try:
             title = paper.title
-            given = (self.fidelity,) if paper.by_fidelity else ()
+            arguments = (self.fidelity,) if paper.by_fidelity else ()
             statements = importlib.import_module(f"{paper.name}.statements")
-            rows = tuple(statements.rows(*given))
+            rows = tuple(statements.rows(*arguments))
             drawing = importlib.import_module(f"{paper.name}.pictures")
-            pictures = tuple(self._saved_picture(paper, *one) for one in drawing.drawn(*given))
+            pictures = tuple(self._saved_picture(paper, *one) for one in drawing.drawn(*arguments))
         except Exception:  # the page must still be written, and says so
             trouble = traceback.format_exc(limit=-3)
         else:
             trouble = "" if rows else "no rows"
-        return Entry(paper.name, title, rows, pictures, made, self.run, trouble)
+        return Entry(paper.name, title, rows, pictures, now, self.run, trouble)
 
     def _saved_picture(self, paper: Paper, figure: Figure, picture: Picture) -> Picture:
         file = self.folder / paper.name / picture.file

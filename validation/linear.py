@@ -113,12 +113,12 @@ class Linear:
             rate[d:] += push @ (self.k * e + self.c * speed)
             return rate
 
-        found = solve_ivp(
+        solution = solve_ivp(
             slope, (0.0, time[-1]), np.zeros(2 * d), "DOP853", time, rtol=1e-6, atol=1e-10
         )
-        q = found.y[:d].T + mean
+        q = solution.y[:d].T + mean
         e, speed = (np.array(part) for part in zip(*(error(t) for t in time), strict=True))
-        return (q @ self.rows.T + e) * self.k + (found.y[d:].T @ self.rows.T + speed) * self.c
+        return (q @ self.rows.T + e) * self.k + (solution.y[d:].T @ self.rows.T + speed) * self.c
 
 
 def cycle_shares(forces: Array, cycles: int) -> Array:

@@ -101,10 +101,10 @@ def reference(paper: str) -> dict[str, Published]:
     file = Path(__file__).with_name(paper) / "reference.csv"
     with file.open(encoding="utf-8", newline="") as stream:
         lines = [_published(line) for line in csv.DictReader(stream)]
-    found = {line.quantity: line for line in lines}
-    if len(found) != len(lines):
+    by_quantity = {line.quantity: line for line in lines}
+    if len(by_quantity) != len(lines):
         raise ValueError(f"{file}: a quantity stands twice")
-    return found
+    return by_quantity
 
 
 def published(paper: str, where: str) -> list[Published]:
@@ -188,15 +188,15 @@ def explained(row: Row, why: str) -> Row:
 
 def gathered(paper: str, *sections: Callable[[], Iterable[Row]]) -> list[Row]:
     """Rows of all sections; a section that breaks down gives one row that is not met."""
-    found: list[Row] = []
+    lines: list[Row] = []
     for section in sections:
         try:
-            found += section()
+            lines += section()
         except Exception as error:  # the other sections' rows must still be shown
             name = section.__name__.replace("_", " ")
             text = f"{type(error).__name__}: {error}"
-            found.append(Row(paper, "", name, "", "not computed", "computed", False, text))
-    return found
+            lines.append(Row(paper, "", name, "", "not computed", "computed", False, text))
+    return lines
 
 
 def failures(rows: Iterable[Row]) -> str:

@@ -24,13 +24,13 @@ class TrainRun:
         """Gear meshes of "sun" or "ring" (loaded flanks) of a stage and half, planet by planet."""
         labels = self.modal.system.gear_meshes
         front = np.asarray(self.modal.system.pairs.carries)
-        found = {
+        by_planet = {
             label.planet: m
             for m, label in enumerate(labels)
             if label.stage == stage and label.side == side
             and label.kind.gear == kind and front[m]
         }  # fmt: skip
-        return [found[i] for i in sorted(found)]
+        return [by_planet[i] for i in sorted(by_planet)]
 
     def at(self, positions: Array, torque: float | None = None) -> Equilibrium:
         """Equilibria at rotations (rad) of the member whose speed is given; rated torque if none
@@ -50,6 +50,6 @@ def put_together(train: Case) -> TrainRun:
     return TrainRun(train, modal_system(build_system(train)))
 
 
-def gear_mesh_forces(found: Equilibrium | Transient) -> Array:
+def gear_mesh_forces(result: Equilibrium | Transient) -> Array:
     """Forces (positions, M) along the 3D normals, N."""
-    return np.asarray(found.pair_load.sum(axis=2))
+    return np.asarray(result.pair_load.sum(axis=2))

@@ -5,10 +5,10 @@ from sphinx_gallery.scrapers import figure_rst
 
 def scraper(block, block_vars, gallery_conf):
     """Save the figure that a block left, if it is a new one; the reStructuredText that shows it."""
-    found = block_vars["example_globals"].get("figure")
-    if found is None or getattr(found, "shown_in_gallery", False):
+    figure = block_vars["example_globals"].get("figure")
+    if figure is None or getattr(figure, "shown_in_gallery", False):
         return ""
-    found.shown_in_gallery = True
+    figure.shown_in_gallery = True
     path = next(block_vars["image_path_iterator"])
-    found.savefig(path, dpi=110)
+    figure.savefig(path, dpi=110)
     return figure_rst([path], gallery_conf["src_dir"])

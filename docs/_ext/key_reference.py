@@ -26,7 +26,7 @@ def page() -> str:
 
 def _places() -> dict[type[Section], list[str]]:
     """Where each section stands in a case."""
-    found: dict[type[Section], list[str]] = {Case: []}
+    places: dict[type[Section], list[str]] = {Case: []}
     rest: list[tuple[type[Section], str]] = [(Case, "")]
     while rest:
         section, path = rest.pop(0)
@@ -35,9 +35,9 @@ def _places() -> dict[type[Section], list[str]]:
             if inner is None:
                 continue
             at = f"{path}.{name}".lstrip(".")
-            found.setdefault(inner, []).append(at)
+            places.setdefault(inner, []).append(at)
             rest.append((inner, at))
-    return found
+    return places
 
 
 def _section(section: type[Section], places: list[str]) -> str:
@@ -57,9 +57,9 @@ def _row(section: type[Section], key: Key) -> str:
     more = ", ".join(f"`_{s}`" for _, s in spellings[1:])
     written = f"`{name}`" + (f" {more}" if more else "")
     schema = key.in_unit(unit)
-    said = key.meaning + (f" ({unit_name(unit)})" if unit_name(unit) else "")
-    told = "".join(f"; *{word}*: {text}" for word, text in words(section, key.name).items())
-    cells = [written, _default(key, schema), _range(key, schema), said + told]
+    meaning = key.meaning + (f" ({unit_name(unit)})" if unit_name(unit) else "")
+    choices = "".join(f"; *{word}*: {text}" for word, text in words(section, key.name).items())
+    cells = [written, _default(key, schema), _range(key, schema), meaning + choices]
     return "| " + " | ".join(c.replace("|", r"\|").replace("``", "`") for c in cells) + " |"
 
 

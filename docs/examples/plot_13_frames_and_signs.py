@@ -204,8 +204,8 @@ def gear_mesh(path, kind, colour):
     label(ax, pitch + 0.57 * WIDTH * n, "n", shift=(-24, 0))
     arc = np.linspace(-np.pi / 2, np.copysign(path.alpha, n[0]) - np.pi / 2, 30)
     ax.plot(*(pitch[:, None] + polar(0.7 * WIDTH, arc)), color="black", lw=1.2)
-    corner, said = [-np.copysign(72, n[0]), -86], np.degrees(path.alpha)
-    text = f"working pressure\nangle {said:.1f}°"
+    corner, angle_deg = [-np.copysign(72, n[0]), -86], np.degrees(path.alpha)
+    text = f"working pressure\nangle {angle_deg:.1f}°"
     note(ax, pitch + corner, pitch + polar(0.7 * WIDTH, arc[10]), text, "black")
     aside = pitch[0] + np.copysign(1.08, n[0]) * WIDTH
     arrow(ax, (aside, pitch[1] - 0.55 * WIDTH), (0, 0.4 * WIDTH), TORQUE)

@@ -16,7 +16,7 @@ LIMIT = 1e-12
 
 def run(report: Report, size: str) -> None:
     """Both matrices by both ways; entries must agree to 1e-12 of the largest."""
-    dofs, own, plain = [], [], []
+    dofs, times, plain = [], [], []
     for name, repeats in REPEATS[size].items():
         case, fe_mesh = ring_fe_mesh_of_size(name)
         m = case.material
@@ -31,9 +31,9 @@ def run(report: Report, size: str) -> None:
 
         with single_threaded_blas():
             seconds, answers = interleaved({"own": ours, "plain": forms}, repeats)
-        apart = [difference(a, b) for a, b in zip(answers["own"], answers["plain"], strict=True)]
-        if max(apart) > LIMIT:
-            raise AssertionError(f"assembly differs from plain forms by {max(apart):.1e}")
+        errors = [difference(a, b) for a, b in zip(answers["own"], answers["plain"], strict=True)]
+        if max(errors) > LIMIT:
+            raise AssertionError(f"assembly differs from plain forms by {max(errors):.1e}")
         report.add(
             Comparison(
                 "Assembly of stiffness and mass",
@@ -42,13 +42,13 @@ def run(report: Report, size: str) -> None:
                 seconds["own"],
                 seconds["plain"],
                 1,
-                check=f"entries agree to {max(apart):.0e} of the largest",
+                check=f"entries agree to {max(errors):.0e} of the largest",
             )
         )
         dofs.append(float(fe_mesh.quadratic_dofs))
-        own.append(float(np.median(seconds["own"].work)))
+        times.append(float(np.median(seconds["own"].work)))
         plain.append(float(np.median(seconds["plain"].work)))
-    for label, y in (("flexgear", own), ("plain scikit-fem forms", plain)):
+    for label, y in (("flexgear", times), ("plain scikit-fem forms", plain)):
         report.curves.append(Curve("assembly", label, "dofs", "processor time (s)", dofs, y))
 
 

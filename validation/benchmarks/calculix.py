@@ -42,7 +42,7 @@ def run(report: Report, size: str) -> None:
             },
             REPEATS[size],
         )
-    apart = np.abs(answers["own"] / answers["ccx"][:count] - 1).max()
+    error = np.abs(answers["own"] / answers["ccx"][:count] - 1).max()
     report.add(
         Comparison(
             "Frequencies of the clamped ring",
@@ -51,7 +51,7 @@ def run(report: Report, size: str) -> None:
             seconds["own"],
             seconds["ccx"],
             THREADS,
-            check=f"frequencies agree to {apart:.0e}",
+            check=f"frequencies agree to {error:.0e}",
         )
     )
 
@@ -114,10 +114,10 @@ def calculix_frequencies(program: str, deck: Path) -> np.ndarray:
     )
     if "Job finished" not in done.stdout:
         raise ArithmeticError(f"CalculiX failed: {done.stdout[-500:]}")
-    found = []
+    omegas = []
     text = deck.with_suffix(".dat").read_text().split("P A R T I C I P A T I O N")[0]
     for line in text.splitlines():
         words = line.split()
         if len(words) == 5 and words[0].isdigit():
-            found.append(float(words[2]))
-    return np.array(found) / (2 * np.pi)
+            omegas.append(float(words[2]))
+    return np.array(omegas) / (2 * np.pi)

@@ -61,11 +61,11 @@ def run(report: Report, size: str) -> None:
         except subprocess.CalledProcessError as error:
             report.skip(f"flexgear {name}, {what}", f"it fails ({_line(error.stderr)})")
             continue
-        own, release = seconds["own"], seconds["release"]
+        ours, release = seconds["own"], seconds["release"]
         line = " ".join(("flexgear", *arguments)).replace(f" --out {OUT}", "")
         report.add(
             Comparison(
-                "Whole command", f"flexgear {name}", what, own, release, threads, "command", line
+                "Whole command", f"flexgear {name}", what, ours, release, threads, "command", line
             )
         )
 

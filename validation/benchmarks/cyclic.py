@@ -38,12 +38,12 @@ def run(report: Report, size: str) -> None:
             },
             repeats,
         )
-        apart = [
+        errors = [
             float(np.abs(a - b).max() / np.abs(b).max())
             for a, b in zip(answers["cyclic"], answers["general"], strict=True)
         ]
-        if max(apart) > LIMIT:
-            raise AssertionError(f"cyclic and general path differ by {max(apart):.1e}")
+        if max(errors) > LIMIT:
+            raise AssertionError(f"cyclic and general path differ by {max(errors):.1e}")
         report.add(
             Comparison(
                 "Reduction by cyclic symmetry",
@@ -52,8 +52,8 @@ def run(report: Report, size: str) -> None:
                 seconds["cyclic"],
                 seconds["general"],
                 THREADS,
-                check=f"interface stiffness agrees to {apart[0]:.0e}, frequencies to "
-                f"{apart[1]:.0e}",
+                check=f"interface stiffness agrees to {errors[0]:.0e}, frequencies to "
+                f"{errors[1]:.0e}",
             )
         )
         for path, (dofs, times) in curves.items():
@@ -74,20 +74,20 @@ def by_sectors(case: StageView, fe_mesh: FeMesh, count: int) -> tuple[np.ndarray
 
     m = case.material
     model = FeModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
-    found = reduce(
+    reduction = reduce(
         model,
         tied(model, ring_source(case).nodes(model.fe_mesh)),
         count,
         sectors=sector_counts(case.stage.ring.teeth),
     )
-    if found.condensation.path.startswith("general"):
-        raise AssertionError(f"the ring was not reduced by sectors: {found.condensation.path}")
-    return found.condensation.stiffness, fixed_frequencies(found)
+    if reduction.condensation.path.startswith("general"):
+        raise AssertionError(f"the ring was not reduced by sectors: {reduction.condensation.path}")
+    return reduction.condensation.stiffness, fixed_frequencies(reduction)
 
 
 def in_general(case: StageView, fe_mesh: FeMesh, count: int) -> tuple[np.ndarray, np.ndarray]:
     """The same on the whole ring."""
     m = case.material
     model = FeModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
-    found = reduce(model, tied(model, ring_source(case).nodes(model.fe_mesh)), count)
-    return found.condensation.stiffness, fixed_frequencies(found)
+    reduction = reduce(model, tied(model, ring_source(case).nodes(model.fe_mesh)), count)
+    return reduction.condensation.stiffness, fixed_frequencies(reduction)

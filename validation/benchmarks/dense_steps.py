@@ -33,25 +33,25 @@ class DenseSteps:
     time_step: float
     way: str
     base: Array = field(init=False)
-    kept: Array | None = field(init=False, default=None)
+    inverse: Array | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
         system, h = self.modal.system, self.time_step
         self.damping = damping_matrix(system)
         self.base = system.mass + GAMMA * h * self.damping + BETA * h * h * system.stiffness
         if self.way == "woodbury":
-            self.kept = np.linalg.inv(self.base)
+            self.inverse = np.linalg.inv(self.base)
 
     def run(self, start: State, steps: int) -> Array:
         """Motion (d,) after some steps from the state of a flexgear run with all modes."""
         system, h, pairs = self.modal.system, self.time_step, self.modal.system.pairs
         q, v = self.modal.modes @ start.eta, self.modal.modes @ start.velocity
         brake = system.machines[-1]
-        rows, wanted = pair_rows(pairs), carrying_flanks(pairs)
+        rows, flanks = pair_rows(pairs), carrying_flanks(pairs)
         weights = GAMMA * h * brake.rated_torque / brake.rated_speed
         slope = brake.rated_torque / brake.rated_speed
         o, drive = system.ports[-1].row, system.ports[0].row * self.torque
-        vectors, k, c, offset = self._rows(rows, wanted, system.angles @ q)
+        vectors, k, c, offset = self._rows(rows, flanks, system.angles @ q)
         force, _, _ = law(k, c, vectors @ q + offset, vectors @ v)
         load = drive - o * slope * (o @ v)
         a = np.linalg.solve(
@@ -61,7 +61,7 @@ class DenseSteps:
         for _ in range(steps):
             rigid = system.rigid @ (left_rigid @ a)
             theta = system.angles @ (q + h * v + 0.5 * h * h * rigid)
-            vectors, k, c, offset = self._rows(rows, wanted, theta)
+            vectors, k, c, offset = self._rows(rows, flanks, theta)
             star = q + h * v + (0.5 - BETA) * h * h * a
             star_v = v + (1 - GAMMA) * h * a
             free = drive - o * slope * (o @ star_v)
@@ -73,8 +73,8 @@ class DenseSteps:
                 solve = damped
                 if not np.array_equal(ka[active], k[active]):
                     solve = self._solver(vectors, BETA * h * h * ka + GAMMA * h * ca, weights)
-                known = ka * (vectors @ star + offset) + ca * (vectors @ star_v)
-                a = solve(free - vectors[active].T @ known[active], active)
+                explicit = ka * (vectors @ star + offset) + ca * (vectors @ star_v)
+                a = solve(free - vectors[active].T @ explicit[active], active)
                 delta = vectors @ (star + BETA * h * h * a) + offset
                 _, kb, cb = law(k, c, delta, vectors @ (star_v + GAMMA * h * a))
                 if np.array_equal(ka, kb) and np.array_equal(ca, cb):
@@ -83,9 +83,9 @@ class DenseSteps:
             q, v = star + BETA * h * h * a, star_v + GAMMA * h * a
         return q
 
-    def _rows(self, rows, wanted, theta):
+    def _rows(self, rows, flanks, theta):
         system = self.modal.system
-        n, _ = build_rows(system.pairs, rows, theta, wanted)
+        n, _ = build_rows(system.pairs, rows, theta, flanks)
         vectors = np.zeros((n, system.size))
         expand(rows.coef, rows.blocks, rows.row["width"], system.blocks, vectors)
         return (
@@ -108,13 +108,13 @@ class DenseSteps:
 
             return refactor
         wide = np.vstack([vectors, o])
-        image = self.kept @ wide.T
+        image = self.inverse @ wide.T
         inner = wide @ image
         scale = np.append(weight, brake)
 
         def woodbury(right: Array, active: Array) -> Array:
             on = np.flatnonzero(np.append(active, True))
-            y = self.kept @ right
+            y = self.inverse @ right
             small = inner[np.ix_(on, on)] + np.diag(1 / scale[on])
             return y - image[:, on] @ np.linalg.solve(small, wide[on] @ y)
 

@@ -45,12 +45,12 @@ def steps(report: Report, models: dict[str, Model], size: str) -> None:
     """A step of a transient over that of single pairs."""
     runs = {name: steady_run(m.modal, STEP, STEPS[size]) for name, m in models.items()}
     seconds, _ = interleaved(runs, REPEATS[size])
-    for name, wanted in ((BESIDE, 10), (COUPLED, 20)):
+    for name, limit in ((BESIDE, 10), (COUPLED, 20)):
         pairs = zip(seconds[name].work, seconds[SINGLE].work, strict=True)
         ratios = [one / other for one, other in pairs]
         report.say(
             f"time of a step, {name}, over that with single pairs",
-            f"{median(ratios):.1f} ({min(ratios):.1f} to {max(ratios):.1f}); {wanted} is allowed",
+            f"{median(ratios):.1f} ({min(ratios):.1f} to {max(ratios):.1f}); {limit} is allowed",
         )
 
 
@@ -93,8 +93,8 @@ def against_dense(report: Report, model: Model, size: str) -> None:
         },
         REPEATS[size],
     )
-    found = revolution(model.modal, few, torque).pair_load.sum(axis=2)
-    apart = np.abs(np.array(answers["dense"]) - found).max() / found.max()
+    forces = revolution(model.modal, few, torque).pair_load.sum(axis=2)
+    error = np.abs(np.array(answers["dense"]) - forces).max() / forces.max()
     report.add(
         Comparison(
             "Load along the face",
@@ -104,7 +104,7 @@ def against_dense(report: Report, model: Model, size: str) -> None:
             seconds["dense"].over(len(few)),
             1,
             unit="position",
-            check=f"forces agree to {apart:.0e}; the peer's time is of {len(few)} positions",
+            check=f"forces agree to {error:.0e}; the peer's time is of {len(few)} positions",
         )
     )
 
@@ -130,9 +130,9 @@ def dense_position(model: Model, angle: float) -> np.ndarray:
     f, touch, q = np.zeros(count), np.ones(count, bool), np.zeros(d)
     f[:] = 1e-3 * limit
     for _ in range(100):
-        known = np.maximum(f, 1e-9 * limit)
-        ratio = np.log(limit / known)
-        slope = np.where(f > known, ratio - 1, ratio)
+        floor = np.maximum(f, 1e-9 * limit)
+        ratio = np.log(limit / floor)
+        slope = np.where(f > floor, ratio - 1, ratio)
         left[:d, d + 1 :] = vectors.T * touch
         left[d + 1 :, :d] = -vectors * touch[:, None]
         left[d + 1 :, d + 1 :] = flexibility * np.outer(touch, touch) + np.diag(
@@ -142,9 +142,9 @@ def dense_position(model: Model, angle: float) -> np.ndarray:
         stiff = np.diag(left)[:d]
         size = np.append(1 / np.sqrt(stiff + 1e-9 * stiff.max()), np.ones(1 + count))
         size[d + 1 :] = 1 / np.sqrt(np.diag(left)[d + 1 :])
-        found = size * sla.solve(size[:, None] * left * size, size * right)
-        moved = np.abs(found[d + 1 :] - f).max()
-        q, f = found[:d], found[d + 1 :]
+        solution = size * sla.solve(size[:, None] * left * size, size * right)
+        moved = np.abs(solution[d + 1 :] - f).max()
+        q, f = solution[:d], solution[d + 1 :]
         overlap = vectors @ q + free - flexibility @ f
         pulls, closes = f < 0, ~touch & (overlap > 1e-12 * np.abs(overlap).max())
         f[pulls] = 0.0
@@ -158,16 +158,16 @@ def _slices(rows, n: int):
     """Shares (S, n) of slices in rows, flexibility, scales and limits, gaps, gear meshes."""
     shares, blocks, scales, limits, gaps, owners = [], [], [], [], [], []
     for e in np.flatnonzero(rows.element["rows"] == 2):
-        first, own = rows.element["first"][e], rows.parameters[e]
+        first, parameters = rows.element["first"][e], rows.parameters[e]
         if first >= n:
             continue
-        count = int(own[COUNT])
-        t, _, g, a, limit = own[FIRST : FIRST + 5 * count].reshape(5, count)
+        count = int(parameters[COUNT])
+        t, _, g, a, limit = parameters[FIRST : FIRST + 5 * count].reshape(5, count)
         share = np.zeros((count, n))
         share[:, first], share[:, first + 1] = 1 - t, t
         lower = np.zeros((count, count))
         at = np.tril_indices(count)
-        lower[at] = own[FIRST + 5 * count :][: len(at[0])]
+        lower[at] = parameters[FIRST + 5 * count :][: len(at[0])]
         shares.append(share)
         blocks.append(lower + np.tril(lower, -1).T)
         scales.append(a)

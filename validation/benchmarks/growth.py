@@ -31,14 +31,14 @@ def run(report: Report, size: str) -> None:
             by_modes[modal.modes.shape[1]] = _runs(modal, steps)
         x, y = _measured(by_modes, steps, REPEATS[size])
         slope, base = np.polyfit(x, y, 1)
-        apart = np.abs(np.polyval([slope, base], x) / y - 1).max()
+        error = np.abs(np.polyval([slope, base], x) / y - 1).max()
         report.curves.append(
             Curve("modes", "flexgear, one-sided contact", "kept modes", "time per step (µs)", x, y)
         )
         report.say(
             "cost of a step over kept modes",
             f"{base:.1f} µs + {slope * 1e3:.0f} ns a mode for {x[0]:.0f} to {x[-1]:.0f} modes, "
-            f"straight within {100 * apart:.0f} %",
+            f"straight within {100 * error:.0f} %",
         )
         by_planets, rows = {}, []
         for planets in PLANETS:

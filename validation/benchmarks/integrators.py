@@ -38,7 +38,7 @@ class Integrator:
         elastic = np.abs(start.eta[self.modal.rigid_count :]).max()
         speed = np.abs(start.velocity).max()
         scale = np.concatenate([np.full(n, elastic), np.full(n, speed)])
-        found = solve_ivp(
+        solution = solve_ivp(
             slope,
             (0.0, span),
             np.concatenate([start.eta, start.velocity]),
@@ -47,7 +47,7 @@ class Integrator:
             atol=self.rtol * scale,
             t_eval=[span],
         )
-        if not found.success:
-            raise ArithmeticError(found.message)
-        self.evaluations = found.nfev
-        return found.y[:n, -1]
+        if not solution.success:
+            raise ArithmeticError(solution.message)
+        self.evaluations = solution.nfev
+        return solution.y[:n, -1]

@@ -13,7 +13,7 @@ PACKAGES = ("numpy", "scipy", "scikit-fem", "numba", "gmsh", "cvxopt", "exudyn")
 
 def machine() -> dict[str, str]:
     """Named facts for the page."""
-    found = {
+    facts = {
         "date": datetime.date.today().isoformat(),
         "processor": f"{_processor()}, {THREADS} cores",
         "memory": f"{_memory_gib():.0f} GiB",
@@ -22,10 +22,10 @@ def machine() -> dict[str, str]:
     }
     for name in PACKAGES:
         try:
-            found[name] = version(name)
+            facts[name] = version(name)
         except PackageNotFoundError:
-            found[name] = "not installed"
-    return found
+            facts[name] = "not installed"
+    return facts
 
 
 def _processor() -> str:

@@ -23,13 +23,13 @@ def draw(report: Report, folder: Path) -> list[Path]:
 @styled
 def _ratios(report: Report) -> Figure | None:
     """Every comparison: median and spread of peer over flexgear."""
-    found = report.comparisons
-    if not found:
+    comparisons = report.comparisons
+    if not comparisons:
         return None
-    figure, axes = panels(1, height_mm=22 + 8.5 * len(found))
+    figure, axes = panels(1, height_mm=22 + 8.5 * len(comparisons))
     a: Axes = axes[0, 0]
-    groups = list(dict.fromkeys(c.group for c in found))
-    for y, c in enumerate(found):
+    groups = list(dict.fromkeys(c.group for c in comparisons))
+    for y, c in enumerate(comparisons):
         colour = PLANET_COLOURS[groups.index(c.group) % len(PLANET_COLOURS)]
         low, high = min(c.ratios), max(c.ratios)
         a.barh(y, c.ratio - 1.0, left=1.0, height=0.62, color=colour, alpha=0.85)
@@ -38,16 +38,16 @@ def _ratios(report: Report) -> Figure | None:
             plain(c.ratio), (max(high, 1.0), y), (5, 0), textcoords="offset points", va="center",
             ha="left", fontsize=7.5,
         )  # fmt: skip
-    a.set_yticks(range(len(found)), [_name(c) for c in found], fontsize=7)
+    a.set_yticks(range(len(comparisons)), [_name(c) for c in comparisons], fontsize=7)
     a.invert_yaxis()
     a.set_xscale("log")
-    lowest, highest = (f(r for c in found for r in c.ratios) for f in (min, max))
+    lowest, highest = (f(r for c in comparisons for r in c.ratios) for f in (min, max))
     a.set_xlim(0.5 * min(lowest, 1.0), 4 * highest)
     a.axvline(1.0, color=NEUTRAL, linewidth=1.0)
     a.grid(axis="y", visible=False)
     a.set_xlabel("time of the peer over flexgear's; bar: median, line: spread")
     for group in groups:  # its name over the first of its bars
-        first = next(y for y, c in enumerate(found) if c.group == group)
+        first = next(y for y, c in enumerate(comparisons) if c.group == group)
         a.annotate(
             group, (1.0, first - 0.5), (4, 0), textcoords="offset points", va="center",
             fontsize=6.3, fontweight="bold",
@@ -80,12 +80,12 @@ def _sizes(report: Report) -> Figure | None:
 @styled
 def _steps(report: Report) -> Figure | None:
     """Cost of a step over kept modes and over planets."""
-    found = {c.picture: c for c in report.curves if c.picture in ("modes", "planets")}
-    if len(found) < 2:
+    curves = {c.picture: c for c in report.curves if c.picture in ("modes", "planets")}
+    if len(curves) < 2:
         return None
     figure, axes = panels(1, 2, height_mm=70)
     left, right = axes[0]
-    modes, planets = found["modes"], found["planets"]
+    modes, planets = curves["modes"], curves["planets"]
     left.plot(modes.x, modes.y, "o", color=PLANET_COLOURS[0], label=modes.label)
     slope, base = np.polyfit(modes.x, modes.y, 1)
     x = np.array([0.0, max(modes.x)])

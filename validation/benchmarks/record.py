@@ -58,8 +58,8 @@ class Comparison:
         return median(self.ratios)
 
     def _ratios(self, clock: str) -> list[float]:
-        own, peer = getattr(self.own, clock), getattr(self.peer, clock)
-        return [p / o for p, o in zip(peer, own, strict=True)]
+        ours, peer = getattr(self.own, clock), getattr(self.peer, clock)
+        return [p / o for p, o in zip(peer, ours, strict=True)]
 
 
 @dataclass(frozen=True)

@@ -37,9 +37,9 @@ def run(report: Report, size: str) -> None:
             },
             REPEATS[size],
         )
-        own = revolution(modal, few, TORQUE)
-        motion = Recovery(own).motion(np.eye(system.size))
-        apart = np.abs(answers["dense"] - motion).max() / np.abs(motion).max()
+        equilibrium = revolution(modal, few, TORQUE)
+        motion = Recovery(equilibrium).motion(np.eye(system.size))
+        error = np.abs(answers["dense"] - motion).max() / np.abs(motion).max()
     report.add(
         Comparison(
             "Quasi-static revolution",
@@ -50,7 +50,7 @@ def run(report: Report, size: str) -> None:
             seconds["dense"].over(len(few)),
             1,
             unit="position",
-            check=f"motion agrees to {apart:.0e}; the peer's time is of {len(few)} positions",
+            check=f"motion agrees to {error:.0e}; the peer's time is of {len(few)} positions",
         )
     )
     whole = seconds["own"].work
@@ -62,12 +62,12 @@ def run(report: Report, size: str) -> None:
 
 def whole_revolution(modal: ModalSystem, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Load sharing of the ring's gear meshes (p,) and deflections (p, k) over positions."""
-    found = revolution(modal, angles, TORQUE)
+    equilibrium = revolution(modal, angles, TORQUE)
     system = modal.system
-    force = shaped(found).sum(axis=-1)[:, 0]
+    force = shaped(equilibrium).sum(axis=-1)[:, 0]
     nodes = [("stage.ring", n) for n in _teeth(system)] + [("stage.shaft", "sun")]
     rows = np.vstack([system.node_rows(body, node) for body, node in nodes])
-    return load_sharing(force, float(force.mean())), Recovery(found).motion(rows)
+    return load_sharing(force, float(force.mean())), Recovery(equilibrium).motion(rows)
 
 
 def _teeth(system: System) -> list[str]:

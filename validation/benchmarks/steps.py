@@ -70,12 +70,12 @@ def as_shipped(report: Report, size: str) -> None:
 
 def against_bare(report: Report, modal: ModalSystem, text: str, size: str) -> None:
     """The least a step has to do; the ratio is below 1."""
-    own = steady_run(modal, STEP, STEPS[size])
+    steady = steady_run(modal, STEP, STEPS[size])
     data = bare_data(modal, STEP)
-    eta = own.start.eta.copy()
+    eta = steady.start.eta.copy()
     bare_steps(data, 2, eta.copy())
     seconds, _ = interleaved(
-        {"own": own, "bare": lambda: bare_steps(data, STEPS[size], eta.copy())},
+        {"own": steady, "bare": lambda: bare_steps(data, STEPS[size], eta.copy())},
         REPEATS[size],
     )
     times = median(seconds["own"].work) / median(seconds["bare"].work)
@@ -112,9 +112,9 @@ def against_integrators(
 ) -> None:
     """SciPy's solve_ivp over a short span, per simulated second."""
     span, steps = SPAN[size], round(SPAN[size] / STEP)
-    own = steady_run(modal, STEP, STEPS[size])
-    exact = Run(modal, STEP / 100, 100 * steps, own.start, span)()["eta"][-1]
-    moved = np.abs(exact - own.start.eta)[modal.rigid_count :].max()
+    steady = steady_run(modal, STEP, STEPS[size])
+    exact = Run(modal, STEP / 100, 100 * steps, steady.start, span)()["eta"][-1]
+    moved = np.abs(exact - steady.start.eta)[modal.rigid_count :].max()
 
     def error(eta: np.ndarray) -> float:
         return float(np.abs(eta - exact)[modal.rigid_count :].max() / moved)
@@ -122,12 +122,12 @@ def against_integrators(
     methods = {m: Integrator(modal, TORQUE, m, TOLERANCE) for m in names}
     seconds, answers = interleaved(
         {
-            "own": own,
-            **{m: lambda i=i: i.run(own.start, span) for m, i in methods.items()},
+            "own": steady,
+            **{m: lambda i=i: i.run(steady.start, span) for m, i in methods.items()},
         },
         min(REPEATS[size], 3),
     )
-    ours = error(Run(modal, STEP, steps, own.start, span)()["eta"][-1])
+    ours = error(Run(modal, STEP, steps, steady.start, span)()["eta"][-1])
     for m, integrator in methods.items():
         report.add(
             Comparison(
@@ -149,12 +149,12 @@ def against_all_coordinates(
     report: Report, system: System, modal: ModalSystem, text: str, size: str
 ) -> None:
     """solve_ivp without the second reduction, as one would write it first."""
-    own = steady_run(modal, STEP, STEPS[size])
+    steady = steady_run(modal, STEP, STEPS[size])
     full = modal_system(system)
     start = start_state(full, TORQUE)
     integrator = Integrator(full, TORQUE, "RK45", TOLERANCE)
     seconds, _ = interleaved(
-        {"own": own, "RK45": lambda: integrator.run(start, SHORT)}, min(REPEATS[size], 3)
+        {"own": steady, "RK45": lambda: integrator.run(start, SHORT)}, min(REPEATS[size], 3)
     )
     highest = full.omega.max() / (2 * np.pi)
     report.add(
@@ -177,11 +177,11 @@ def against_dense(report: Report, system: System, modal: ModalSystem, text: str,
     steps = DENSE_STEPS[size]
     full = modal_system(system)
     all_modes = steady_run(full, STEP, steps, STEP * steps)
-    own = steady_run(modal, STEP, STEPS[size])
+    steady = steady_run(modal, STEP, STEPS[size])
     peers = {w: DenseSteps(full, TORQUE, STEP, w) for w in ("refactor", "woodbury")}
     seconds, answers = interleaved(
         {
-            "own": own,
+            "own": steady,
             **{w: lambda p=p: p.run(all_modes.start, steps) for w, p in peers.items()},
         },
         min(REPEATS[size], 3),
@@ -193,7 +193,7 @@ def against_dense(report: Report, system: System, modal: ModalSystem, text: str,
         "woodbury": "dense inverse, Woodbury update",
     }
     for way, name in names.items():
-        apart = np.abs(answers[way] - motion).max() / np.abs(motion - roll).max()
+        error = np.abs(answers[way] - motion).max() / np.abs(motion - roll).max()
         report.add(
             Comparison(
                 GROUP,
@@ -203,6 +203,6 @@ def against_dense(report: Report, system: System, modal: ModalSystem, text: str,
                 seconds[way].over(steps),
                 1,
                 unit="step",
-                check=f"motion agrees to {apart:.0e} when flexgear keeps all modes too",
+                check=f"motion agrees to {error:.0e} when flexgear keeps all modes too",
             )
         )

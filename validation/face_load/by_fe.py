@@ -26,13 +26,13 @@ WHY = "teeth bend as plates, ends of the face are softer; stored"
 def computed() -> dict[tuple[str, str], tuple[float, ...]]:
     """K_Hβ with rigid and flexible bodies, and of these in ``MORE`` slices, by case and kind of
     gear mesh."""
-    found = {}
+    factors = {}
     for case in CASES:
         rigid, bends = (even(case, "quick", stiff, "fe") for stiff in (True, False))
         finer = even(case, "quick", False, "fe", MORE)
         for group in bends:
-            found[case, group] = tuple(one[group].k_h_beta for one in (rigid, bends, finer))
-    return found
+            factors[case, group] = tuple(one[group].k_h_beta for one in (rigid, bends, finer))
+    return factors
 
 
 def stored() -> dict[tuple[str, str], tuple[float, ...]]:
@@ -47,23 +47,23 @@ def stored() -> dict[tuple[str, str], tuple[float, ...]]:
 def rows(again: bool) -> list[Row]:
     """What is stored; again: compared with what is computed."""
     now = computed() if again else {}
-    found = []
-    for (case, group), kept in stored().items():
-        text = f"{kept[0]:.3f} rigid, {kept[1]:.3f} flexible"
+    lines = []
+    for (case, group), factors in stored().items():
+        text = f"{factors[0]:.3f} rigid, {factors[1]:.3f} flexible"
         demand, holds = "reported", None
         if again:
-            off = max(abs(b / a - 1) for a, b in zip(kept, now[case, group], strict=True))
+            off = max(abs(b / a - 1) for a, b in zip(factors, now[case, group], strict=True))
             text, demand, holds = f"{text}; {100 * off:.2f} % off", f"{100 * SAME:g} %", off < SAME
         name = f"K_Hβ by FE influence, {group}"
         against = STORED if again else ""
-        found.append(Row("face_load", case, name, "–", text, demand, holds, WHY, against))
-        change = kept[2] / kept[1] - 1
+        lines.append(Row("face_load", case, name, "–", text, demand, holds, WHY, against))
+        change = factors[2] / factors[1] - 1
         name = f"15 against {MORE} slices by FE influence, {group}"
-        text = f"{kept[1]:.3f} and {kept[2]:.3f}: {100 * change:+.2f} %"
+        text = f"{factors[1]:.3f} and {factors[2]:.3f}: {100 * change:+.2f} %"
         limit, holds = f"{100 * CONVERGED:g} %", abs(change) < CONVERGED
         why = "both are stored"
-        found.append(Row("face_load", case, name, "within 1 %", text, limit, holds, why, FLEXGEAR))
-    return found
+        lines.append(Row("face_load", case, name, "within 1 %", text, limit, holds, why, FLEXGEAR))
+    return lines
 
 
 def main() -> None:

@@ -61,16 +61,16 @@ class Ring:
 def ring_of(case: str) -> Ring:
     """Of a bundled case, as FE influences have it."""
     stage, options = CASES[case], {"model": "face_load", "tooth_compliance": "fe"}
-    found = load_case(
+    train = load_case(
         case,
         {
             "solver.fidelity": "quick",
             **{f"stages.{stage}.gear_mesh.{k}": v for k, v in options.items()},
         },
     )
-    view = found.view(stage)
-    force = power_flow(found).stage(stage).gear_mesh_forces["ring"]
-    path = stage_paths(view, power_flow(found).stage(stage).gear_mesh_forces)["ring", ""]
+    view = train.view(stage)
+    force = power_flow(train).stage(stage).gear_mesh_forces["ring"]
+    path = stage_paths(view, power_flow(train).stage(stage).gear_mesh_forces)["ring", ""]
     assert path.slices is not None
     body = stage_bodies(view)[BodyName.of(stage, "ring")]
     assert body.rim is not None
@@ -93,9 +93,9 @@ def _of_teeth(view: StageView, held: Array) -> Array:
     """Of a tooth a third of the ring on from tooth 0, so that supports count as they mostly do."""
     teeth = view.ring_gear.teeth
     j = teeth // 3
-    own = turn(2 * np.pi * j / teeth)
+    rotation = turn(2 * np.pi * j / teeth)
     blocks = [
-        own.T @ held[6 * j : 6 * j + 6, 6 * i : 6 * i + 6] @ turn(2 * np.pi * i / teeth)
+        rotation.T @ held[6 * j : 6 * j + 6, 6 * i : 6 * i + 6] @ turn(2 * np.pi * i / teeth)
         for i in ((j + k) % teeth for k in range(teeth))
     ]
     return np.hstack(blocks)
@@ -136,35 +136,35 @@ def pairs_at(ring: Ring, share: float) -> Pairs:
 
     def at(table: Array) -> Array:
         flat = table.reshape(len(table), -1).T
-        found = [np.interp(places, s.s, column) for column in flat]
-        return np.array(found).T.reshape(len(places), *table.shape[1:])
+        columns = [np.interp(places, s.s, column) for column in flat]
+        return np.array(columns).T.reshape(len(places), *table.shape[1:])
 
-    own = mating_flanks(path, s)[1]
+    flank = mating_flanks(path, s)[1]
     z, k, n = at(s.z), s.count, len(places)
-    motion = flank_motion(ring.rim, own.tooth, -own.sense, (at(own.roll), z))[..., :6]
+    motion = flank_motion(ring.rim, flank.tooth, -flank.sense, (at(flank.roll), z))[..., :6]
     single, next_ones = at(ring.bending.flexibility), at(ring.bending.beside)
     more, more_beside = (at(table) for table in ring.more)
     scale, limit, width = at(ring.bending.scale), at(ring.bending.limit), at(s.width)
     base, rims = np.zeros((2, n * k, n * k))
     for p in range(n):
         for q in range(n):
-            here, there = slice(p * k, p * k + k), slice(q * k, q * k + k)
-            on = (q - p) * own.step % (ring.nodes.shape[1] // 6)
-            base[here, there] += motion[p] @ ring.nodes[:, 6 * on : 6 * on + 6] @ motion[q].T
+            block_p, block_q = slice(p * k, p * k + k), slice(q * k, q * k + k)
+            on = (q - p) * flank.step % (ring.nodes.shape[1] // 6)
+            base[block_p, block_q] += motion[p] @ ring.nodes[:, 6 * on : 6 * on + 6] @ motion[q].T
             if p == q:
-                base[here, there] += single[p]
-                rims[here, there] += more[p]
+                base[block_p, block_q] += single[p]
+                rims[block_p, block_q] += more[p]
             elif 0 < q - p <= next_ones.shape[1]:
-                base[here, there] += next_ones[p, q - p - 1]
-                base[there, here] += next_ones[p, q - p - 1].T
-                rims[here, there] += more_beside[p, q - p - 1]
-                rims[there, here] += more_beside[p, q - p - 1].T
-    made = Pairs(n, z.ravel(), width.ravel(), scale.ravel(), limit.ravel(), {})
+                base[block_p, block_q] += next_ones[p, q - p - 1]
+                base[block_q, block_p] += next_ones[p, q - p - 1].T
+                rims[block_p, block_q] += more_beside[p, q - p - 1]
+                rims[block_q, block_p] += more_beside[p, q - p - 1].T
+    pairs = Pairs(n, z.ravel(), width.ravel(), scale.ravel(), limit.ravel(), {})
     nominal = ring.force / (n * 2 * path.half_face)
-    by_rows = _by_rows(made, rims, base + np.diag(_secant(made, nominal)))
+    by_rows = _by_rows(pairs, rims, base + np.diag(_secant(pairs, nominal)))
     ways = (base, base + by_rows, base + rims)
-    made.flexibility.update(zip(WAYS, ways, strict=True))
-    return made
+    pairs.flexibility.update(zip(WAYS, ways, strict=True))
+    return pairs
 
 
 def _by_rows(pairs: Pairs, rims: Array, whole: Array) -> Array:
@@ -176,11 +176,11 @@ def _by_rows(pairs: Pairs, rims: Array, whole: Array) -> Array:
         t = np.column_stack([np.ones(k), pairs.z[at]])
         solved = np.linalg.solve(whole[at, at] + rims[at, at], t)
         tall[at, columns], pressed[at, columns] = t, solved @ np.linalg.inv(t.T @ solved)
-    found = tall @ (pressed.T @ rims @ pressed) @ tall.T
+    flexibility = tall @ (pressed.T @ rims @ pressed) @ tall.T
     for p in range(pairs.count):
         at = slice(p * k, p * k + k)
-        found[at, at] = rims[at, at]
-    return found
+        flexibility[at, at] = rims[at, at]
+    return flexibility
 
 
 def k_h_beta(ring: Ring, way: str, tilt: float) -> float:
@@ -203,12 +203,12 @@ def k_h_beta(ring: Ring, way: str, tilt: float) -> float:
 
 def computed() -> dict[tuple[str, float], tuple[float, ...]]:
     """K_Hβ by case and tilt, of all ``WAYS``."""
-    found = {}
+    factors = {}
     for case in CASES:
         ring = ring_of(case)
         for tilt in TILTS:
-            found[case, tilt] = tuple(k_h_beta(ring, way, tilt) for way in WAYS)
-    return found
+            factors[case, tilt] = tuple(k_h_beta(ring, way, tilt) for way in WAYS)
+    return factors
 
 
 def stored() -> dict[tuple[str, float], tuple[float, ...]]:
@@ -222,31 +222,31 @@ def stored() -> dict[tuple[str, float], tuple[float, ...]]:
 
 def rows(again: bool) -> list[Row]:
     """What is stored; again: compared with what is computed."""
-    now, found = computed() if again else {}, []
-    for (case, tilt), kept in stored().items():
-        without, taken, whole = kept
+    now, lines = computed() if again else {}, []
+    for (case, tilt), factors in stored().items():
+        without, taken, whole = factors
         text = (
             f"{without:.3f} without, {taken:.3f} with shapes; all slices at once {whole:.3f} "
             f"({100 * (without / whole - 1):+.1f}, {100 * (taken / whole - 1):+.1f} %)"
         )
         demand, holds = "reported", None
         if again:
-            off = max(abs(b / a - 1) for a, b in zip(kept, now[case, tilt], strict=True))
+            off = max(abs(b / a - 1) for a, b in zip(factors, now[case, tilt], strict=True))
             text, demand, holds = f"{text}; {100 * off:.2f} % off", f"{100 * SAME:g} %", off < SAME
         name = f"K_Hβ of the ring, its rim within a tooth, tilted by {tilt:g} of the approach"
         why = "pairs feel shapes of their neighbours by resultants; other bodies held; stored"
         against = STORED if again else ""
-        found.append(Row("face_load", case, name, "–", text, demand, holds, why, against))
-    return found
+        lines.append(Row("face_load", case, name, "–", text, demand, holds, why, against))
+    return lines
 
 
 def main() -> None:
     """Compute and write rim.csv."""
-    found = computed()
+    by_case = computed()
     with atomic_file(TABLE) as path, path.open("w", encoding="utf-8", newline="") as stream:
         out = csv.writer(stream, lineterminator="\n")
         out.writerow(["case", "tilt", *WAYS])
-        for (case, tilt), factors in found.items():
+        for (case, tilt), factors in by_case.items():
             out.writerow([case, f"{tilt:g}", *(f"{factor:.5f}" for factor in factors)])
 
 

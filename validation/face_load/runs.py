@@ -51,8 +51,8 @@ def model(
 
 def stage(case: str) -> str:
     """Name of the planetary stage of a bundled case."""
-    (found,) = (s.name for s in fg.load_case(case).stages if s.kind != "parallel")
-    return found
+    (name,) = (s.name for s in fg.load_case(case).stages if s.kind != "parallel")
+    return name
 
 
 def equilibria(put: Model, stage: str) -> xr.Dataset:
@@ -74,15 +74,15 @@ def even(
 ) -> dict[str, Even]:
     """Figures by kind of gear mesh ("lss ring")."""
     put = model(case, fidelity, rigid, compliance, slices, **changes)
-    every, found = face_figures(equilibria(put, stage(case))), {}
+    every, by_group = face_figures(equilibria(put, stage(case))), {}
     for group, causes in misalignment_of_groups(every).items():
         of_group = [one for name, one in every.items() if name.startswith(f"{group} ")]
-        found[group] = Even(
+        by_group[group] = Even(
             max(one["k_h_beta"] for one in of_group),
             max((one["misalignment_um"] for one in of_group), key=abs),
             causes,
         )
-    return found
+    return by_group
 
 
 @cache
@@ -91,10 +91,10 @@ def proposal(case: str, fidelity: str) -> Proposal:
     return propose_modifications(model(case, fidelity, False, "width"), stage(case), trials=30)
 
 
-def gained(found: Proposal, group: str, key: str) -> tuple[float, float]:
+def gained(change: Proposal, group: str, key: str) -> tuple[float, float]:
     """Largest figure of a kind of gear mesh before and after."""
 
     def largest(figures: dict[str, dict[str, Any]]) -> float:
         return max(float(one[key]) for name, one in figures.items() if name.startswith(f"{group} "))
 
-    return largest(found.before[1.0]), largest(found.after[1.0])
+    return largest(change.before[1.0]), largest(change.after[1.0])

@@ -11,16 +11,16 @@ TUNED = "z_mm of the planet bearings, which moves their springs from mid-face"
 
 def rows(fidelity: str) -> list[Row]:
     """Every gear mesh flexible and rigid; slices; z_mm; proposals."""
-    found: list[Row] = []
+    lines: list[Row] = []
     for case in CASES:
         bends, rigid = (even(case, fidelity, stiff) for stiff in (False, True))
         for group, one in bends.items():
-            found += [_pair(case, group, rigid[group], one), _tilt(case, group, rigid[group], one)]
-            found += [_causes(case, group, rigid[group], one)]
-        found += _proposals(case, fidelity)
-    found += _bearing_place(fidelity) + _slices(fidelity)
+            lines += [_pair(case, group, rigid[group], one), _tilt(case, group, rigid[group], one)]
+            lines += [_causes(case, group, rigid[group], one)]
+        lines += _proposals(case, fidelity)
+    lines += _bearing_place(fidelity) + _slices(fidelity)
     again = fidelity != "quick"
-    return found + by_fe.rows(again) + rim.rows(again)
+    return lines + by_fe.rows(again) + rim.rows(again)
 
 
 def _reported(case: str, quantity: str, text: str, why: str) -> Row:
@@ -51,16 +51,16 @@ def _causes(case: str, group: str, rigid: Even, bends: Even) -> Row:
 
 
 def _proposals(case: str, fidelity: str) -> list[Row]:
-    made, found = proposal(case, fidelity), []
+    change, lines = proposal(case, fidelity), []
     amounts = ", ".join(
         f"{key.split('.')[-2]} {key.split('.')[-1]} {1e6 * x:.0f} µm"
-        for key, x in made.amounts.items()
+        for key, x in change.amounts.items()
     )
     for group in even(case, fidelity, False):
-        before, after = gained(made, group, "largest_line_load_n_per_mm")
-        factor = gained(made, group, "k_h_beta")
+        before, after = gained(change, group, "largest_line_load_n_per_mm")
+        factor = gained(change, group, "k_h_beta")
         text = f"{before:.0f} to {after:.0f} N/mm, K_Hβ {factor[0]:.3f} to {factor[1]:.3f}"
-        found.append(
+        lines.append(
             Row(
                 "face_load",
                 case,
@@ -73,12 +73,12 @@ def _proposals(case: str, fidelity: str) -> list[Row]:
                 FLEXGEAR,
             )
         )
-    return found
+    return lines
 
 
 def _bearing_place(fidelity: str) -> list[Row]:
     """What the bundled case had tuned, tried again."""
-    found = []
+    lines = []
     for z in ("-30", "0", "30"):
         changes = (
             {} if z == "-30" else {"stage.planet_bearing.z_mm": z}
@@ -86,16 +86,16 @@ def _bearing_place(fidelity: str) -> list[Row]:
         ring, sun = _of_stage("wind-5mw", fidelity, False, **changes)
         tilts = f"tilt {ring.misalignment:.0f}, {sun.misalignment:.0f} µm"
         text = f"ring {ring.k_h_beta:.3f}, sun {sun.k_h_beta:.3f}; {tilts}"
-        found.append(_reported("wind-5mw", f"K_Hβ with z_mm = {z}", text, TUNED))
-    return found
+        lines.append(_reported("wind-5mw", f"K_Hβ with z_mm = {z}", text, TUNED))
+    return lines
 
 
 def _of_stage(
     case: str, fidelity: str, rigid: bool, slices: int = 15, **changes: str
 ) -> tuple[Even, Even]:
     """Ring and sun of a case of one stage."""
-    found = even(case, fidelity, rigid, slices=slices, **changes)
-    ring, sun = (next(one for g, one in found.items() if g.endswith(k)) for k in ("ring", "sun"))
+    by_group = even(case, fidelity, rigid, slices=slices, **changes)
+    ring, sun = (next(one for g, one in by_group.items() if g.endswith(k)) for k in ("ring", "sun"))
     return ring, sun
 
 

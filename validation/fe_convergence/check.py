@@ -61,9 +61,9 @@ def test_standard_mesh_is_fine_enough(name, results):
             for row in csv.DictReader(stream)
             if row["body"] == name
         }
-    found = [quantities(name, fidelity) for fidelity in FIDELITIES]
-    sizes = [f[0] for f in found]
-    table = np.array([[f[1], *f[2]] for f in found])  # (mesh, quantity)
+    by_fidelity = [quantities(name, fidelity) for fidelity in FIDELITIES]
+    sizes = [f[0] for f in by_fidelity]
+    table = np.array([[f[1], *f[2]] for f in by_fidelity])  # (mesh, quantity)
     limits = np.array([richardson(sizes, column)[0] for column in table.T])
     orders = [richardson(sizes, column)[1] for column in table.T]
     errors = np.abs(table / limits - 1)

@@ -63,7 +63,7 @@ class Figures:
 
 
 @dataclass(frozen=True)
-class Found:
+class CauseFigures:
     """Of a cause: in pure torque; under the rotor moment, each figure in the direction that is
     worst for it; and that of the factor, in degrees from x."""
 
@@ -112,20 +112,20 @@ def _resultant(static: xr.Dataset) -> float:
     return float(np.abs(force @ spread).max())
 
 
-def found(cause: Cause) -> Found:
+def cause_figures(cause: Cause) -> CauseFigures:
     """In pure torque and under the moment in all directions."""
     turned = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
     model = put_together(cause)
     moments = [figures(cause, model, float(angle)) for angle in turned]
     worst = Figures(*(max(each) for each in zip(*map(astuple, moments), strict=True)))
     about = turned[int(np.argmax([one.excess for one in moments]))]
-    return Found(cause.name, figures(cause, model), worst, float(np.degrees(about)))
+    return CauseFigures(cause.name, figures(cause, model), worst, float(np.degrees(about)))
 
 
 @cache
-def computed() -> dict[str, Found]:
+def computed() -> dict[str, CauseFigures]:
     """Every cause by its name, as of now."""
-    return {cause.name: found(cause) for cause in every_cause()}
+    return {cause.name: cause_figures(cause) for cause in every_cause()}
 
 
 def stored_figures(line: dict[str, str], load: str) -> Figures:
@@ -137,12 +137,12 @@ def stored_figures(line: dict[str, str], load: str) -> Figures:
 
 
 @cache
-def stored() -> dict[str, Found]:
+def stored() -> dict[str, CauseFigures]:
     """causes.csv by the names of causes."""
     with STORED.open(encoding="utf-8", newline="") as stream:
         lines = list(csv.DictReader(stream))
     return {
-        line["cause"]: Found(
+        line["cause"]: CauseFigures(
             line["cause"],
             stored_figures(line, "torque"),
             stored_figures(line, "moment"),
@@ -152,7 +152,7 @@ def stored() -> dict[str, Found]:
     }
 
 
-def store(every: list[Found]) -> None:
+def store(every: list[CauseFigures]) -> None:
     """Write causes.csv."""
     with atomic_file(STORED) as path, path.open("w", encoding="utf-8", newline="") as stream:
         keys = [f"{load}_{key}" for load in ("torque", "moment") for key in Figures.__annotations__]
@@ -185,11 +185,11 @@ def _cells(part: Figures) -> list[str]:
 
 def main(names: Sequence[str]) -> None:
     """Compute what is named or not yet stored, all without names, and write everything."""
-    kept = stored() if names else {}
+    by_name = stored() if names else {}
     every = []
     for cause in every_cause():
-        old = kept.get(cause.name)
-        every.append(found(cause) if old is None or cause.name in names else old)
+        old = by_name.get(cause.name)
+        every.append(cause_figures(cause) if old is None or cause.name in names else old)
         print(every[-1], flush=True)
     store(every)
     stored.cache_clear()

@@ -28,9 +28,9 @@ def clearances():  # type: ignore[no-untyped-def]
     """Left: K of pins; right: the worst row; both in pure torque and under the rotor moment."""
     figure, axes = panels(1, 2, height_mm=80)
     left, right = axes[0]
-    found = [computed()[with_clearance(c)] for c in CLEARANCES]
+    by_clearance = [computed()[with_clearance(c)] for c in CLEARANCES]
     for name, load in (("pure torque", "torque"), ("rotor moment", "moment")):
-        of_load = [getattr(one, load) for one in found]
+        of_load = [getattr(one, load) for one in by_clearance]
         left.plot(CLEARANCES, [one.factor for one in of_load], "o-", label=name)
         right.plot(CLEARANCES, [one.row for one in of_load], "o-", label=name)
     for quantity in ("K_gamma in pure torque", "K_gamma under extreme rotor moment"):

@@ -5,7 +5,7 @@ from dataclasses import astuple
 import numpy as np
 from rows import CLOSED_FORM, STORED, Row, reference
 
-from grc.by_cause import Figures, Found, computed, stored
+from grc.by_cause import CauseFigures, Figures, computed, stored
 
 PUBLISHED = reference("grc")
 BUNDLED, TAPERED = "bundled case", "tapered planet and carrier bearings"
@@ -70,7 +70,7 @@ def _trend(statement: str, low: float, high: float) -> Row:
     return Row("grc", "both papers", statement, "stated", computed, "rises", high > low)
 
 
-def _let_go(one: Found) -> Row:
+def _let_go(one: CauseFigures) -> Row:
     """No cause acts but through the sun's support and weights."""
     text = f"{one.torque.factor:.3f}, {one.moment.factor:.3f} under the moment"
     holds = max(one.torque.factor, one.moment.factor) < 1.01

@@ -13,9 +13,9 @@ from hu2023.equations import Drive, Stage
 @cache
 def train() -> Case:
     """The bundled case."""
-    found = load_case("pitch-drive")
-    assert isinstance(found, Case)
-    return found
+    case = load_case("pitch-drive")
+    assert isinstance(case, Case)
+    return case
 
 
 @cache

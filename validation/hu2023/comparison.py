@@ -80,22 +80,22 @@ def mean_based(forces: Array, samples_per_cycle: float) -> float:
     return float(running.planets("mean-based").max())
 
 
-def sharing(run: TrainRun, found: Equilibrium, j: int, side: str) -> float:
+def sharing(run: TrainRun, result: Equilibrium, j: int, side: str) -> float:
     """K of eqs. 19 and 20 of a stage, "outside" or "inside"."""
-    forces = gear_mesh_forces(found)[:, run.columns(j, KINDS[side])]
+    forces = gear_mesh_forces(result)[:, run.columns(j, KINDS[side])]
     return mean_based(forces, SAMPLES)
 
 
-def momentary(run: TrainRun, found: Equilibrium | Transient, j: int, side: str) -> float:
+def momentary(run: TrainRun, result: Equilibrium | Transient, j: int, side: str) -> float:
     """Largest N F_i/ΣF at any instant."""
-    forces = gear_mesh_forces(found)[:, run.columns(j, KINDS[side])]
+    forces = gear_mesh_forces(result)[:, run.columns(j, KINDS[side])]
     return float((forces.max(axis=1) / forces.mean(axis=1)).max())
 
 
-def displacement(run: TrainRun, found: Equilibrium | Transient, member: str) -> Array:
+def displacement(run: TrainRun, result: Equilibrium | Transient, member: str) -> Array:
     """(positions, 2) x and y of a member in the frame of its stage's carrier, m."""
     x = run.modal.system.slice_of(member).start
-    return np.asarray(found.eta @ run.modal.modes[x : x + 2].T)
+    return np.asarray(result.eta @ run.modal.modes[x : x + 2].T)
 
 
 @cache
@@ -115,8 +115,8 @@ def orbit_times(j: int, positions: int = 2500) -> Array:
 @cache
 def orbit(j: int) -> Array:
     """x and y of the sun of stage j at ``orbit_times``, (positions, 2), m."""
-    found = bundled().at(drive().speed * orbit_times(j))
-    return displacement(bundled(), found, f"stage_{j + 1}.sun")
+    result = bundled().at(drive().speed * orbit_times(j))
+    return displacement(bundled(), result, f"stage_{j + 1}.sun")
 
 
 @cache
@@ -129,8 +129,8 @@ def over_eccentricity(part: str, size: float) -> dict[str, float]:
             "stages.stage_1.planet_bearing.radial": studies.fitted_bearing(),
         }
     )
-    found = over_period(run, 0, studies.CYCLES)
-    return {side: sharing(run, found, 0, side) for side in KINDS}
+    result = over_period(run, 0, studies.CYCLES)
+    return {side: sharing(run, result, 0, side) for side in KINDS}
 
 
 @cache
@@ -141,7 +141,7 @@ def over_time() -> Transient:
 
 def late_shares(j: int, side: str) -> float:
     """K of eqs. 19 and 20 from the transient after start-up."""
-    found = over_time()
-    forces = gear_mesh_forces(found)[found.time >= SETTLED][:, bundled().columns(j, KINDS[side])]
+    result = over_time()
+    forces = gear_mesh_forces(result)[result.time >= SETTLED][:, bundled().columns(j, KINDS[side])]
     cycle = 2 * np.pi / gear_mesh_rate(drive(), j) / EVERY
     return mean_based(forces, cycle)

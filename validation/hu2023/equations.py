@@ -128,14 +128,14 @@ def stage_rows(stage: Stage) -> tuple[Array, Array]:
     aw, an = stage.angles
     for i in range(PLANETS):
         phi = 2 * np.pi * i / PLANETS
-        own = slice(lead + 3 * i, lead + 3 * i + 3)
+        columns = slice(lead + 3 * i, lead + 3 * i + 3)
         gear[i, :lead] = (1, -np.sin(phi - aw), np.cos(phi - aw))[:lead]
-        gear[i, own] = -1, -np.sin(aw), -np.cos(aw)
-        gear[PLANETS + i, own] = 1, np.sin(an), -np.cos(an)
+        gear[i, columns] = -1, -np.sin(aw), -np.cos(aw)
+        gear[PLANETS + i, columns] = 1, np.sin(an), -np.cos(an)
         bearing[2 * i, -3:] = 0, np.cos(phi), np.sin(phi)
-        bearing[2 * i, own] = 0, -1, 0
+        bearing[2 * i, columns] = 0, -1, 0
         bearing[2 * i + 1, -3:] = 1, -np.sin(phi), np.cos(phi)
-        bearing[2 * i + 1, own] = 0, 0, -1
+        bearing[2 * i + 1, columns] = 0, 0, -1
     return gear, bearing
 
 
@@ -154,15 +154,15 @@ def matrices(drive: Drive) -> Linear:
     rows, mass, stiffness = np.zeros((count, size)), np.zeros(size), np.zeros((size, size))
     k, c = np.zeros(count), np.zeros(count)
     for j, stage in enumerate(drive.stages):
-        own = slice(drive.first(j), drive.first(j) + stage.size)
+        columns = slice(drive.first(j), drive.first(j) + stage.size)
         gear, bearing = stage_rows(stage)
-        mass[own] = stage_masses(stage)
-        rows[2 * PLANETS * j : 2 * PLANETS * (j + 1), own] = gear
-        stiffness[own, own] += stage.bearing * bearing.T @ bearing
+        mass[columns] = stage_masses(stage)
+        rows[2 * PLANETS * j : 2 * PLANETS * (j + 1), columns] = gear
+        stiffness[columns, columns] += stage.bearing * bearing.T @ bearing
         carrier = drive.carrier(j)
         stiffness[[carrier + 1, carrier + 2], [carrier + 1, carrier + 2]] += stage.carrier_support
         if stage.sun_support:
-            float_ = [own.start + 1, own.start + 2]
+            float_ = [columns.start + 1, columns.start + 2]
             stiffness[float_, float_] += stage.sun_support
         spline = np.zeros(size)
         spline[carrier] = 1.0

@@ -86,15 +86,15 @@ def _stage(drive: Drive, j: int, e: Errors, signs: str) -> list[Harmonic]:
             (e.ring_tooth * ones, stage.teeth[2] * phi),
         ),
     ]
-    found = []
+    harmonics = []
     for rate, at_sun, at_ring in terms:
         amplitude, phase = np.zeros((2, 2 * PLANETS * len(drive.stages)))
         for kind, (size, angle) in (("sun", at_sun), ("ring", at_ring)):
             amplitude[drive.gear_meshes(j, kind)] = size
             phase[drive.gear_meshes(j, kind)] = angle
         if amplitude.any():
-            found.append(Harmonic(rate, amplitude, phase))
-    return found
+            harmonics.append(Harmonic(rate, amplitude, phase))
+    return harmonics
 
 
 def _carrier(

@@ -113,8 +113,8 @@ def table_5() -> Figure:
         one.plot(torques, values, marker, ls="--", lw=0.8, color=PRINTED, label=label)
     rated = bundled().modal.system.rated_torque
     time = cycle_times(drive(), 2, 20)
-    found = [bundled().at(drive().speed * time, 0.01 * t * rated) for t in torques]
-    y = [comparison.displacement(bundled(), f, "stage_3.carrier")[:, 1] for f in found]
+    equilibria = [bundled().at(drive().speed * time, 0.01 * t * rated) for t in torques]
+    y = [comparison.displacement(bundled(), f, "stage_3.carrier")[:, 1] for f in equilibria]
     one.plot(torques, [MM * np.ptp(v) / 2 for v in y], "o-", color=OURS, label="computed")
     one.set(xlabel="torque (%)", ylabel="amplitude (mm)", xticks=torques)
     one.set_ylim(-0.005, 0.07)

@@ -12,7 +12,7 @@ SAMPLES = 16  # a gear-mesh cycle
 
 
 @dataclass(frozen=True)
-class Found:
+class StageFigures:
     """Of one stage: largest shares outside and inside by eqs. 19 and 20; lowest force over the
     mean; largest radial displacement of sun and carrier, amplitude of the carrier's Y, m."""
 
@@ -38,14 +38,14 @@ def gear_mesh_rate(drive: Drive, j: int) -> float:
     return drive.sun_speed(j) * (1 - 1 / stage.ratio) * stage.teeth[0]
 
 
-def found(
+def stage_figures(
     drive: Drive,
     system: Linear,
     j: int,
     errors: list[Harmonic],
     quasi_static: bool,
     cycles: int = 900,
-) -> Found:
+) -> StageFigures:
     """Stage j from 0 under the errors of all stages."""
     time = cycle_times(drive, j, cycles)
     count = len(time) // SAMPLES
@@ -56,7 +56,7 @@ def found(
     carrier, sun = drive.carrier(j), drive.first(j)
     y = motion[:, carrier + 2]
     floats = drive.stages[j].sun_support is not None
-    return Found(
+    return StageFigures(
         *shares,
         lowest=float(sides[0].min()) / drive.mean_force(j),
         sun_float=float(np.hypot(*motion[:, sun + 1 : sun + 3].T).max()) if floats else 0.0,

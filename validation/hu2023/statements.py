@@ -12,7 +12,7 @@ from hu2023.cases import drive
 from hu2023.comparison import KINDS, STAGES, bundled, flow, momentary, quasi_static, sharing
 from hu2023.equations import matrices
 from hu2023.errors import harmonics
-from hu2023.sharing import Found, cycle_times, found, gear_mesh_rate
+from hu2023.sharing import StageFigures, cycle_times, gear_mesh_rate, stage_figures
 
 PAPER = "hu2023"
 published = partial(reference, PAPER)
@@ -31,10 +31,10 @@ def rows() -> list[Row]:
 
 
 @cache
-def by_equations(j: int, signs: str, static: bool) -> Found:
+def by_equations(j: int, signs: str, static: bool) -> StageFigures:
     """Stage j by the plain equations."""
     base = drive()
-    return found(base, matrices(base), j, harmonics(base, signs=signs), static, 400)
+    return stage_figures(base, matrices(base), j, harmonics(base, signs=signs), static, 400)
 
 
 def speeds_and_torques() -> list[Row]:
@@ -56,14 +56,14 @@ def mean_forces() -> list[Row]:
     out = []
     for j in STAGES:
         each = forces[:, run.columns(j, "sun") + run.columns(j, "ring")]
-        wanted = drive().mean_force(j)
-        off = float(np.abs(each / wanted - 1).max())
+        expected = drive().mean_force(j)
+        off = float(np.abs(each / expected - 1).max())
         rigid = abs(flow().stage(f"stage_{j + 1}").sun_gear_mesh_force)
         out.append(
             line("Table 2", f"mean gear-mesh force of stage {j + 1}, coupled drive",
-                 f"T/(N r_bs) = {number(wanted)} N (from Table 2)",
+                 f"T/(N r_bs) = {number(expected)} N (from Table 2)",
                  f"{number(float(each.mean()))} N, sun and ring; power flow {number(rigid)} N",
-                 "0.05 %", off < 5e-4 and abs(rigid / wanted - 1) < 5e-4)
+                 "0.05 %", off < 5e-4 and abs(rigid / expected - 1) < 5e-4)
         )  # fmt: skip
     return out
 

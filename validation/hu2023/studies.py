@@ -11,7 +11,7 @@ from flexgear.arrays import Array
 from hu2023.cases import drive
 from hu2023.equations import Drive, matrices
 from hu2023.errors import TABLE_4, Errors, changed, harmonics
-from hu2023.sharing import Found, found
+from hu2023.sharing import StageFigures, stage_figures
 
 CYCLES = 100
 STIFFNESSES = np.geomspace(1e8, 1e10, 9)
@@ -28,9 +28,11 @@ def with_stage(base: Drive, j: int, **values: object) -> Drive:
 
 
 def of(base: Drive, j: int, errors: tuple[Errors, ...] = TABLE_4, quasi_static: bool = False,
-       signs: str = "geometry") -> Found:  # fmt: skip
+       signs: str = "geometry") -> StageFigures:  # fmt: skip
     """Load sharing of stage j."""
-    return found(base, matrices(base), j, harmonics(base, errors, signs), quasi_static, CYCLES)
+    return stage_figures(
+        base, matrices(base), j, harmonics(base, errors, signs), quasi_static, CYCLES
+    )
 
 
 @cache
@@ -51,7 +53,7 @@ def soft_drive() -> Drive:
 
 
 @cache
-def over_stiffness(j: int, kind: str) -> tuple[Found, ...]:
+def over_stiffness(j: int, kind: str) -> tuple[StageFigures, ...]:
     """Stage j over its outer ("sun") or inner ("ring") gear-mesh stiffness, dynamic."""
     base, out = soft_drive(), []
     for k in STIFFNESSES:
@@ -62,17 +64,17 @@ def over_stiffness(j: int, kind: str) -> tuple[Found, ...]:
 
 
 @cache
-def over_eccentricity(part: str, quasi_static: bool) -> tuple[Found, ...]:
+def over_eccentricity(part: str, quasi_static: bool) -> tuple[StageFigures, ...]:
     """Stage 1 over one eccentricity, the other errors as in Table 4."""
     return tuple(of(soft_drive(), 0, changed(0, **{part: float(e)}), quasi_static) for e in SIZES)
 
 
 @cache
-def over_tooth_error(j: int, kind: str) -> tuple[Found, ...]:
+def over_tooth_error(j: int, kind: str) -> tuple[StageFigures, ...]:
     """Stage j over its tooth error outside ("sun") or inside ("ring"), dynamic."""
     return tuple(of(soft_drive(), j, changed(j, **{f"{kind}_tooth": float(e)})) for e in SIZES)
 
 
-def values(results: Sequence[Found], side: str) -> Array:
+def values(results: Sequence[StageFigures], side: str) -> Array:
     """K "outside" or "inside" along a study."""
     return np.array([getattr(one, side) for one in results])

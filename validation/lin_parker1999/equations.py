@@ -56,15 +56,15 @@ def compressions(n: int, planets: int, angle: float) -> Array:
     rows = np.zeros((4, CENTRAL + 3 * planets))
     psi = 2 * np.pi * n / planets
     s, c = np.sin(angle), np.cos(angle)
-    own = slice(CENTRAL + 3 * n, CENTRAL + 3 * n + 3)
+    columns = slice(CENTRAL + 3 * n, CENTRAL + 3 * n + 3)
     rows[0, SUN : SUN + 3] = -np.sin(psi - angle), np.cos(psi - angle), 1
-    rows[0, own] = -s, -c, 1
+    rows[0, columns] = -s, -c, 1
     rows[1, RING : RING + 3] = -np.sin(psi + angle), np.cos(psi + angle), 1
-    rows[1, own] = s, -c, -1
+    rows[1, columns] = s, -c, -1
     rows[2, CARRIER : CARRIER + 3] = np.cos(psi), np.sin(psi), 0
-    rows[2, own] = -1, 0, 0
+    rows[2, columns] = -1, 0, 0
     rows[3, CARRIER : CARRIER + 3] = -np.sin(psi), np.cos(psi), 1
-    rows[3, own] = 0, -1, 0
+    rows[3, columns] = 0, -1, 0
     return rows
 
 

@@ -16,7 +16,7 @@ KINDS = ("rotational", "translational", "planet")
 
 
 @dataclass(frozen=True)
-class Found:
+class SortedModes:
     """Frequencies (Hz, ascending) and the type of each mode; the rigid one is rotational."""
 
     frequencies: Array
@@ -44,19 +44,19 @@ class Found:
 
 
 @cache
-def by_package(planets: int) -> Found:
+def by_package(planets: int) -> SortedModes:
     """All modes of the bundled case with that many planets, types by energy."""
     train = load_case("lin-parker", {"stage.planets": str(planets)})
     system = build_system(train)
-    found = modes(system, springs_at(system).stiffness)
-    types = classify(found.frequencies, found.shapes, system.mass, system.bodies, rigid=1)
+    natural = modes(system, springs_at(system).stiffness)
+    types = classify(natural.frequencies, natural.shapes, system.mass, system.bodies, rigid=1)
     kinds = tuple("rotational" if k == "rigid" else k for k in types.kinds)
-    return Found(found.frequencies, kinds)
+    return SortedModes(natural.frequencies, kinds)
 
 
 @cache
-def by_equations(planets: int) -> Found:
+def by_equations(planets: int) -> SortedModes:
     """All modes of the paper's equations."""
     p = equations.Parameters()
     frequencies, shapes = equations.modes(planets, p)
-    return Found(frequencies, tuple(equations.mode_types(planets, p, shapes)))
+    return SortedModes(frequencies, tuple(equations.mode_types(planets, p, shapes)))

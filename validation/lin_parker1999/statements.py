@@ -3,7 +3,7 @@
 import numpy as np
 from rows import INDEPENDENT, Row, compared, gathered, number, reference
 
-from lin_parker1999.package import KINDS, Found, by_equations, by_package
+from lin_parker1999.package import KINDS, SortedModes, by_equations, by_package
 
 PAPER = "lin_parker1999"
 PRINTED = (3, 4)
@@ -17,10 +17,10 @@ def rows() -> list[Row]:
                     planet_modes)  # fmt: skip
 
 
-def frequency(found: Found, quantity: str) -> float:
+def frequency(modes: SortedModes, quantity: str) -> float:
     """Of reference.csv's "N = 3, rotational 2"."""
     _, _, kind, place = quantity.replace(",", "").split()[-4:]
-    return found.different(kind)[int(place) - 1]
+    return modes.different(kind)[int(place) - 1]
 
 
 def printed_frequencies() -> list[Row]:
@@ -38,10 +38,10 @@ def types_and_multiplicities() -> list[Row]:
     """Six single rotational modes, six translational pairs, three planet modes N − 3 times."""
     out = []
     for planets in NUMBERS:
-        found = by_package(planets)
-        wanted = {"rotational": [1] * 6, "translational": [2] * 6}
-        wanted["planet"] = [planets - 3] * 3 if planets > 3 else []
-        got = {kind: found.multiplicities(kind) for kind in KINDS}
+        modes = by_package(planets)
+        expected = {"rotational": [1] * 6, "translational": [2] * 6}
+        expected["planet"] = [planets - 3] * 3 if planets > 3 else []
+        got = {kind: modes.multiplicities(kind) for kind in KINDS}
         out.append(
             Row(
                 PAPER,
@@ -50,7 +50,7 @@ def types_and_multiplicities() -> list[Row]:
                 "6 rotational × 1, 6 translational × 2, 3 planet × (N − 3)",
                 ", ".join(f"{kind}: {text(m)}" for kind, m in got.items()),
                 "exact",
-                got == wanted and sum(found.counts().values()) == 9 + 3 * planets,
+                got == expected and sum(modes.counts().values()) == 9 + 3 * planets,
                 "types by kinetic energy, not by gaps between frequencies",
             )
         )

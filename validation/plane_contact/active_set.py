@@ -29,13 +29,13 @@ def solve(
     for _ in range(MOST_STEPS):
         p, x = _on(active, gap, compliance, closing, load, held)
         room = gap + compliance @ p - closing @ x
-        wanted = p - scale * room > 0
-        if (wanted == active).all():
+        next_active = p - scale * room > 0
+        if (next_active == active).all():
             return p, x
-        if wanted.tobytes() in seen or not wanted.any():
-            wanted = _one_step(active, p, room, scale)
-        seen.add(wanted.tobytes())
-        active = wanted
+        if next_active.tobytes() in seen or not next_active.any():
+            next_active = _one_step(active, p, room, scale)
+        seen.add(next_active.tobytes())
+        active = next_active
     raise RuntimeError("the active set did not settle")
 
 

@@ -76,9 +76,9 @@ class Body:
             right = np.zeros((len(self.free), len(part)))
             moves = part >= 0  # held nodes of a chain do not move
             right[part[moves], np.flatnonzero(moves)] = 1.0
-            found = self.factor.solve(right)[flat]
-            found[flat < 0] = 0.0
-            self.compliance[:, start : start + COLUMNS] = found
+            motion = self.factor.solve(right)[flat]
+            motion[flat < 0] = 0.0
+            self.compliance[:, start : start + COLUMNS] = motion
 
     def displacement(self, force: Array) -> Array:
         """All dofs under forces (c, 2n + 1, 2) on the chains' nodes, m."""

@@ -13,7 +13,7 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
 from plane_contact.body import Elastic
-from plane_contact.gear_contact import Found, GearContact
+from plane_contact.gear_contact import ContactResult, GearContact
 from plane_contact.rolling import Pair, Relief
 from plane_contact.sector import Grid
 
@@ -82,7 +82,9 @@ def places(kind: str, count: int) -> Array:
     return np.mean(p.path) + p.planet.base_pitch * (np.arange(count) / count - 0.5)
 
 
-def over_a_pitch(bodies: GearContact, kind: str, loading: Loading, count: int) -> list[Found]:
+def over_a_pitch(
+    bodies: GearContact, kind: str, loading: Loading, count: int
+) -> list[ContactResult]:
     """Contact at ``places``."""
     p, load = bodies.pair, loading.share * line_load(kind)
     tips = [p.planet.roll_length(p.planet.tip_radius), p.gear.roll_length(p.gear.tip_radius)]

@@ -43,9 +43,9 @@ def coarse(request):
 def test_two_cylinders_press_as_hertz_says(radii):
     """Half width and approach; 2 % is demanded, far less is found."""
     theory = cylinders.theory(radii, 2e6, STEEL)
-    found = cylinders.computed(radii, 2e6, STEEL, edges=6)
-    assert found.half_width == pytest.approx(theory.half_width, rel=2e-3)
-    assert found.approach == pytest.approx(theory.approach, rel=2e-3)
+    contact = cylinders.computed(radii, 2e6, STEEL, edges=6)
+    assert contact.half_width == pytest.approx(theory.half_width, rel=2e-3)
+    assert contact.approach == pytest.approx(theory.approach, rel=2e-3)
 
 
 def test_active_set_leaves_neither_pull_nor_penetration():
@@ -64,14 +64,14 @@ def test_coarse_grid_repeats_the_stored_figures(coarse):
     """A quarter of the edges on the flanks, every eighth place."""
     kind, bodies = coarse
     for loading in LOADINGS:
-        found = over_a_pitch(bodies, kind, loading, FEW)
-        known, step = stored.series(kind, loading.name), len(stored.places(kind)) // FEW
-        error = np.array([f.error for f in found])
-        loads = np.array([f.loads for f in found])
-        stress = np.array([f.root_stress for f in found])
-        assert error == pytest.approx(known.error[::step], rel=0.02)
-        assert loads == pytest.approx(known.loads[::step], abs=0.02 * loads.sum(axis=1).max())
-        for b, expected in enumerate((known.planet_stress, known.gear_stress)):
+        results = over_a_pitch(bodies, kind, loading, FEW)
+        series, step = stored.series(kind, loading.name), len(stored.places(kind)) // FEW
+        error = np.array([f.error for f in results])
+        loads = np.array([f.loads for f in results])
+        stress = np.array([f.root_stress for f in results])
+        assert error == pytest.approx(series.error[::step], rel=0.02)
+        assert loads == pytest.approx(series.loads[::step], abs=0.02 * loads.sum(axis=1).max())
+        for b, expected in enumerate((series.planet_stress, series.gear_stress)):
             assert stress[:, b] == pytest.approx(expected[::step], abs=0.03 * expected.max())
 
 
@@ -104,18 +104,18 @@ def test_stored_figures_are_converged(kind):
 @pytest.mark.parametrize("loading", LOADINGS, ids=lambda one: one.name)
 def test_pairs_carry_the_load(kind, loading):
     """On the path the levers are those of the base circles; off it a tip's lever is shorter."""
-    known, load = stored.series(kind, loading.name), loading.share * line_load(kind)
-    total = known.loads.sum(axis=1) / load
+    series, load = stored.series(kind, loading.name), loading.share * line_load(kind)
+    total = series.loads.sum(axis=1) / load
     assert abs(total - 1).max() < (1e-3 if loading.path_only else 0.02)
 
 
 def test_tips_that_touch_matter_in_internal_pairs():
     """Peak-to-peak transmission error several times smaller, largest pair load by 40 %."""
-    free, kept = stored.series("ring", "full"), stored.series("ring", "full path only")
-    assert np.ptp(kept.error) > 3 * np.ptp(free.error)
-    assert free.loads.max() < 0.67 * kept.loads.max()
-    free, kept = stored.series("sun", "full"), stored.series("sun", "full path only")
-    assert np.ptp(kept.error) == pytest.approx(np.ptp(free.error), rel=0.05)
+    free, on_path = stored.series("ring", "full"), stored.series("ring", "full path only")
+    assert np.ptp(on_path.error) > 3 * np.ptp(free.error)
+    assert free.loads.max() < 0.67 * on_path.loads.max()
+    free, on_path = stored.series("sun", "full"), stored.series("sun", "full path only")
+    assert np.ptp(on_path.error) == pytest.approx(np.ptp(free.error), rel=0.05)
 
 
 def accepted():
@@ -133,13 +133,13 @@ def test_slices_against_plane_contact(kind, loading, compliance, fidelity):
     if compliance == "fe" and fidelity == "quick":
         pytest.skip("influences of three gears take minutes")
     step = 3 if compliance == "fe" else 1
-    known, places = stored.series(kind, loading.name), stored.places(kind)[::step]
-    found = loaded(kind, loading, places, compliance)
-    error, loads = known.error[::step], known.loads[::step]
+    series, places = stored.series(kind, loading.name), stored.places(kind)[::step]
+    by_slices = loaded(kind, loading, places, compliance)
+    error, loads = series.error[::step], series.loads[::step]
     off = {
-        "mean": found.error.mean() / error.mean() - 1,
-        "peak_to_peak": np.ptp(found.error) / np.ptp(error) - 1,
-        "pair_load": abs(found.loads - loads).max() / (loading.share * line_load(kind)),
+        "mean": by_slices.error.mean() / error.mean() - 1,
+        "peak_to_peak": np.ptp(by_slices.error) / np.ptp(error) - 1,
+        "pair_load": abs(by_slices.loads - loads).max() / (loading.share * line_load(kind)),
     }
     shown = ", ".join(f"{k} {100 * v:+.1f} %" for k, v in off.items())
     print(f"\n{compliance}, {kind}, {loading.name}: {shown}")
@@ -174,10 +174,10 @@ def test_stage_with_fe_influences(fidelity):
 
 def off(stage):
     """Gear-mesh forces, pair loads of ring and sun, waves 0, 5 and 10, relative."""
-    known, load = computed("in plane strain"), line_load("ring")
-    force = abs(stage.forces - known.forces).max() / load
-    pair_load = abs(stage.loads - known.loads).max(axis=(0, 2, 3)) / load
-    waves = (stage.orders / known.orders).mean(axis=0)[[0, 5, 10]] - 1
+    by_fe, load = computed("in plane strain"), line_load("ring")
+    force = abs(stage.forces - by_fe.forces).max() / load
+    pair_load = abs(stage.loads - by_fe.loads).max(axis=(0, 2, 3)) / load
+    waves = (stage.orders / by_fe.orders).mean(axis=0)[[0, 5, 10]] - 1
     print(
         f"\nstage: gear-mesh forces {100 * force:.1f} %, pairs of ring and sun "
         f"{np.round(100 * pair_load, 1)} %, waves 0, 5, 10 {np.round(100 * waves, 1)} %"
@@ -187,20 +187,20 @@ def off(stage):
 
 def test_draw_stage(whole, results):
     """Gear-mesh forces, their pairs and waves of the ring; flexgear as dots."""
-    known, load = computed("in plane strain"), line_load("ring")
+    by_fe, load = computed("in plane strain"), line_load("ring")
     figure = Figure(figsize=(9, 8), layout="constrained")
     top, middle, bottom = figure.subplots(3, 1)
-    angles = np.arange(len(known.forces)) / len(known.forces)
+    angles = np.arange(len(by_fe.forces)) / len(by_fe.forces)
     for row, name in enumerate(("ring", "sun")):
-        for i in range(known.forces.shape[2]):
+        for i in range(by_fe.forces.shape[2]):
             label = name if i == 0 else None
-            top.plot(angles, known.forces[:, row, i] / load, f"C{row}-", label=label)
+            top.plot(angles, by_fe.forces[:, row, i] / load, f"C{row}-", label=label)
             top.plot(angles, whole.forces[:, row, i] / load, f"C{row}.")
-        pairs = known.loads[:, row].ravel() / load, whole.loads[:, row].ravel() / load
+        pairs = by_fe.loads[:, row].ravel() / load, whole.loads[:, row].ravel() / load
         middle.plot(*pairs, ".", color=f"C{row}", label=name)
     middle.axline((0, 0), slope=1.0, color="0.7")
     orders = np.arange(16)
-    bottom.bar(orders - 0.2, 1e6 * known.orders.mean(axis=0)[:16], 0.4, label="FE contact")
+    bottom.bar(orders - 0.2, 1e6 * by_fe.orders.mean(axis=0)[:16], 0.4, label="FE contact")
     bottom.bar(orders + 0.2, 1e6 * whole.orders.mean(axis=0)[:16], 0.4, label="flexgear")
     top.set(xlabel="carrier angle (teeth of the ring)", ylabel="gear-mesh force (of the rated)")
     middle.set(xlabel="pair load, FE contact (of the rated force)", ylabel="flexgear")
@@ -224,13 +224,13 @@ def test_draw(kind, results):
     top, middle, bottom = figure.subplots(3, 1)
     s = stored.places(kind)
     for k, loading in enumerate(LOADINGS):
-        known, found = stored.series(kind, loading.name), loaded(kind, loading, s)
+        series, by_slices = stored.series(kind, loading.name), loaded(kind, loading, s)
         style = "--" if loading.path_only else "-"
-        top.plot(1e3 * s, 1e6 * known.error, style, color=f"C{k}", label=loading.name)
-        top.plot(1e3 * s[::3], 1e6 * found.error[::3], ".", color=f"C{k}")
-        place, loads = stored.along_path(kind, 1e-6 * known.loads)
+        top.plot(1e3 * s, 1e6 * series.error, style, color=f"C{k}", label=loading.name)
+        top.plot(1e3 * s[::3], 1e6 * by_slices.error[::3], ".", color=f"C{k}")
+        place, loads = stored.along_path(kind, 1e-6 * series.loads)
         middle.plot(1e3 * place, loads, style, color=f"C{k}")
-        place, loads = stored.along_path(kind, 1e-6 * found.loads)
+        place, loads = stored.along_path(kind, 1e-6 * by_slices.loads)
         middle.plot(1e3 * place[::3], loads[::3], ".", color=f"C{k}")
     full = stored.series(kind, "full")
     for name, values in (("planet", full.planet_stress), (kind, full.gear_stress)):

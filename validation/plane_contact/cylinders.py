@@ -48,11 +48,11 @@ def computed(radii: tuple[float, float], load: float, material: Elastic, edges: 
     at = with_middles(x)
     gap = sum(r - np.sqrt(r**2 - at**2) for r in radii)
     nodes, weights = foot_on(x, 0, at)
-    own = np.arange(len(at))[:, None] + np.zeros(3, int), np.tile([1.0, 0.0, 0.0], (len(at), 1))
+    slave = np.arange(len(at))[:, None] + np.zeros(3, int), np.tile([1.0, 0.0, 0.0], (len(at), 1))
     down = np.tile([0.0, -1.0], (len(at), 1))  # into the material, in each body's own frame
-    here = at.astype(complex)
+    place = at.astype(complex)
     c = Candidates(
-        gap, here, here, at, (own[0], nodes), (own[1], weights), (down, down), own[0][:, 0]
+        gap, place, place, at, (slave[0], nodes), (slave[1], weights), (down, down), slave[0][:, 0]
     )
     maps = [forces_on(c, b, body) for b, body in enumerate(bodies)]
     compliance = sum(m.T @ (b.compliance @ m) for m, b in zip(maps, bodies, strict=True))

@@ -43,9 +43,9 @@ def loaded(kind: str, loading: Loading, s: Array, compliance: str = "width") -> 
     case = load_case(CASE, keys)
     path = stage_paths(case.view(), dict.fromkeys(("sun", "ring"), 1.0))[kind, ""]
     angles = (s - path.position(0, 0, 0.0)) / path.rate
-    found = static(assemble(case), angles)
+    data = static(assemble(case), angles)
     flank = f"stage {kind} 1 drive"
-    slots = found.sizes["slot"]
-    loads = found.pair_load.sel(flank=flank).to_numpy() / case.view().stage.face_width
+    slots = data.sizes["slot"]
+    loads = data.pair_load.sel(flank=flank).to_numpy() / case.view().stage.face_width
     inner = loads[:, np.arange(-1, 2) % slots]  # pair 0 stands at s
-    return Loaded(found.transmission_error.sel(flank=flank).to_numpy(), inner)
+    return Loaded(data.transmission_error.sel(flank=flank).to_numpy(), inner)

@@ -13,7 +13,7 @@ from plane_contact.sector import LOADED, Grid, Sector, sector
 
 
 @dataclass(frozen=True)
-class Found:
+class ContactResult:
     """At one place: transmission error (the planet's lag on its base circle, m), pair loads
     (loaded teeth,) N/m along the line of action, half widths of the touching zones (m), and largest
     tension along the fillets below the touching flanks (2, loaded teeth) Pa
@@ -36,7 +36,7 @@ class GearContact:
         )
         self.bodies = tuple(_body(s, material) for s in self.sectors)
 
-    def at(self, s: float, load: float, rolling: Rolling, stress: bool = True) -> Found:
+    def at(self, s: float, load: float, rolling: Rolling, stress: bool = True) -> ContactResult:
         """With the middle teeth at s; load: N per m of face along the line of action."""
         c = rolling.candidates(s)
         maps = [forces_on(c, b, body) for b, body in enumerate(self.bodies)]
@@ -50,7 +50,7 @@ class GearContact:
         widths = np.array(
             [half_width(c.arc, np.where(c.pair == k, p, 0.0)) for k in range(len(LOADED))]
         )
-        return Found(
+        return ContactResult(
             float(turn[0]) * base,
             loads,
             widths,
@@ -66,8 +66,8 @@ class GearContact:
         for b, (body, part) in enumerate(zip(self.bodies, self.sectors, strict=True)):
             u = body.displacement((maps[b] @ p).reshape(body.dofs.shape))
             for k, j in enumerate(LOADED):
-                own = LOADED.index(j if b == 0 else self.pair.mate_step * j)
-                out[b, k] = body.edge_stress(u, part.fillets[own])[0].max()
+                tooth = LOADED.index(j if b == 0 else self.pair.mate_step * j)
+                out[b, k] = body.edge_stress(u, part.fillets[tooth])[0].max()
         return out
 
 

@@ -22,7 +22,7 @@ from plane_contact.cases import (
     pair,
     places,
 )
-from plane_contact.gear_contact import Found, GearContact
+from plane_contact.gear_contact import ContactResult, GearContact
 from plane_contact.sector import Grid
 
 FILE = Path(__file__).parent / "reference.json"
@@ -52,14 +52,14 @@ UNITS = {
 }
 
 
-def series(found: list[Found]) -> dict[str, Any]:
+def series(results: list[ContactResult]) -> dict[str, Any]:
     """Values at all places."""
     return {
-        "error": rounded([f.error for f in found]),
-        "loads": rounded([f.loads for f in found]),
-        "half_width": rounded([f.half_widths for f in found]),
-        "planet_stress": rounded([f.root_stress[0] for f in found]),
-        "gear_stress": rounded([f.root_stress[1] for f in found]),
+        "error": rounded([f.error for f in results]),
+        "loads": rounded([f.loads for f in results]),
+        "half_width": rounded([f.half_widths for f in results]),
+        "planet_stress": rounded([f.root_stress[0] for f in results]),
+        "gear_stress": rounded([f.root_stress[1] for f in results]),
     }
 
 
@@ -69,14 +69,14 @@ def rounded(values: Any) -> Any:
     return json.loads(text, parse_float=lambda digits: float(f"{float(digits):.6g}"))
 
 
-def summary(found: list[Found]) -> dict[str, float]:
+def summary(results: list[ContactResult]) -> dict[str, float]:
     """What a study of the grid looks at."""
-    error = np.array([f.error for f in found])
-    stress = np.array([f.root_stress for f in found]).max(axis=(0, 2))
+    error = np.array([f.error for f in results])
+    stress = np.array([f.root_stress for f in results]).max(axis=(0, 2))
     out = {
         "error_mean": error.mean(),
         "error_peak_to_peak": np.ptp(error),
-        "largest_load": max(f.loads.max() for f in found),
+        "largest_load": max(f.loads.max() for f in results),
         "largest_planet_stress": stress[0],
         "largest_gear_stress": stress[1],
     }
@@ -100,7 +100,7 @@ def of_kind(kind: str) -> dict[str, Any]:
     }
 
 
-def computed(bodies: GearContact, kind: str, loading: Loading) -> list[Found]:
+def computed(bodies: GearContact, kind: str, loading: Loading) -> list[ContactResult]:
     """One loading, with a line of news."""
     print(kind, loading.name, flush=True)
     return over_a_pitch(bodies, kind, loading, COUNT)

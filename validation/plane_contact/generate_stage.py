@@ -61,9 +61,9 @@ def computed(ring: Elastic, material: Elastic) -> dict[str, Any]:
     view = stage()
     at = angles(view)
     model = PlaneStage(view, (material, ring), springs(view), GRID, at)
-    found = [model.at(angle, WINDOW) for angle in at]
+    results = [model.at(angle, WINDOW) for angle in at]
     return {
-        name: rounded([getattr(one, name) for one in found])
+        name: rounded([getattr(one, name) for one in results])
         for name in ("forces", "loads", "places", "ring")
     } | {"line_load": model.load, "angles": at.tolist()}
 

@@ -122,14 +122,14 @@ class Rolling:
         """When the middle teeth are at s; of both loaded neighbours, too."""
         places = self.pair.places(s)
         low, high = self.pair.path
-        found = []
+        by_pair = []
         for k, j in enumerate(LOADED):
             at = s + j * self.pair.planet.base_pitch
             if self.path_only and not low <= at <= high:
                 continue
             slave = 0 if at > 0.5 * (low + high) else 1  # whose tip is the nearer one
-            found.append((k, self._of_pair(j, slave, places)))
-        parts = [(k, c) for k, c in found if len(c[0])]
+            by_pair.append((k, self._of_pair(j, slave, places)))
+        parts = [(k, c) for k, c in by_pair if len(c[0])]
         gap, point, direction, arc = (np.concatenate([c[i] for _, c in parts]) for i in range(4))
         sides = [
             tuple(np.concatenate([c[i][b] for _, c in parts]) for b in (0, 1)) for i in (4, 5, 6)
@@ -140,10 +140,10 @@ class Rolling:
     def _of_pair(self, j: int, slave: int, places: tuple[Place, Place]):
         numbers = (j, self.pair.mate_step * j)
         sectors, sides = self.sectors, (1, self.pair.gear_side)
-        own, mate = sectors[slave], sectors[1 - slave]
-        arc = with_middles(own.arc)
-        radius, half = flank_points(own.tooth, arc)
-        turn = places[slave].angle + numbers[slave] * own.tooth.pitch_angle
+        sector, mate = sectors[slave], sectors[1 - slave]
+        arc = with_middles(sector.arc)
+        radius, half = flank_points(sector.tooth, arc)
+        turn = places[slave].angle + numbers[slave] * sector.tooth.pitch_angle
         point = places[slave].centre + radius * np.exp(1j * (turn + sides[slave] * half))
         other = places[1 - slave]
         mate_turn = other.angle + numbers[1 - slave] * mate.tooth.pitch_angle
@@ -152,7 +152,7 @@ class Rolling:
         at = abs(seen)
         roll = np.sqrt(np.maximum(at**2 - mate.tooth.base_radius**2, 0.0))
         gap = mate.tooth.base_radius * (side * np.angle(seen) - mate.tooth.half_angle(at))
-        own_roll = np.sqrt(2 * own.tooth.base_radius * arc)
+        own_roll = np.sqrt(2 * sector.tooth.base_radius * arc)
         gap = gap + self.relief[slave](own_roll) + self.relief[1 - slave](roll)
         foot = roll**2 / (2 * mate.tooth.base_radius)
         ends = sorted((mate.arc[0], mate.arc[-1]))

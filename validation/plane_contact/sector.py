@@ -223,7 +223,7 @@ def outline(gmsh: Any, loops: list[Points], fine: list[Points], grid: Grid, unit
     tree = cKDTree(np.column_stack([places.real, places.imag]) / unit)
     smallest = min(abs(np.diff(chain)).mean() for chain in fine) / unit
 
-    def size(dim, tag, x, y, z, given):
+    def size(dim, tag, x, y, z, default):
         return min(smallest + grid.growth * tree.query([x, y])[0], grid.coarse)
 
     gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
@@ -232,9 +232,9 @@ def outline(gmsh: Any, loops: list[Points], fine: list[Points], grid: Grid, unit
 
 def chain_on(fe_mesh: MeshTri, chain: Points) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Vertices at the points of a chain, and the facets between them."""
-    far, found = cKDTree(fe_mesh.p.T).query(np.column_stack([chain.real, chain.imag]))
+    far, nodes = cKDTree(fe_mesh.p.T).query(np.column_stack([chain.real, chain.imag]))
     if far.max() > 1e-9 * abs(chain).max():
         raise RuntimeError("the mesher moved a point of the outline")
-    pairs = np.sort(np.column_stack([found[:-1], found[1:]]), axis=1)
+    pairs = np.sort(np.column_stack([nodes[:-1], nodes[1:]]), axis=1)
     number = {tuple(pair): k for k, pair in enumerate(np.sort(fe_mesh.facets.T, axis=1))}
-    return found, np.array([number[tuple(pair)] for pair in pairs])
+    return nodes, np.array([number[tuple(pair)] for pair in pairs])

@@ -86,17 +86,17 @@ class PlaneStage:
 
     def at(self, angle: float, window: float) -> Loaded:
         """Equilibrium at a carrier angle; gaps up to ``window`` are looked at, m."""
-        parts, closing, own = [], [], []
+        parts, closing, compliances = [], [], []
         for i in self.planets:
             for kind in ("ring", "sun"):
                 s, _ = self._place(kind, i, angle)
                 c = self._rolling(kind, window).candidates(s)
                 parts.append((kind, i, s, c))
                 closing.append(self._closing(kind, i, c))
-                own.append(self._compliance(kind, c))
+                compliances.append(self._compliance(kind, c))
         gap = np.concatenate([c.gap for *_, c in parts])
         on_ring = sp.hstack([self._on_ring(kind, i, angle, c) for kind, i, _, c in parts]).tocsc()
-        compliance = dense.block_diag(*own) + on_ring.T @ (self.ring.compliance @ on_ring)
+        compliance = dense.block_diag(*compliances) + on_ring.T @ (self.ring.compliance @ on_ring)
         n = len(self.planets)
         support = np.zeros(3 * n + 3)
         support[: 3 * n].reshape(n, 3)[:, :2] = self.springs.pin
@@ -106,9 +106,9 @@ class PlaneStage:
         p, x = active_set.solve(
             gap, 0.5 * (compliance + compliance.T), np.vstack(closing), load, np.diag(support)
         )
-        return self._found(parts, p, x, on_ring)
+        return self._loaded(parts, p, x, on_ring)
 
-    def _found(self, parts: list, p: Array, x: Array, on_ring: sp.csc_matrix) -> Loaded:
+    def _loaded(self, parts: list, p: Array, x: Array, on_ring: sp.csc_matrix) -> Loaded:
         n, first = len(self.planets), 0
         loads, places = np.zeros((2, n, len(LOADED))), np.zeros((2, n, len(LOADED)))
         for kind, i, s, c in parts:

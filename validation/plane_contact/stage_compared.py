@@ -39,28 +39,28 @@ def reference(ring: str) -> dict[str, Array]:
 
 def computed(ring: str) -> Stage:
     """FE contact."""
-    known = reference(ring)
-    return Stage(known["forces"], known["loads"], np.abs(fg.radial_harmonics(known["ring"])))
+    by_fe = reference(ring)
+    return Stage(by_fe["forces"], by_fe["loads"], np.abs(fg.radial_harmonics(by_fe["ring"])))
 
 
 def flexgear_stage(fidelity: str, compliance: str = "width") -> Stage:
     """Equilibria at the same angles, pairs in the order of the reference's places; compliance: of
     the teeth, "fe" takes minutes the first time."""
-    known = reference("in plane strain")
+    by_fe = reference("in plane strain")
     keys = {"solver.fidelity": fidelity, "stage.gear_mesh.tooth_compliance": compliance}
     case = load_case(CASE, keys)
-    face, planets = case.view().stage.face_width, known["forces"].shape[2]
-    found = static(assemble(case), known["angles"])
-    forces, loads = np.zeros_like(known["forces"]), np.zeros_like(known["loads"])
-    pitch = np.diff(known["places"], axis=-1).mean()
+    face, planets = case.view().stage.face_width, by_fe["forces"].shape[2]
+    result = static(assemble(case), by_fe["angles"])
+    forces, loads = np.zeros_like(by_fe["forces"]), np.zeros_like(by_fe["loads"])
+    pitch = np.diff(by_fe["places"], axis=-1).mean()
     for row, kind in enumerate(KINDS):
         for i in range(planets):
             name = f"stage {kind} {i + 1}"
-            forces[:, row, i] = found.gear_mesh_force.sel(gear_mesh=name) / face
-            flank = found.sel(flank=f"{name} drive")
+            forces[:, row, i] = result.gear_mesh_force.sel(gear_mesh=name) / face
+            flank = result.sel(flank=f"{name} drive")
             place, load = flank.pair_position.to_numpy(), flank.pair_load.to_numpy() / face
-            far = np.abs(place[:, None, :] - known["places"][:, row, i, :, None])
+            far = np.abs(place[:, None, :] - by_fe["places"][:, row, i, :, None])
             touch = (load[:, None, :] > 0) & (far < SAME_PLACE * pitch)
             loads[:, row, i] = np.where(touch, load[:, None, :], 0.0).sum(axis=2)
-    displacement = found.tooth_displacement.to_numpy()[..., :2]
+    displacement = result.tooth_displacement.to_numpy()[..., :2]
     return Stage(forces, loads, np.abs(fg.radial_harmonics(displacement)))

@@ -17,9 +17,9 @@ def test_forces_of_the_equations_balance() -> None:
         for first in (0, 4, 8, SUN):
             q[first + axis] = 1.0
         for i, phi in enumerate(STAGE.angles):
-            own = 16 + 4 * i
+            start = 16 + 4 * i
             along = {0: (np.cos(phi), -np.sin(phi), 0), 1: (np.sin(phi), np.cos(phi), 0)}
-            q[own : own + 3] = along.get(axis, (0, 0, 1))
+            q[start : start + 3] = along.get(axis, (0, 0, 1))
         assert np.abs(deflections(STAGE) @ q).max() < 1e-12
         assert np.abs(bearings(STAGE) @ q).max() < 1e-12
 
@@ -38,5 +38,5 @@ def test_errors_by_geometry_are_displacements() -> None:
 @pytest.mark.parametrize("signs", ["geometry", "equation 20"])
 def test_equal_errors_of_all_planets_in_phase_share_evenly(signs: str) -> None:
     system = matrices(STAGE, Supports(), gyroscopic=False)
-    found = sharing(STAGE, system, Errors(planets=(2e-5,) * 3), signs, True, 50)
-    assert found.momentary == pytest.approx(1.0, abs=1e-9)
+    factors = sharing(STAGE, system, Errors(planets=(2e-5,) * 3), signs, True, 50)
+    assert factors.momentary == pytest.approx(1.0, abs=1e-9)

@@ -48,9 +48,9 @@ def case(errors: Errors) -> TrainRun:
 @cache
 def bundled() -> Case:
     """The bundled case."""
-    found = load_case("herringbone")
-    assert isinstance(found, Case)
-    return found
+    case = load_case("herringbone")
+    assert isinstance(case, Case)
+    return case
 
 
 @cache
@@ -87,9 +87,9 @@ def over_time(errors: Errors) -> Transient:
 
 def late(errors: Errors) -> tuple[Array, Array]:
     """Times after the start-up (t,) and forces (t, 4N) of the transient."""
-    found = over_time(errors)
-    chosen = found.time >= SETTLED
-    return found.time[chosen], gear_mesh_forces(found)[chosen][:, columns(case(errors))]
+    run = over_time(errors)
+    chosen = run.time >= SETTLED
+    return run.time[chosen], gear_mesh_forces(run)[chosen][:, columns(case(errors))]
 
 
 def eccentric(name: str) -> Errors:
@@ -182,8 +182,8 @@ def stepping() -> list[Row]:
                  "constant stiffness; the harmonic solution is that of the plain equations",
                  INDEPENDENT)
         )  # fmt: skip
-        found = over_time(errors)
-        turned = found.input_angles[found.time >= SETTLED, 0]
+        transient = over_time(errors)
+        turned = transient.input_angles[transient.time >= SETTLED, 0]
         run = case(errors)
         static = gear_mesh_forces(run.at(turned))[:, columns(run)]
         gap = float(np.abs(stepped - static).max()) / stage().mean_force
@@ -209,8 +209,8 @@ def what_is_missing() -> list[Row]:
         **{"stage.gear_mesh.sun_stiffness": None, "stage.gear_mesh.ring_stiffness": None}
     )
     run = put_together(left_out)
-    found = run.at(np.zeros(1)).pair_stiffness[0].sum(axis=-1)
-    ours = [float(found[run.columns(0, kind, "left")[0]]) for kind in ("sun", "ring")]
+    stiffness = run.at(np.zeros(1)).pair_stiffness[0].sum(axis=-1)
+    ours = [float(stiffness[run.columns(0, kind, "left")[0]]) for kind in ("sun", "ring")]
     plain = [gear_mesh_stiffness(stage(), kind, True) for kind in ("sun", "ring")]
     plane = [gear_mesh_stiffness(stage(), kind, False) for kind in ("sun", "ring")]
     ratios = [contact_ratio(stage(), kind) for kind in ("sun", "ring")]
@@ -249,15 +249,15 @@ def stepped_and_harmonic() -> Figure:
     """Forces over time."""
     figure, axes = panels(1, 1, height_mm=75)
     errors = eccentric(ALL)
-    found = over_time(errors)
+    transient = over_time(errors)
     run = case(errors)
-    forces = gear_mesh_forces(found)[:, run.columns(0, "sun", "left")]
-    few = found.time[:: len(found.time) // 60]
+    forces = gear_mesh_forces(transient)[:, run.columns(0, "sun", "left")]
+    few = transient.time[:: len(transient.time) // 60]
     system = matrices(stage(), Supports())
     plain = system.forces(harmonics(stage(), errors, "geometry"), few, False)
     for i in range(stage().planets):
         colour = planet_colour(i + 1)
-        axes[0, 0].plot(found.time, 1e-3 * forces[:, i], color=colour, label=f"planet {i + 1}")
+        axes[0, 0].plot(transient.time, 1e-3 * forces[:, i], color=colour, label=f"planet {i + 1}")
         axes[0, 0].plot(few, 1e-3 * plain[:, i], "o", color=colour, ms=2.5)
     axes[0, 0].set(xlabel="time (s)", ylabel="gear-mesh force of a half (kN)")
     axes[0, 0].legend()

@@ -127,15 +127,15 @@ def deflections(stage: Stage) -> Array:
     for half, (kind, hand, first) in enumerate(HALVES):
         for i, phi in enumerate(stage.angles):
             row = rows[half * stage.planets + i]
-            own = slice(PLANETS + 4 * i, PLANETS + 4 * i + 4)
+            columns = slice(PLANETS + 4 * i, PLANETS + 4 * i + 4)
             if kind == "sun":
                 a = phi - at
                 row[first : first + 4] = -np.sin(a) * cb, np.cos(a) * cb, hand * sb, cb
-                row[own] = -s, -c, -hand * sb, cb
+                row[columns] = -s, -c, -hand * sb, cb
             else:
                 a = phi + at
                 row[first : first + 4] = -np.sin(a) * cb, np.cos(a) * cb, -hand * sb, cb
-                row[own] = s, -c, hand * sb, -cb
+                row[columns] = s, -c, hand * sb, -cb
     return rows
 
 
@@ -143,12 +143,12 @@ def bearings(stage: Stage) -> Array:
     """(3N, 16 + 4N) rows of the planet bearings' deflections of eq. 3."""
     rows = np.zeros((3 * stage.planets, PLANETS + 4 * stage.planets))
     for i, phi in enumerate(stage.angles):
-        own = PLANETS + 4 * i
+        first = PLANETS + 4 * i
         rows[3 * i, :2] = np.cos(phi), np.sin(phi)
         rows[3 * i + 1, :4] = -np.sin(phi), np.cos(phi), 0, 1
         rows[3 * i + 2, 2] = 1
         for k in range(3):
-            rows[3 * i + k, own + k] = -1
+            rows[3 * i + k, first + k] = -1
     return rows
 
 

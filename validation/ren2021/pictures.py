@@ -20,7 +20,7 @@ from flexgear.views.style import (
 from ren2021 import comparison, studies
 from ren2021.errors import harmonics
 from ren2021.sharing import CASES, SAMPLES
-from ren2021.statements import found, stage_and_system
+from ren2021.statements import over_period, stage_and_system
 
 CYCLES = 57  # gear-mesh cycles of Figures 10 and 11: one turn of the carrier
 LINES = {"geometry": "-", "equation 20": "--", "equation 16": ":"}
@@ -88,7 +88,7 @@ def figure_10_11() -> Figure:
                 one.plot(np.arange(CYCLES) + 0.5, shares[:, i], color=planet_colour(i + 1),
                          label=f"planet {i + 1}")  # fmt: skip
             one.axhline(printed()[case], color=NEUTRAL, lw=0.9, ls="--")
-            one.set_title(f"{case}\n{signs}: LSC {found(case, signs).system:.4f}")
+            one.set_title(f"{case}\n{signs}: LSC {over_period(case, signs).system:.4f}")
     for one in axes[-1]:
         one.set_xlabel("gear-mesh cycle")
     for one in axes[:, 0]:

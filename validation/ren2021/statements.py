@@ -33,7 +33,7 @@ def stage_and_system() -> tuple[Stage, Linear]:
 
 
 @cache
-def found(case: str, signs: str, quasi_static: bool = True) -> Sharing:
+def over_period(case: str, signs: str, quasi_static: bool = True) -> Sharing:
     """Load sharing with Table 2's supports over the whole common period."""
     stage, system = stage_and_system()
     return sharing(stage, system, CASES[case], signs, quasi_static)
@@ -44,7 +44,7 @@ def printed_sizes() -> list[Row]:
     names = dict(zip(CASES, reference(PAPER).values(), strict=True))
     out = []
     for case, row in names.items():
-        others = ", ".join(f"{s} {found(case, s).system:.4f}" for s in SIGNS)
+        others = ", ".join(f"{s} {over_period(case, s).system:.4f}" for s in SIGNS)
         stiff = ", ".join(
             f"{s} {studies.over_all_supports(s)[case][studies.FACTORS.index(FIT)]:.3f}"
             for s in SIGNS[1:]
@@ -61,7 +61,7 @@ def printed_sizes() -> list[Row]:
 def signs_and_sizes() -> list[Row]:
     """What the signs decide."""
     ratio = [
-        (found(SUN, s).system - 1) / (found(PLANET, s).system - 1)
+        (over_period(SUN, s).system - 1) / (over_period(PLANET, s).system - 1)
         for s in ("equation 20", SIGNS[0])
     ]
     worse = ratio[0] > 1
@@ -90,13 +90,14 @@ def signs_and_sizes() -> list[Row]:
             "all errors against a single one",
             "larger with all errors: the effect adds up",
             "; ".join(
-                f"{s}: {found(ALL, s).system:.4f} against {found(SUN, s).system:.4f} and "
-                f"{found(PLANET, s).system:.4f}"
+                f"{s}: {over_period(ALL, s).system:.4f} against {over_period(SUN, s).system:.4f} "
+                f"and {over_period(PLANET, s).system:.4f}"
                 for s in SIGNS
             ),
             "larger, with any of the signs",
             all(
-                found(ALL, s).system > max(found(SUN, s).system, found(PLANET, s).system)
+                over_period(ALL, s).system
+                > max(over_period(SUN, s).system, over_period(PLANET, s).system)
                 for s in SIGNS
             ),
         ),
@@ -131,7 +132,7 @@ def figure_9() -> list[Row]:
 def figure_10_and_11() -> list[Row]:
     """Both halves alike; periodic change."""
     off = max(
-        float(np.abs(found(c, s).parts[0] - found(c, s).parts[1]).max())
+        float(np.abs(over_period(c, s).parts[0] - over_period(c, s).parts[1]).max())
         for c in CASES
         for s in SIGNS
     )

@@ -77,8 +77,8 @@ def stress_of_three(influence, outward, rolls, line_loads):
     # of a tooth further on in +θ the −θ flank touches a base pitch nearer to the root outside
     teeth = (1 - outward * np.sign(rolls - rolls[1])).astype(int)
     place = np.clip(rolls, *np.sort(influence.roll[[0, -1]]))
-    found = influence.per_force(place, np.zeros(3), np.full(3, width))[range(3), teeth, 0]
-    return float(np.tensordot(line_loads * width, found, axes=1).max())
+    stress = influence.per_force(place, np.zeros(3), np.full(3, width))[range(3), teeth, 0]
+    return float(np.tensordot(line_loads * width, stress, axes=1).max())
 
 
 HEIGHTS = (0.4, 0.7, 1.0)  # of the flank's length, from the root
@@ -146,13 +146,13 @@ def test_against_plane_contact_at_every_place(mesh, slot):
         s = between + s if mesh == "ring" else between - s
     rolls = s[:, 1]
     low, high = sorted(influence.roll[[0, -1]])
-    for name, found in stored["loadings"].items():
-        loads = np.array(found["loads"])
+    for name, loading in stored["loadings"].items():
+        loads = np.array(loading["loads"])
         enough = loads[:, 1] > LEAST_LOAD * loads[:, 1].max()
-        there = enough & (rolls >= low) & (rolls <= high)
-        pairs = zip(s[there], loads[there], strict=True)
+        inside = enough & (rolls >= low) & (rolls <= high)
+        pairs = zip(s[inside], loads[inside], strict=True)
         computed = [stress_of_three(influence, tooth.outward, *at) for at in pairs]
-        errors = np.array(computed) / np.array(found[f"{slot}_stress"])[there, 1] - 1
+        errors = np.array(computed) / np.array(loading[f"{slot}_stress"])[inside, 1] - 1
         print(f"{mesh} {slot}, {name}: {100 * errors.min():+.1f} … {100 * errors.max():+.1f} %")
         assert np.abs(errors).max() < accepted("plane contact")
 

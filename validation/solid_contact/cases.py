@@ -28,16 +28,16 @@ class Run:
 def _runs() -> dict[str, Run]:
     face = stage().stage.face_width
     place = float(np.mean(pair("ring").path))
-    own = Solid(place, face, SLICES, 1, GRID, 3e3)
+    solid = Solid(place, face, SLICES, 1, GRID, 3e3)
     tilted = Motion(APPROACH, OVER_FACE / face)
-    few = replace(own, slices=5)
+    few = replace(solid, slices=5)
     coarser = replace(GRID, flank=14, growth=0.8, coarse=1.6)
-    short = replace(own, face_width=face * 7 / SLICES, slices=7, grid=coarser)
+    short = replace(solid, face_width=face * 7 / SLICES, slices=7, grid=coarser)
     finer = replace(GRID, flank=30, growth=0.4, coarse=0.8)
     return {
-        "even": Run(own, Motion(APPROACH, 0.0)),
-        "tilted": Run(own, tilted),
-        "partly open": Run(own, Motion(PARTLY_OPEN[0], PARTLY_OPEN[1] / face)),
+        "even": Run(solid, Motion(APPROACH, 0.0)),
+        "tilted": Run(solid, tilted),
+        "partly open": Run(solid, Motion(PARTLY_OPEN[0], PARTLY_OPEN[1] / face)),
         "five slices": Run(few, tilted),
         "five slices, finer section": Run(replace(few, grid=finer), tilted),
         "five slices, stiffer contact": Run(replace(few, penalty=3e4), tilted),

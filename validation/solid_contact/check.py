@@ -36,9 +36,9 @@ def small():
 @pytest.mark.parametrize("name", RUNS)
 def test_stored_forces_balance_the_held_body(name):
     """Those of slices along their normals, which differ by less than a degree, and the reaction."""
-    known = stored.run(name)
-    assert known.forces.sum() == pytest.approx(known.reaction, rel=1e-3)
-    assert (known.tilt, known.s) == pytest.approx((RUNS[name].motion.tilt, RUNS[name].solid.s))
+    run = stored.run(name)
+    assert run.forces.sum() == pytest.approx(run.reaction, rel=1e-3)
+    assert (run.tilt, run.s) == pytest.approx((RUNS[name].motion.tilt, RUNS[name].solid.s))
 
 
 def test_even_load_is_symmetric():
@@ -59,8 +59,8 @@ def test_stored_figures_are_converged(one, other):
     """Three times the layers or, with ends as in the other runs, twice as many, a section about 1.6
     times as fine, ten times the contact stiffness change K_Hβ by less than a third of what is asked
     of flexgear."""
-    few, found = stored.run(one), stored.run(other)
-    same = found.forces.reshape(len(few.forces), -1).sum(axis=1)
+    few, fine = stored.run(one), stored.run(other)
+    same = fine.forces.reshape(len(few.forces), -1).sum(axis=1)
     factor, force = same.max() / same.mean(), same.sum() / few.forces.sum() - 1
     print(f"\n{other}: K_Hβ {few.k_h_beta:.4f} to {factor:.4f}, force {100 * force:+.2f} %")
     assert factor == pytest.approx(few.k_h_beta, abs=K_WITHIN / 3)

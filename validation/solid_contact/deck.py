@@ -64,13 +64,13 @@ def both_bodies(pair: Pair, module: float, solid: Solid) -> FeMesh:
         ("planet", "ring"), (pair.planet, pair.gear), sides, pair.places(solid.s), strict=True
     ):
         plane = section(tooth, side, module, solid.grid)
-        own, hexes = extruded(plane, z)
-        turned = place.centre + own[:, :2] @ np.array([1, 1j]) * np.exp(1j * place.angle)
-        points.append(np.column_stack([turned.real, turned.imag, own[:, 2]]))
+        vertices, hexes = extruded(plane, z)
+        turned = place.centre + vertices[:, :2] @ np.array([1, 1j]) * np.exp(1j * place.angle)
+        points.append(np.column_stack([turned.real, turned.imag, vertices[:, 2]]))
         cells.append(hexes + first)
         for patch, edges in (("held", plane.held), ("flank", plane.flank)):
             facets[f"{name}_{patch}"] = walls(plane, edges, len(z) - 1) + first
-        first += len(own)
+        first += len(vertices)
     hexes = np.concatenate(cells)
     return FeMesh(np.concatenate(points), hexes[:, HEX_FROM_VTK], "hex", facets)
 

@@ -34,8 +34,8 @@ class Pair:
         overlap = approach + tilt * self.z
         if self.bending is None:
             return np.asarray(self.stiffness * np.maximum(overlap, 0.0))
-        found = forces_of(overlap[None], np.zeros((1, len(overlap))), self.bending[None])
-        return np.asarray(found[0][0])
+        forces = forces_of(overlap[None], np.zeros((1, len(overlap))), self.bending[None])
+        return np.asarray(forces[0][0])
 
     def approach(self, force: float, tilt: float) -> float:
         """w₀ at which they press with a force, m."""
@@ -67,7 +67,7 @@ def pair(s: float, slices: int, compliance: str = "fe") -> Pair:
 
     bending = None
     if compliance == "fe":
-        found = pair_bending(case, path, lines, forces["ring"])
-        lower = found.flexibility[:, *np.tril_indices(slices)]
-        bending = np.concatenate([at(table) for table in (found.scale, found.limit, lower)])
+        contact = pair_bending(case, path, lines, forces["ring"])
+        lower = contact.flexibility[:, *np.tril_indices(slices)]
+        bending = np.concatenate([at(table) for table in (contact.scale, contact.limit, lower)])
     return Pair(at(lines.z), at(lines.stiffness), bending)

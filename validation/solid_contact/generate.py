@@ -59,19 +59,19 @@ def by_calculix(one: Run, gears: Pair, fe_mesh: FeMesh) -> str:
 
 def program() -> str:
     """Path of ccx; SystemExit where it is not installed."""
-    found = shutil.which("ccx")
-    if found is None:
+    path = shutil.which("ccx")
+    if path is None:
         raise SystemExit("ccx is not installed (Debian: apt-get install calculix-ccx)")
-    return found
+    return path
 
 
 def header() -> dict[str, Any]:
     """What stands above the runs."""
-    said = subprocess.run([program(), "-v"], capture_output=True, text=True, check=False).stdout
+    version = subprocess.run([program(), "-v"], capture_output=True, text=True, check=False).stdout
     return {
         "what": "a spur planet's tooth pressed on a ring's in three dimensions, both segments held",
         "made_by": "validation/solid_contact/generate.py",
-        "program": f"CalculiX, {said.strip().removeprefix('This is ')}",
+        "program": f"CalculiX, {version.strip().removeprefix('This is ')}",
         "units": UNITS,
         "material": asdict(material()),
     }
@@ -80,10 +80,10 @@ def header() -> dict[str, Any]:
 def main(names: Sequence[str]) -> None:
     """Make these runs, all without names, and write each into the file."""
     for name in names or list(RUNS):
-        made = of_run(RUNS[name], by_calculix) | {"date": date.today().isoformat()}
+        result = of_run(RUNS[name], by_calculix) | {"date": date.today().isoformat()}
         with FILE.open("r+", encoding="utf-8") as file:
             fcntl.flock(file, fcntl.LOCK_EX)  # another process may make other runs
-            runs = json.loads(file.read())["runs"] | {name: made}
+            runs = json.loads(file.read())["runs"] | {name: result}
             text = text_of(header() | {"runs": {n: runs[n] for n in RUNS if n in runs}})
             file.seek(0)
             file.write(text)

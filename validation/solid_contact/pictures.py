@@ -18,9 +18,9 @@ def drawn(fidelity: str) -> Iterator[Drawn]:
     axes = figure.subplots()
     shown = ("width",) if fidelity == "quick" else ("fe", "width")
     for k, run in enumerate(RUNS):
-        known = stored.run(run)
-        z, per_mm = 1e3 * _middles(known), 1e-6 * len(known.forces) / known.face_width
-        axes.plot(z, per_mm * known.forces, f"C{k}-", label=f"CalculiX, {run}")
+        by_ccx = stored.run(run)
+        z, per_mm = 1e3 * _middles(by_ccx), 1e-6 * len(by_ccx.forces) / by_ccx.face_width
+        axes.plot(z, per_mm * by_ccx.forces, f"C{k}-", label=f"CalculiX, {run}")
         for compliance in shown:
             forces = per_mm * compared(run, compliance).forces
             label = f"flexgear, {NAMES[compliance]}" if k == 0 else None
@@ -31,6 +31,6 @@ def drawn(fidelity: str) -> Iterator[Drawn]:
     yield figure, Picture("line_load.png", "Line load along the face", note)
 
 
-def _middles(known: stored.Stored) -> stored.Array:
-    count = len(known.forces)
-    return (np.arange(count) + 0.5) / count * known.face_width - known.face_width / 2
+def _middles(by_ccx: stored.Stored) -> stored.Array:
+    count = len(by_ccx.forces)
+    return (np.arange(count) + 0.5) / count * by_ccx.face_width - by_ccx.face_width / 2

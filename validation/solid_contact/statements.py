@@ -24,33 +24,33 @@ class Compared:
 
 def compared(run: str, compliance: str) -> Compared:
     """One run in as many slices as it has."""
-    known = stored.run(run)
-    pair = face_load.pair(known.s, len(known.forces), compliance)
-    total = float(known.forces.sum())
-    approach = pair.approach(total, known.tilt)
-    forces = pair.forces(approach, known.tilt)
+    by_ccx = stored.run(run)
+    pair = face_load.pair(by_ccx.s, len(by_ccx.forces), compliance)
+    total = float(by_ccx.forces.sum())
+    approach = pair.approach(total, by_ccx.tilt)
+    forces = pair.forces(approach, by_ccx.tilt)
     return Compared(
         forces,
         float(forces.max() / forces.mean()),
         approach,
-        float(forces.max() / known.forces.max() - 1),
+        float(forces.max() / by_ccx.forces.max() - 1),
     )
 
 
 def rows(fidelity: str) -> list[Row]:
     """K_Hβ and largest line load, even and tilted; FE influences not at the quick fidelity."""
-    found = []
+    lines = []
     for compliance in ("width",) if fidelity == "quick" else ("width", "fe"):
         for run in RUNS:
-            found += _of(run, compliance)
-    return found
+            lines += _of(run, compliance)
+    return lines
 
 
 def _of(run: str, compliance: str) -> list[Row]:
-    known, own = stored.run(run), compared(run, compliance)
+    by_ccx, ours = stored.run(run), compared(run, compliance)
     asked = compliance == "fe"
-    off = own.k_h_beta - known.k_h_beta
-    approach = own.approach / known.approach - 1
+    off = ours.k_h_beta - by_ccx.k_h_beta
+    approach = ours.approach / by_ccx.approach - 1
     why = f"{NAMES[compliance]}; same force and tilt; approach {100 * approach:+.1f} %"
     where = f"planet and ring, {run}"
 
@@ -60,14 +60,14 @@ def _of(run: str, compliance: str) -> list[Row]:
             "solid_contact", where, quantity, published, computed, limit, verdict, why, INDEPENDENT
         )
 
-    loads = [1e-6 * x.max() * len(x) / known.face_width for x in (known.forces, own.forces)]
+    loads = [1e-6 * x.max() * len(x) / by_ccx.face_width for x in (by_ccx.forces, ours.forces)]
     return [
-        row("K_Hβ", f"{known.k_h_beta:.3f}", f"{own.k_h_beta:.3f}", "0.03", abs(off) < K_WITHIN),
+        row("K_Hβ", f"{by_ccx.k_h_beta:.3f}", f"{ours.k_h_beta:.3f}", "0.03", abs(off) < K_WITHIN),
         row(
             "largest line load",
             f"{loads[0]:.3f} kN/mm",
             f"{loads[1]:.3f} kN/mm",
             "5 %",
-            abs(own.load) < LOAD_WITHIN,
+            abs(ours.load) < LOAD_WITHIN,
         ),
     ]

@@ -46,14 +46,14 @@ def data() -> dict[str, Any]:
 @cache
 def run(name: str) -> Stored:
     """A run by its name."""
-    found = data()["runs"][name]
-    solid = found["solid"]
+    entry = data()["runs"][name]
+    solid = entry["solid"]
     return Stored(
         s=solid["s"],
         face_width=solid["face_width"],
-        approach=found["approach"],
-        tilt=found["tilt"],
-        forces=np.array(found["forces"]),
-        reaction=found["reaction"],
-        nodes=found["nodes"],
+        approach=entry["approach"],
+        tilt=entry["tilt"],
+        forces=np.array(entry["forces"]),
+        reaction=entry["reaction"],
+        nodes=entry["nodes"],
     )

@@ -44,12 +44,12 @@ def inertias(runs: Runs) -> str:
 
 @statement(10, published="speed settles at 11.27 r/min", tolerance="mean of a revolution, 0.1 %")
 def speed_is_rated(runs: Runs) -> Finding:
-    wanted = reference()["carrier_speed"]
+    expected = reference()["carrier_speed"]
     mean = float(runs.steady["flexible"]["stage_speed"].mean()) * RPM
-    assert wanted.tolerance is not None
+    assert expected.tolerance is not None
     return Finding(
         f"{mean:.4f} r/min; {inertias(runs)}",
-        bool(abs(mean / wanted.value - 1) <= wanted.tolerance),
+        bool(abs(mean / expected.value - 1) <= expected.tolerance),
     )
 
 
@@ -63,10 +63,10 @@ def speed_settles_as_inertia_over_damping(runs: Runs) -> Finding:
     tau = up.inertia / up.damping
     time = up.data["time"].to_numpy()
     late = time > 0.25 * tau
-    found = measures.decay_time(time[late], up.train_speed[late], runs.case.case.inputs[0].speed)
+    decay = measures.decay_time(time[late], up.train_speed[late], runs.case.case.inputs[0].speed)
     return Finding(
-        f"{found:.4f} s against J/c = {up.inertia:.4g}/{up.damping:.4g} = {tau:.4f} s",
-        bool(abs(found / tau - 1) < 0.02),
+        f"{decay:.4f} s against J/c = {up.inertia:.4g}/{up.damping:.4g} = {tau:.4f} s",
+        bool(abs(decay / tau - 1) < 0.02),
     )
 
 
@@ -77,13 +77,13 @@ def speed_settles_as_inertia_over_damping(runs: Runs) -> Finding:
 )
 def half_torque_follows_the_brake(runs: Runs) -> Finding:
     n = runs.case.case.output.brake_exponent
-    wanted = 0.5 ** (1 / n) * runs.case.case.inputs[0].speed * RPM
+    expected = 0.5 ** (1 / n) * runs.case.case.inputs[0].speed * RPM
     speed = runs.half_torque["stage_speed"].to_numpy()[-1000:]
     weight = np.hanning(len(speed))  # torsional vibration dies slowly and has no mean
-    found = float(weight @ speed / weight.sum()) * RPM
+    mean = float(weight @ speed / weight.sum()) * RPM
     return Finding(
-        f"{found:.4f} r/min against {wanted:.4f}, mean of the last second",
-        bool(abs(found / wanted - 1) < 1e-3),
+        f"{mean:.4f} r/min against {expected:.4f}, mean of the last second",
+        bool(abs(mean / expected - 1) < 1e-3),
     )
 
 
@@ -130,12 +130,12 @@ def steady_sharing(runs: Runs) -> dict[str, dict[str, tuple[float, float]]]:
             for v in EIGHT:
                 modal = runs.erroneous(case, v).modal
                 jobs[f"{name}|{label(v)}"] = partial(_steady_forces, runs, case, modal)
-        found: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in sets}
+        factors: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in sets}
         for key, force in side_by_side(jobs).items():
             name, bends = key.split("|")
             k = load_sharing(force, mean_force)
-            found[name][bends] = (float(np.nanmean(k)), float(np.nanmax(k)))
-        return found
+            factors[name][bends] = (float(np.nanmean(k)), float(np.nanmax(k)))
+        return factors
 
     return runs.once("steady_sharing", compute)
 
@@ -199,9 +199,9 @@ def bundled_case_agrees(runs: Runs) -> Finding:
     def one(v: Variant) -> xr.Dataset:
         return runs.short_drop(model_of(case, runs.bodies, v), 4e5)
 
-    found = side_by_side({label(v): partial(one, v) for v in (FLEXIBLE, RIGID)})
-    spread = {n: transient_spread(d, SHORT_START) for n, d in found.items()}
-    pairs = [pairs_of(d, g, "drive") for d in found.values() for g in ("ring", "sun")]
+    variants = side_by_side({label(v): partial(one, v) for v in (FLEXIBLE, RIGID)})
+    spread = {n: transient_spread(d, SHORT_START) for n, d in variants.items()}
+    pairs = [pairs_of(d, g, "drive") for d in variants.values() for g in ("ring", "sun")]
     lowest = min(float(p["load"].min()) for p in pairs)
     return Finding(
         f"drive {case.case.inputs[0].inertia:.3g} kg m²: spread {spread['flexible']:.4f} flexible, "
@@ -252,10 +252,10 @@ def drop_spread(runs: Runs) -> dict[str, float]:
     tolerance="reported: spread by variant",
 )
 def spread_by_variant(runs: Runs) -> Finding:
-    found = drop_spread(runs)
+    spreads = drop_spread(runs)
     return Finding(
         "largest spread in a drop at 0.05 s: "
-        + ", ".join(f"{n} {v:.4f}" for n, v in found.items()),
+        + ", ".join(f"{n} {v:.4f}" for n, v in spreads.items()),
         None,
         "which body absorbs the shock is seen by comparing the variants with one body rigid",
     )

@@ -49,19 +49,19 @@ def two_and_three_pairs_alternate(runs: Runs) -> Finding:
     data, ratio = runs.steady["flexible"], runs.geometry.ring_gear_mesh.total_contact_ratio
     at_work = pairs_of(data, "ring", "drive")["tooth"].to_numpy() > 0
     number, low = at_work.sum(axis=-1), int(ratio)
-    found = {int(n): float(np.mean(number == n)) for n in np.unique(number)}
+    shares = {int(n): float(np.mean(number == n)) for n in np.unique(number)}
     expected = {low: 1.0 - (ratio - low), low + 1: ratio - low}
     counts = at_work[:, 0].sum(axis=-1)
     changes = np.diff(counts[np.flatnonzero(np.diff(counts, prepend=counts[0] - 1))])
     alternate = bool(np.all(changes[:-1] == -changes[1:])) and set(np.abs(changes)) == {1}
     low, high = reference()["ring_pairs_low"].value, reference()["ring_pairs_high"].value
     good = (
-        set(found) == {low, high}
+        set(shares) == {low, high}
         and alternate
-        and all(abs(found[n] - expected[n]) < 0.005 for n in found)
+        and all(abs(shares[n] - expected[n]) < 0.005 for n in shares)
     )
     text = ", ".join(f"{n} pairs {s:.4f} (contact ratio says {expected.get(n, 0):.4f})"
-                     for n, s in found.items())  # fmt: skip
+                     for n, s in shares.items())  # fmt: skip
     return Finding(f"ε_γ = {ratio:.3f}; {text}", bool(good))
 
 
@@ -108,12 +108,14 @@ def _flexible(runs: Runs, gear_mesh: str) -> Finding:
 
 def _with_rigid_bodies(runs: Runs, gear_mesh: str) -> Finding:
     """The seven other variants: the peak of each, and how early they are."""
-    found = {label(v): compliance_study(runs)[label(v)][gear_mesh] for v in EIGHT if v != FLEXIBLE}
-    peaks = ", ".join(f"{name} {100 * (p.ratio - 1):+.1f} %" for name, p in found.items())
-    leads = [100 * p.lead for p in found.values()]
+    passages = {
+        label(v): compliance_study(runs)[label(v)][gear_mesh] for v in EIGHT if v != FLEXIBLE
+    }
+    peaks = ", ".join(f"{name} {100 * (p.ratio - 1):+.1f} %" for name, p in passages.items())
+    leads = [100 * p.lead for p in passages.values()]
     return Finding(
         f"{peaks}; {min(leads):.1f} to {max(leads):.1f} % of the contact before the split's",
-        all(_above_and_before(p) for p in found.values()),
+        all(_above_and_before(p) for p in passages.values()),
     )
 
 
@@ -192,9 +194,9 @@ def compliance_study(runs: Runs) -> dict[str, dict[str, Passage]]:
             **{"stage.planet_bearing.tilt": 1e12, "stage.planet_bearing.z": 0.0}
         )
         equal = runs.perfect_case.with_(**{"stage.planet_bearing.z": 0.0})
-        known = runs.passages
+        passages = runs.passages
         cases: dict[str, xr.Dataset] = {
-            label(v): known[label(v)] if label(v) in known else runs.passage(v) for v in EIGHT
+            label(v): passages[label(v)] if label(v) in passages else runs.passage(v) for v in EIGHT
         }
         for v in (FLEXIBLE, RIGID):
             cases[EQUAL_ROWS.format(label(v))] = runs.passage(v, case=equal)
@@ -290,11 +292,11 @@ def negative_loads_need_a_light_drive(runs: Runs) -> Finding:
 
 def drive_inertia_drops(runs: Runs) -> dict[str, xr.Dataset]:
     """Drops to 2e5 N m with a light and a heavy drive, linear contact."""
-    found = {}
+    drops = {}
     for inertia in ("2e4", "3.8e7"):
         case = validation_case(runs.fidelity, **{"inputs.0.inertia_kg_m2": inertia})
-        found[inertia] = runs.short_drop(model_of(case, runs.bodies, FLEXIBLE), 2e5)
-    return found
+        drops[inertia] = runs.short_drop(model_of(case, runs.bodies, FLEXIBLE), 2e5)
+    return drops
 
 
 @statement(

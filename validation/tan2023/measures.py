@@ -40,17 +40,17 @@ def passages(data: xr.Dataset, gear_mesh: str) -> list[Passage]:
         for name in ("load", "stiffness", "tooth")
     )
     split, angle = stiffness_split(load, stiffness), data["stage_angle"].to_numpy()
-    found = []
+    parts = []
     for number in np.unique(tooth[tooth > 0]):
-        here = tooth == number
-        rows = np.flatnonzero(here.any(axis=1))
+        on_tooth = tooth == number
+        rows = np.flatnonzero(on_tooth.any(axis=1))
         for piece in np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1):
             if piece[0] == 0 or piece[-1] == len(angle) - 1:
                 continue
-            f = np.where(here, load, 0.0).sum(axis=1)[piece]
-            s = np.where(here, split, 0.0).sum(axis=1)[piece]
+            f = np.where(on_tooth, load, 0.0).sum(axis=1)[piece]
+            s = np.where(on_tooth, split, 0.0).sum(axis=1)[piece]
             at, span = angle[piece], angle[piece[-1]] - angle[piece[0]]
-            found.append(
+            parts.append(
                 Passage(
                     peak=float(f.max()),
                     split=float(s.max()),
@@ -58,7 +58,7 @@ def passages(data: xr.Dataset, gear_mesh: str) -> list[Passage]:
                     centroid_lead=float((s @ at / s.sum() - f @ at / f.sum()) / span),
                 )
             )
-    return found
+    return parts
 
 
 def mean_passage(data: xr.Dataset, gear_mesh: str) -> Passage:
@@ -110,7 +110,7 @@ def humps(data: xr.Dataset, planets: int, teeth: int) -> Humps:
     fast = values - slow
     spacing = 2 * math.pi / planets
     sign = np.sign(slow[np.arange(3), np.abs(slow).argmax(axis=-1)])
-    found = np.zeros((3, planets))
+    angles = np.zeros((3, planets))
     start = grid[int((sign[1] * slow[1]).argmax())]
     for a in range(3):
         height = sign[a] * slow[a]
@@ -119,9 +119,9 @@ def humps(data: xr.Dataset, planets: int, teeth: int) -> Humps:
             distance = np.mod(grid - start - p * spacing + math.pi, 2 * math.pi) - math.pi
             near = np.flatnonzero(np.abs(distance) <= 0.5 * spacing)
             best = near[height[near].argmax()]
-            found[a, p] = start + p * spacing + distance[best]
-    steps = np.diff(np.append(found[1], found[1][0] + 2 * math.pi))
-    return Humps(found, steps, np.ptp(fast, axis=-1) / np.ptp(slow, axis=-1))
+            angles[a, p] = start + p * spacing + distance[best]
+    steps = np.diff(np.append(angles[1], angles[1][0] + 2 * math.pi))
+    return Humps(angles, steps, np.ptp(fast, axis=-1) / np.ptp(slow, axis=-1))
 
 
 def star(data: xr.Dataset) -> tuple[Array, Array]:

@@ -60,7 +60,7 @@ for figure, body in ((14, "sun"), (15, "planet 1")):
     tolerance="in-plane displacement, flexible over rigid; ratio of peak-to-peak the largest",
 )
 def tooth_moves_more_when_flexible(runs: Runs) -> Finding:
-    found = _larger_when_flexible(runs, "tooth 1")
+    finding = _larger_when_flexible(runs, "tooth 1")
     ratio = {}
     for body in ("sun", "planet 1", "tooth 1"):
         swing = {
@@ -70,8 +70,8 @@ def tooth_moves_more_when_flexible(runs: Runs) -> Finding:
         ratio[body] = swing["flexible"] / swing["rigid"]
     text = ", ".join(f"{n} {v:.1f}" for n, v in ratio.items())
     return Finding(
-        f"{found.computed}; in-plane peak-to-peak, flexible over rigid: {text}",
-        bool(found.holds and max(ratio, key=lambda n: ratio[n]) == "tooth 1"),
+        f"{finding.computed}; in-plane peak-to-peak, flexible over rigid: {text}",
+        bool(finding.holds and max(ratio, key=lambda n: ratio[n]) == "tooth 1"),
         "a rigid ring only turns on its bolts: hardly any ripple gets through",
     )
 
@@ -93,14 +93,14 @@ def tooth_peaks_y_x_z(runs: Runs) -> Finding:
 def _near(runs: Runs, axis: int) -> Finding:
     name = "xyz"[axis]
     value = float(measures.peaks(runs.steady["flexible"])[axis])
-    wanted = reference()[f"tooth_1_{name}"]
-    off = value / wanted.value - 1
-    text = f"{value:.1f} µm against {wanted.value:g}, {100 * off:+.1f} %"
-    if wanted.tolerance is None:
-        return Finding(text, None, wanted.reason)
+    expected = reference()[f"tooth_1_{name}"]
+    off = value / expected.value - 1
+    text = f"{value:.1f} µm against {expected.value:g}, {100 * off:+.1f} %"
+    if expected.tolerance is None:
+        return Finding(text, None, expected.reason)
     if runs.fidelity != "standard":
         return Finding(text, None, f"{CALIBRATED}; this is {runs.fidelity}")
-    return Finding(text, bool(abs(off) <= wanted.tolerance), CALIBRATED)
+    return Finding(text, bool(abs(off) <= expected.tolerance), CALIBRATED)
 
 
 CALIBRATED_PEAK = "5 %, by labelled calibration"
@@ -125,12 +125,12 @@ def tooth_humps(runs: Runs) -> measures.Humps:
     tolerance="five humps, mean 2π/5, each within 3 %",
 )
 def humps_are_a_planet_spacing_apart(runs: Runs) -> Finding:
-    spacing, wanted = tooth_humps(runs).spacing, reference()["hump_spacing"]
-    off = spacing / wanted.value - 1
-    assert wanted.tolerance is not None
+    spacing, expected = tooth_humps(runs).spacing, reference()["hump_spacing"]
+    off = spacing / expected.value - 1
+    assert expected.tolerance is not None
     return Finding(
-        f"spacings {spacing.min():.4f} to {spacing.max():.4f} rad (2π/5 = {wanted.value:.4f})",
-        bool(np.all(np.abs(off) <= wanted.tolerance)),
+        f"spacings {spacing.min():.4f} to {spacing.max():.4f} rad (2π/5 = {expected.value:.4f})",
+        bool(np.all(np.abs(off) <= expected.tolerance)),
     )
 
 
@@ -201,13 +201,13 @@ def sensitivity(runs: Runs) -> dict[str, Array]:
     tolerance="demanded: shown; x falls with the rim, y with the bolts' tangential stiffness",
 )
 def rim_and_bolts_decide(runs: Runs) -> Finding:
-    found = sensitivity(runs)
-    text = "; ".join(f"{n}: {v[0]:.1f}, {v[1]:.1f}, {v[2]:.1f}" for n, v in found.items())
+    by_change = sensitivity(runs)
+    text = "; ".join(f"{n}: {v[0]:.1f}, {v[1]:.1f}, {v[2]:.1f}" for n, v in by_change.items())
     return Finding(
         f"x, y, z in µm, statics, quick mesh: {text}",
         bool(
-            found["rim −20 %"][0] > found["rim +20 %"][0]
-            and found["bolts tangentially ×½"][1] > found["bolts tangentially ×2"][1]
+            by_change["rim −20 %"][0] > by_change["rim +20 %"][0]
+            and by_change["bolts tangentially ×½"][1] > by_change["bolts tangentially ×2"][1]
         ),
     )
 

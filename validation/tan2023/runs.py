@@ -103,8 +103,8 @@ class Runs:
         """What ``make`` returns, computed at the first call with this name."""
         if name not in self._kept:
             self._kept[name] = make()
-        found: T = self._kept[name]
-        return found
+        value: T = self._kept[name]
+        return value
 
     @cached_property
     def geometry(self) -> StageGeometry:
@@ -228,8 +228,8 @@ class Runs:
             return of_stage(torque_drop(model, torque).data)
 
         others = side_by_side({str(t): partial(one, t) for t in DROPS if t != MAIN_DROP})
-        found = {float(t): data for t, data in others.items()}
-        return {**found, MAIN_DROP: self.main_drop["flexible"]}
+        by_torque = {float(t): data for t, data in others.items()}
+        return {**by_torque, MAIN_DROP: self.main_drop["flexible"]}
 
     def short_drop(self, model: Model, torque: float) -> xr.Dataset:
         """A torque drop for 0.2 s soon after the start, 20 µs steps."""
@@ -263,8 +263,8 @@ class Runs:
         drive = Drive(lambda t: np.where(t > 0.0, 0.5 * rated, rated))
         tau = self.start_up.inertia / self.start_up.damping
         stepping = Stepping(9 * tau + 1.0, 1e-4, 1e-3, (0.0,))
-        found = run_in_memory(modal, drive, stepping, start_state(modal, rated))
-        return of_stage(transient_data(self.model(FLEXIBLE), found))
+        run = run_in_memory(modal, drive, stepping, start_state(modal, rated))
+        return of_stage(transient_data(self.model(FLEXIBLE), run))
 
     # ------------------------------------------------------------------------------ sensitivity
 

@@ -21,17 +21,17 @@ def rows(fidelity: str) -> list[Row]:
 
 
 def _row(one: Statement, runs: Runs) -> Row:
-    found = one.measure(runs)
-    disagrees = "" if one.demanded or found.holds is not False else "Disagrees with the paper."
+    finding = one.measure(runs)
+    disagrees = "" if one.demanded or finding.holds is not False else "Disagrees with the paper."
     return Row(
         paper="tan2023",
         where="Figure " + ", ".join(str(f) for f in one.figures),
         quantity=one.name.replace("_", " "),
         published=one.published,
-        computed=found.computed,
+        computed=finding.computed,
         tolerance=one.tolerance,
-        holds=found.holds if one.demanded else None,
-        why=" ".join(t for t in (disagrees, found.why) if t),
+        holds=finding.holds if one.demanded else None,
+        why=" ".join(t for t in (disagrees, finding.why) if t),
     )
 
 
@@ -42,7 +42,7 @@ def _reported(where: str, quantity: str, computed: str) -> Row:
 def _studies(runs: Runs) -> list[Row]:
     """Which compliance causes how much; load sharing of eight variants; rim and bolts."""
     passages, steady = compliance_study(runs), steady_sharing(runs)
-    found = {
+    texts = {
         (
             "Figures 17, 18",
             f"tooth load of planet 1 against the stiffness split, {name}",
@@ -59,13 +59,13 @@ def _studies(runs: Runs) -> list[Row]:
             for name, k in steady.items()
         )
         quantity = f"load sharing, flexible: {bends if bends != 'rigid' else 'none'}"
-        found["Figures 19, 25", quantity] = f"{sharing}; spread in a drop to 4e5 N m {spread:.4f}"
+        texts["Figures 19, 25", quantity] = f"{sharing}; spread in a drop to 4e5 N m {spread:.4f}"
     for change, (x, y, z) in sensitivity(runs).items():
         quantity = f"peaks of tooth node 1, {change}"
-        found["Figure 16", quantity] = (
+        texts["Figure 16", quantity] = (
             f"x {x:.1f}, y {y:.1f}, z {z:.1f} µm (statics, quick FE mesh)"
         )
-    return [_reported(*key, computed) for key, computed in found.items()]
+    return [_reported(*key, computed) for key, computed in texts.items()]
 
 
 def _setup(runs: Runs) -> Row:

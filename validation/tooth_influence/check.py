@@ -68,23 +68,23 @@ def figures(influence, count=15):
 
 def narrow(case, slot):
     """The segment of a gear of half the face width, layers as thick."""
-    own = of_case.influence_parameters(case, slot)
-    divisions = replace(own.divisions, layers=8)
-    return replace(own, face_width=own.face_width / 2, divisions=divisions)
+    parameters = of_case.influence_parameters(case, slot)
+    divisions = replace(parameters.divisions, layers=8)
+    return replace(parameters, face_width=parameters.face_width / 2, divisions=divisions)
 
 
 @pytest.mark.parametrize("slot", ["planet", "ring"])
 def test_convergence(slot, case):
     """FE mesh, layers and slices, each finer by itself."""
-    own = narrow(case, slot)
-    standard, div = influence_of(own, *STEEL), own.divisions
+    parameters = narrow(case, slot)
+    standard, div = influence_of(parameters, *STEEL), parameters.divisions
     base = figures(standard)
     print(f"\n{slot}: change of even load at {SHARES} of the height, of the largest slice, %")
     for name, divisions in {
         "section": replace(div, flank=16, fillet=8, tooth=6, rim=7),
         "layers": replace(div, layers=16),
     }.items():
-        change = figures(influence_of(replace(own, divisions=divisions), *STEEL)) / base - 1
+        change = figures(influence_of(replace(parameters, divisions=divisions), *STEEL)) / base - 1
         print(f"  {name:<9}", np.round(100 * change, 2))
         assert np.abs(change[:3]).max() < accepted("convergence")
         assert abs(change[3]) < accepted("convergence_tilt")
@@ -95,12 +95,12 @@ def test_convergence(slot, case):
 
 def test_where_the_body_is_held(case):
     """A planet at its bore, a module less deep, and with less rim beside its three teeth."""
-    own = narrow(case, "planet")
-    base, m = figures(influence_of(own, *STEEL)), case.stage.normal_module
+    parameters = narrow(case, "planet")
+    base, m = figures(influence_of(parameters, *STEEL)), case.stage.normal_module
     for name, changed in {
-        "a module less": replace(own, held_radius=own.held_radius + m),
-        "margin 1": replace(own, margin=1.0),
-        "margin 2": replace(own, margin=2.0),
+        "a module less": replace(parameters, held_radius=parameters.held_radius + m),
+        "margin 1": replace(parameters, margin=1.0),
+        "margin 2": replace(parameters, margin=2.0),
     }.items():
         change = figures(influence_of(changed, *STEEL)) / base - 1
         print(f"  {name:<14}", np.round(100 * change, 2), "%")
@@ -111,14 +111,14 @@ def test_tooth_and_tie_against_one_piece(case, results):
     """A ring's tooth, and the rim by the nodes of averaging ties on its own and the next tooth,
     against a segment in one piece: with more rim, held deeper than the one that the tooth's
     influence comes from."""
-    own = narrow(case, "ring")
-    beyond = influence_of(own, *STEEL, tied=True)
-    clamped = influence_of(replace(own, held_radius=None, teeth=1, margin=0.0), *STEEL)
-    rim = own.tooth.root_radius + 0.75 * case.ring.rim_thickness
-    piece = tooth_segment(replace(own, held_radius=rim, margin=2.5))
+    parameters = narrow(case, "ring")
+    beyond = influence_of(parameters, *STEEL, tied=True)
+    clamped = influence_of(replace(parameters, held_radius=None, teeth=1, margin=0.0), *STEEL)
+    rim = parameters.tooth.root_radius + 0.75 * case.ring.rim_thickness
+    piece = tooth_segment(replace(parameters, held_radius=rim, margin=2.5))
     node, whole = _tie_flexibility(piece), influence_of(piece.parameters, *STEEL)
     print("\nparts over one piece less one, %: even, tilted, one slice, end slice")
-    found = []
+    every_error = []
     for share in SHARES:
         line = whole_face(beyond, 15, share)
         full, motion = whole.matrix(*line), _on_node(piece, line)
@@ -128,11 +128,11 @@ def test_tooth_and_tie_against_one_piece(case, results):
             errors = _errors(parts, full, line[1])
             print(f"  {name:<15} at {share}", np.round(100 * errors, 1))
             if tooth is beyond:
-                found.append(errors)
+                every_error.append(errors)
         if share == 0.5:
             _draw(parts, carried + beyond.matrix(*line), full, line[1], results)
-    assert np.abs(found).max(axis=0)[0] < accepted("tie_even")
-    assert np.abs(found).max() < accepted("tie_any")
+    assert np.abs(every_error).max(axis=0)[0] < accepted("tie_even")
+    assert np.abs(every_error).max() < accepted("tie_any")
 
 
 def _errors(parts, full, z):
@@ -177,22 +177,22 @@ def test_gear_mesh_stiffness_against_iso(case, monkeypatch):
     forces = power_flow(case.case).stages[0].gear_mesh_forces
     g = stage_geometry(case)
     ring_on_rim = of_case.influence_parameters(case, "ring")
-    known = of_case.tooth_influence
+    original = of_case.tooth_influence
 
     def with_foundation(view, slot):
-        return influence_of(ring_on_rim, *STEEL) if slot == "ring" else known(view, slot)
+        return influence_of(ring_on_rim, *STEEL) if slot == "ring" else original(view, slot)
 
     monkeypatch.setattr(of_case, "tooth_influence", with_foundation)
     print()
     for (kind, _), path in stage_paths(case, forces).items():
         if kind.endswith("coast"):
             continue
-        found = pair_bending(case, path, path.slices, forces[kind])
+        pair = pair_bending(case, path, path.slices, forces[kind])
         ratio = g.gear_meshes[kind].transverse_contact_ratio
         width = case.stage.face_width
-        contact = (found.scale, found.limit)
+        contact = (pair.scale, pair.limit)
         nominal = NominalLoad(abs(forces[kind]) / (ratio * width), path.base_pitch)
-        lines = with_flexibility(path.slices, found.flexibility, found.beside, contact, nominal)
+        lines = with_flexibility(path.slices, pair.flexibility, pair.beside, contact, nominal)
         mean = lines.on_path.sum() * (path.slices.s[1] - path.slices.s[0]) / path.base_pitch / width
         iso = iso_mean_stiffness(iso_peak(case, kind), ratio, width) / width
         print(f"  {kind}: {mean / 1e9:.1f}, ISO 6336-1 c_γ {iso / 1e9:.1f}: {mean / iso:.2f} of it")

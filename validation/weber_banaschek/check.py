@@ -35,7 +35,7 @@ def accepted(gear, part):
     return rows[gear, part]
 
 
-def found(case, gear, radius, half_width, held=HELD):
+def by_fe(case, gear, radius, half_width, held=HELD):
     """Deflection by finite elements of a tooth cut by brute force, the body held at so many root
     thicknesses."""
     m, load = case.material, load_at(gear, radius, half_width)
@@ -50,7 +50,7 @@ def test_tooth_and_foundation(name, case, results):
     radii = tooth.form_radius + HEIGHTS * (tooth.tip_radius - tooth.form_radius)
     theory = tooth_compliance(tooth.outline(), radii, m.young_modulus, m.poisson_ratio)
     width = 0.06 * case.stage.normal_module
-    fe, deeper = ([found(case, p, r, width, held) for r in radii] for held in (HELD, DEEPER))
+    fe, deeper = ([by_fe(case, p, r, width, held) for r in radii] for held in (HELD, DEEPER))
     computed = {part: np.array([getattr(d, part) for d in fe]) for part in ("tooth", "foundation")}
     computed["both"] = np.array([d.total for d in fe])
     expected = {"tooth": theory.bending, "foundation": theory.foundation}
@@ -105,7 +105,7 @@ def test_pair(gear, case):
         for name, curvature in curvatures.items():
             p = gear_of(case, name)
             radius = float(np.hypot(p.base_radius, curvature))
-            total += found(case, p, radius, width).total
+            total += by_fe(case, p, radius, width).total
             total += hertz(load_at(p, radius, width), m.young_modulus, m.poisson_ratio)
         computed.append(total)
     error = expected / np.array(computed) - 1

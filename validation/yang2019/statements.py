@@ -152,12 +152,12 @@ def table_8() -> Iterable[Row]:
 
 def _imbalance() -> Row:
     """The two printed torques of stage 1 against each other."""
-    known = published()
+    figures = published()
     worst = max(
         RATIOS,
-        key=lambda t: abs(known[f"T_b1 at {t}"].value / known[f"T_x1 at {t}"].value - 56 / 75),
+        key=lambda t: abs(figures[f"T_b1 at {t}"].value / figures[f"T_x1 at {t}"].value - 56 / 75),
     )
-    ratio = known[f"T_b1 at {worst}"].value / known[f"T_x1 at {worst}"].value
+    ratio = figures[f"T_b1 at {worst}"].value / figures[f"T_x1 at {worst}"].value
     flow = consistent(worst)
     held = -flow.torque[RING] / flow.torque[CARRIER]
     return Row(
@@ -241,11 +241,11 @@ def _consistent_life(text: str, stage: int) -> Row:
 
 def words() -> Iterable[Row]:
     """What the text concludes."""
-    known, one = published(), single_rotor()
+    figures, one = published(), single_rotor()
     flows = {text: consistent(text) for text in RATIOS}
     for k in (1, 2):
         name = f"mean L_{k}, 1/9 to 6/4"
-        yield row(name, mean(known[f"L_{k} at {t}"].value for t in SIX), "of Table 9", digits=5)
+        yield row(name, mean(figures[f"L_{k} at {t}"].value for t in SIX), "of Table 9", digits=5)
         clean = mean(consistent_life(t, k) for t in SIX)
         yield aside(name, "consistent", clean, "mean of the consistent ratios", digits=5)
     half = [f.torque[CARRIER] / one.torque[CARRIER] for f in flows.values()]
@@ -271,16 +271,16 @@ def words() -> Iterable[Row]:
 
 def _life_conclusions() -> Iterable[Row]:
     """Conclusions 2 and 3, and which stage gains more."""
-    found = {k: {t: consistent_life(t, k) for t in RATIOS} for k in (1, 2)}
+    lives = {k: {t: consistent_life(t, k) for t in RATIOS} for k in (1, 2)}
     for k, low, high in ((1, 3, 5), (2, 2, 4)):
-        values = found[k].values()
+        values = lives[k].values()
         inside = low <= min(values) and max(values) <= high
         yield Row(
             PAPER, "conclusion 2", f"life of planet bearings, stage {k}", f"{low} to {high} times",
             f"{min(values):.2f} to {max(values):.2f} times", "reported", None,
             "" if inside else "the printed figures mix two radii; with one, stage 2 gains more",
         )  # fmt: skip
-    more = all(found[2][t] > found[1][t] for t in RATIOS)
+    more = all(lives[2][t] > lives[1][t] for t in RATIOS)
     yield Row(
         PAPER, "section 5.3.4", "which stage's bearings gain more life", "stage 1, a little",
         "stage 2 at every power ratio" if more else "stage 1 at some power ratios",
@@ -288,7 +288,7 @@ def _life_conclusions() -> Iterable[Row]:
         "with one rule forces fall by the same factor in both stages, but planets of stage 2 run "
         "1.8 to 2.0 times as fast as under the single rotor, those of stage 1 2.1 to 2.4 times",
     )  # fmt: skip
-    shortest = all(found[k][t] < min(found[k][u] for u in SIX)
+    shortest = all(lives[k][t] < min(lives[k][u] for u in SIX)
                    for t in ("7/3", "8/2") for k in (1, 2))  # fmt: skip
     yield Row(
         PAPER, "conclusion 3", "power ratios 7/3 and 8/2", "shortest lives",

@@ -56,17 +56,17 @@ def double_rotor(
     powers: of ring and carrier, W. With both speeds given one port alone can have its power, the
     others follow from torque balance: rated says which, "output" the sum of both powers.
     """
-    given: dict[str, dict[str, float]] = {CARRIER: {"speed": carrier}, RING: {"speed": -ring}}
+    ends: dict[str, dict[str, float]] = {CARRIER: {"speed": carrier}, RING: {"speed": -ring}}
     output: dict[str, float] = {}
     if rated == "output":
         speed = double_rotor(carrier, ring, powers, "carrier").speed[OUTPUT]
         output["torque"] = -sum(powers) / speed
     else:
         port, power = (RING, powers[0]) if rated == "ring" else (CARRIER, powers[1])
-        given[port]["power"] = power
+        ends[port]["power"] = power
     return power_flow(
         train("double-rotor-5mw").with_(
-            inputs=tuple({"member": member, **values} for member, values in given.items()),
+            inputs=tuple({"member": member, **values} for member, values in ends.items()),
             output={"member": OUTPUT, **output},
         )
     )
