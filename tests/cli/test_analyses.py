@@ -191,7 +191,7 @@ def no_work(monkeypatch):
     monkeypatch.setattr(long_run, "transient", work)
 
 
-def test_size_is_said_before(flexgear, tmp_path):
+def test_the_size_of_a_run_is_printed_before_it(flexgear, tmp_path):
     out = tmp_path / "run.nc"
     code, _, err = flexgear("simulate", "lin-parker", "--duration-s", 0.1, "--out", out)
     assert code == 0
@@ -217,7 +217,7 @@ def test_compilation_is_said_once(capsys):
     assert capsys.readouterr().err == ""
 
 
-def test_progress_says_how_long_it_takes(capsys, monkeypatch):
+def test_progress_prints_how_long_the_rest_takes(capsys, monkeypatch):
     now = [0.0]
     monkeypatch.setattr(display.time, "monotonic", lambda: now[0])
     report = display.PlainProgress()

@@ -104,7 +104,7 @@ def test_check_says_and_draws_what_flanks_lack(flexgear, tmp_path):
     assert "missing on flanks" not in flexgear.out("check", "wind-5mw")
 
 
-def test_check_speaks_up(flexgear, tmp_path):
+def test_check_warns_of_an_implausible_gravity(flexgear, tmp_path):
     """On stderr, as JSON and in the folder's summary; the case is valid all the same."""
     gravity = ("--set", "gravity_m_per_s2=[0, -9810, 0]")
     code, _, err = flexgear("check", "lin-parker", *gravity)

@@ -59,7 +59,7 @@ def test_while_libraries_load():
     assert process.stderr == "flexgear: stopped; nothing half-written was left\n"
 
 
-def test_again_while_it_is_closing(monkeypatch):
+def test_a_second_interrupt_while_the_first_one_closes(monkeypatch):
     now = [100.0]
     monkeypatch.setattr(entry.time, "monotonic", lambda: now[0])
     press = entry._Stop()

@@ -155,7 +155,7 @@ def test_any_chain_is_computed(stage_requests, rated):
 
 @settings(max_examples=3, phases=PHASES)
 @given(wanted_stage(), st.floats(2.0, 4.5), st.booleans())
-def test_it_carries_its_torque(stage_request, power, at_sun):
+def test_a_proposed_stage_carries_its_torque(stage_request, power, at_sun):
     """Equilibrium of rigid bodies, which are neither meshed nor reduced."""
     assume(has_room(stage_request) and not (at_sun and stage_request.arrangement == "solar"))
     case, flow = check_proposal([stage_request], Rated(10**power, 20.0, at_sun))
@@ -204,7 +204,7 @@ def test_bolts_are_of_usual_number_and_fit_in_the_rim():
 
 @pytest.mark.parametrize("torque", [2e2, 2e4])
 @pytest.mark.parametrize("arrangement", ARRANGEMENTS)
-def test_its_bodies_can_be_meshed(arrangement, torque):
+def test_bodies_of_a_proposed_stage_can_be_meshed(arrangement, torque):
     stage_request = StageRequest(
         ARRANGEMENTS[arrangement].ratio(3.5), 4, 1.0, 1.0, arrangement=arrangement
     )
@@ -223,7 +223,7 @@ def flags(**change):
     return [x for key, value in merged.items() if value is not None for x in (key, value)]
 
 
-def test_it_writes_a_case_once_with_the_schema_beside_it(flexgear, tmp_path):
+def test_new_writes_a_case_once_with_the_schema_beside_it(flexgear, tmp_path):
     case = tmp_path / "mine.toml"
     assert "flexgear check" in flexgear.out("new", case, *flags())
     assert "#:schema" not in case.read_text()
@@ -282,7 +282,7 @@ def test_stages_in_series_pass_their_torque_on(flexgear, tmp_path):
     assert flexgear("check", case)[::2] == (0, "")
 
 
-def test_it_asks_on_a_terminal_for_what_is_left_out(flexgear, tmp_path, monkeypatch):
+def test_new_asks_on_a_terminal_for_options_that_are_left_out(flexgear, tmp_path, monkeypatch):
     """Answers through a pseudo terminal: one given, one refused and asked again, others usual."""
     keyboard, terminal = os.openpty()
     os.write(keyboard, b"5\nthree\n3\n\n")
@@ -330,7 +330,7 @@ def test_a_larger_module_carries_the_same_in_a_narrower_face():
         ),
     ],
 )  # fmt: skip
-def test_what_cannot_be_is_said_in_one_line(flexgear, tmp_path, change, says):
+def test_new_refuses_options_that_do_not_fit_in_one_line(flexgear, tmp_path, change, says):
     assert says in flexgear.refused("new", tmp_path / "mine.toml", *flags(**change))
     assert not (tmp_path / "mine.toml").exists()
 
@@ -344,7 +344,7 @@ def test_what_cannot_be_is_said_in_one_line(flexgear, tmp_path, change, says):
         {"ratio": 5.2},  # three planets bend a large ring on a spline most
     ],
 )
-def test_what_it_writes_runs_without_a_warning(flexgear, tmp_path, change):
+def test_a_new_case_runs_without_a_warning(flexgear, tmp_path, change):
     case = tmp_path / "mine.toml"
     assert flexgear("new", case, *flags(torque_nm=500, speed_rpm=300, **change))[0] == 0
     command = [

@@ -92,7 +92,7 @@ STIFF = {f"{at}.radial_n_per_m": "3e9" for at in ("stage.planet_bearing", "stage
         (lumped, PLACES, 6, {f"{place}.z_mm": "15" for place in PLACES}),
     ],
 )
-def test_without_a_gap_it_is_the_linear_bearing(tmp_path, make, places, number, more):
+def test_a_bearing_without_a_gap_is_linear(tmp_path, make, places, number, more):
     """The limit c → 0, also off the middle of the seat and between frames that turn: to the share
     that the gap has of what the bearing closes by."""
     linear, tight = make(tmp_path, **more), make(tmp_path, **more, **gaps("1e-7", places))

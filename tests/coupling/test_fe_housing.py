@@ -91,7 +91,7 @@ def test_a_stiff_one_is_the_lumped_one(tmp_path, places, gap):
     assert off[1] < 0.15 * off[0]
 
 
-def test_its_mount_takes_all_weight(tmp_path, places):
+def test_the_mount_of_a_housing_takes_all_weight(tmp_path, places):
     """Also its own; beside it only the moments that the stage's torques leave."""
     equilibrium = stage_on(written(tmp_path, places, 3e9))
     weight = mass_of(equilibrium.modal.system) * G
@@ -102,7 +102,7 @@ def test_its_mount_takes_all_weight(tmp_path, places):
     assert held[:, 5] == pytest.approx(torques, rel=1e-8)
 
 
-def test_where_a_stage_stands_in_it_changes_nothing_without_tilt(tmp_path, places):
+def test_where_a_stage_stands_in_a_housing_changes_nothing_without_tilt(tmp_path, places):
     """Nodes are found by name: a stage moved along the axis with its supports carries the same on
     a housing that hardly yields."""
     case = make_case(**SMALL)
@@ -125,7 +125,7 @@ PAIR = spur_pair(
 ).replace("[[stages]]", "[[stages]]\nposition_deg = 40")
 
 
-def test_its_walls_and_the_bearings_are_springs_in_series(tmp_path):
+def test_walls_of_a_housing_and_bearings_are_springs_in_series(tmp_path):
     """Each gear stands on a wall of stiffness w, and on a bearing k on it: k w/(k + w) together."""
     wall, force = 4e8, {}
     nodes = {"mount_1": (0.0, 0.0, 0.0), "stage_1.pinion": (0.0, 0.0, 0.3)}

@@ -93,7 +93,7 @@ def test_a_series_is_run_with_the_step_that_is_asked_for():
     assert too_coarse(case_pace(both), both.solver) == []
 
 
-def test_without_a_series_nothing_is_said_of_one():
+def test_without_a_load_series_no_time_step_of_one_is_reported():
     pace = case_pace(small(solver__time_step_s=1e-6))
     assert pace.series == () and "series_time_step_s" not in pace.figures
     assert too_coarse(pace, small(solver__time_step_s=1e-6).solver) == []

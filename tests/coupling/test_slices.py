@@ -277,7 +277,7 @@ motions = st.tuples(st.floats(-3e-5, 6e-5), st.floats(-3e-5, 6e-5))
 
 @settings(max_examples=60)
 @given(motions, st.integers(0, 1000), st.floats(0.05, 1.0))
-def test_without_line_contact_it_is_the_least_of_a_quadratic_energy(motion, seed, reach):
+def test_forces_without_line_contact_minimise_a_quadratic_energy(motion, seed, reach):
     """min ½ fᵀ C f − xᵀ f over f ≥ 0, by non-negative least squares on the root of C."""
     rng = np.random.default_rng(seed)
     flexibility, gap = flexible(rng, reach), 2e-5 * rng.random(COUNT)

@@ -50,7 +50,9 @@ def refusal(case):
         ({FIRST + "planets": "7"}, f"{FIRST}planets", "planets"),
     ],
 )  # fmt: skip
-def test_trains_with_a_flexible_stage_are_told(tmp_path, settings, key, message):
+def test_unworkable_trains_with_a_flexible_stage_are_refused_by_key(
+    tmp_path, settings, key, message
+):
     wrong_key, words = refusal(load_case(write(tmp_path, MIXED, SPATIAL), settings))
     assert wrong_key == key
     assert re.search(message, words), words
@@ -139,7 +141,7 @@ def test_a_stage_whose_sun_floats_has_its_rigid_motions(tmp_path):
 @pytest.mark.parametrize(
     ("kinematics", "ways"), [("axial", "along the axis"), ("spatial", "against tilting and along")]
 )
-def test_a_lumped_stage_is_told_every_direction(tmp_path, kinematics, ways):
+def test_every_free_direction_of_a_lumped_stage_is_named(tmp_path, kinematics, ways):
     train = stage_train(tmp_path, head=f'kinematics = "{kinematics}"\n')
     key, words = refusal(train)
     assert key.startswith("stage.sun.support.")

@@ -87,7 +87,7 @@ def test_pinion_and_gear_and_one_gear_mesh():
     json.dumps(report, default=float, allow_nan=False)
 
 
-def test_halves_are_said():
+def test_a_double_helical_stage_reports_its_halves():
     rows = stage_report(seen(helical(double_helical=True, planets=1)), UNLOADED)["assembly"]
     assert rows["halves"] == 2
     assert rows["face_width_of_a_half_mm"] == pytest.approx(100)

@@ -182,7 +182,7 @@ def test_an_override_without_a_value_takes_a_key_out(name, key):
     assert load_case(name).content_hash() != less.content_hash()
 
 
-def test_what_is_not_there_needs_no_taking_out_and_what_is_needed_stays():
+def test_an_absent_part_may_be_left_out_and_a_needed_one_may_not():
     case = load_case("lin-parker", {"stage.ring.fe.bolts": "", "stage.errors": ""})
     assert case.content_hash() == load_case("lin-parker").content_hash()
     with pytest.raises(InputError, match="planets: is missing"):

@@ -51,7 +51,7 @@ def test_layers_between_input_and_output_take_no_name_apart(layer):
 
 
 @given(dimension=st.sampled_from(sorted(_SUFFIXES)), value=st.floats(-1e12, 1e12))
-def test_there_and_back(dimension, value):
+def test_a_value_survives_a_change_of_unit_and_back(dimension, value):
     q = Quantity(dimension)
     for suffix in q.suffixes:
         assert q.from_si(q.to_si(value, suffix), suffix) == pytest.approx(value, rel=1e-14)

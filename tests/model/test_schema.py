@@ -21,7 +21,7 @@ def complaints(data: dict) -> list[str]:
     return [fault.message for fault in VALIDATOR.iter_errors(data)]
 
 
-def test_it_is_a_schema():
+def test_the_schema_of_cases_is_a_valid_json_schema():
     jsonschema.Draft7Validator.check_schema(SCHEMA)
 
 

@@ -175,7 +175,7 @@ def test_factors_of_planets():
     )
 
 
-def test_what_cannot_be_said_has_no_number():
+def test_coefficients_of_too_few_samples_or_no_load_are_nan():
     force = forces()
     few = sharing_coefficients(force, NAMES, {"stage_1": 3.0, "stage_2": 3.0})
     assert few["load_sharing_coefficient"][0, 0] == pytest.approx(1.2)

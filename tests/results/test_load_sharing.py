@@ -144,7 +144,7 @@ def test_load_sharing_coefficients(cuts, per_cycle, sense):
         np.testing.assert_array_equal(running.planets(definition), exact.max(axis=0))
 
 
-def test_coefficients_that_cannot_be_said():
+def test_coefficients_of_short_coarse_or_unloaded_runs_are_nan():
     force = np.full((10, 2), 3.0)
     short, coarse, idle = RunningSharing(2, 11.0), RunningSharing(2, 3.9), RunningSharing(2, 5.0)
     short.append(force)

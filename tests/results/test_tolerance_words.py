@@ -10,7 +10,7 @@ def group(share: float, high: float) -> dict:
     }
 
 
-def test_alike_groups_are_one_answer_that_says_how_sure_it_is():
+def test_groups_with_the_same_interval_are_one_verdict_with_its_confidence():
     alike = {f"stage {gear} {side}": group(0.0, 0.0881)
              for side in ("left", "right") for gear in ("ring", "sun")}  # fmt: skip
     study = {"samples": 40, "failed": 0, "load_sharing": alike | {"b ring": group(0.01, 0.03)}}

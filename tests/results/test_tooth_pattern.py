@@ -58,7 +58,7 @@ def test_a_tooth_of_the_planet_meets_the_ring_in_steps_of_its_teeth(data):
         assert {int(steps[0][0]), int(steps[1][0])} <= {1, 92, teeth - 1}
 
 
-def test_it_is_drawn(data):
+def test_the_pattern_of_a_planet_is_drawn(data):
     figure = tooth_rows_chart(planet_pattern(data, "stage", "sun", ""))
     assert "33 teeth" in figure.axes[0].get_title(loc="left")
     assert figure.axes[0].get_ylabel() == "diameter (mm)"

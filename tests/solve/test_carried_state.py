@@ -149,7 +149,7 @@ def test_a_stepped_sweep_goes_up_and_back_down(tmp_path, capsys, monkeypatch):
         (soft(110, 120), "machine of stage.carrier: holds 110 rpm at 0.001 s, where .* at 100"),
     ],
 )
-def test_what_cannot_start_there_is_one_line(tmp_path, keys, message):
+def test_a_start_state_that_does_not_fit_is_refused_in_one_line(tmp_path, keys, message):
     earlier = train(tmp_path).assemble().transient(0.001)
     with pytest.raises(InputError, match=message):
         train(tmp_path, **keys).assemble().transient(0.001, start=earlier)

@@ -56,7 +56,7 @@ def test_a_field_is_a_grid_for_pyvista(model):
     assert np.allclose(warped.points, field["point"] + 10 * field["displacement"], atol=1e-6)
 
 
-def test_what_was_not_kept_is_said(model, run):
+def test_a_field_that_a_run_does_not_keep_is_refused(model, run):
     short = simulate(model, duration=0.002).data
     with pytest.raises(InputError, match=r"is not kept in the run, which keeps none -- .*fields="):
         deformed(model, "stage.ring", run=short)

@@ -113,7 +113,7 @@ def test_whirl_about_steady_speed(tmp_path):
     assert np.abs(frequencies - still).max() > 50.0  # Hz: the terms matter here
 
 
-def test_analyses_refuse_it_from_python(tmp_path):
+def test_analyses_from_python_refuse_a_case_of_free_vibration(tmp_path):
     model = free_stage(tmp_path).assemble()
     with pytest.raises(InputError, match="free vibration"):
         model.static()

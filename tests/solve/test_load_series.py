@@ -190,7 +190,7 @@ def test_csv_and_netcdf_say_the_same(case_with, tmp_path):
         assert [b.torque[IN] for b in other] == pytest.approx([b.torque[IN] for b in text])
 
 
-def test_what_begins_a_file_is_left_out(case_with, tmp_path):
+def test_the_start_up_at_the_beginning_of_a_file_is_left_out(case_with, tmp_path):
     columns = series()
     late = {k: v[1000:] for k, v in columns.items()}
     columns["RotTorq"][:1000] = 40.0

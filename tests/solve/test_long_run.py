@@ -136,7 +136,7 @@ def test_a_stop_half_way_leaves_what_was_there(train, tmp_path, error):
     assert target.read_text() == "older"
 
 
-def test_what_is_said_before_is_what_comes(train):
+def test_a_sink_gets_the_run_size_that_was_announced(train):
     events = []
 
     class Listener:

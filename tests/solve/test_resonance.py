@@ -101,7 +101,7 @@ def sway(folder, speed, frequency, errors=""):
     return 1e6 * sum(both) / window.sum()
 
 
-def test_what_takes_errors_takes_errors_in_time(tmp_path):
+def test_a_resonance_that_needs_errors_appears_in_time_with_errors(tmp_path):
     """Order 1 on the lowest translational modes: nothing sways in an ideal stage; with one pin out
     of place by 20 µm it resonates."""
     model = assemble(spur(tmp_path))

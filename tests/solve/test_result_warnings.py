@@ -95,7 +95,7 @@ def test_sweeps_keep_a_warning_for_each_point():
     assert where == f"{key} = 1e+06" and "the module of 14 mm" in text and "pinion" in text
 
 
-def test_the_figure_in_it_is_the_displacement_of_the_bodies():
+def test_the_figure_of_the_warning_is_the_displacement_of_the_bodies():
     model = load_case("nrel-5mw", SOFT).assemble()
     data = model.static([0, 17])
     (text,) = large_motions(model.case, largest_motions(motion_histories(data)))
@@ -195,7 +195,7 @@ def test_softer_paths_stand_beside_load_sharing():
     assert (sharing["figure"], sharing["load_sharing"]) == ("Load sharing", 1.02)
 
 
-def test_load_sharing_in_equilibria_is_what_softer_paths_change():
+def test_softer_paths_change_load_sharing_in_equilibria_alone():
     """Vibration, of which K in time = 1.4 is, does not even out with the paths' compliance."""
     shaken = summary(1.4, 2000.0)
     still = summary(1.003, 2000.0)["load_sharing"]["quasi_static"]
@@ -236,7 +236,7 @@ def all_wrong(bodies):
     return {name: wrong(body) for name, body in bodies.items()}
 
 
-def test_a_promise_kept_is_not_spoken_of(case, bodies):
+def test_an_error_within_its_promise_gives_no_warning(case, bodies):
     assert stage_warnings(case, bodies) == []
     assert stage_warnings(case, {n: wrong(body, PROMISED) for n, body in bodies.items()}) == []
     held_nowhere = {

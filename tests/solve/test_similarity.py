@@ -84,7 +84,7 @@ def every_analysis(contexts, modes=modes):
         assert apart([harmonic_data(c, train_harmonic(c)) for c in contexts]) == {}
 
 
-def test_what_is_said_of_a_stage_scales(stages):
+def test_figures_of_a_stage_scale(stages):
     large, small = ({**derived(m.case), "run": stages_summary(m, static(m, [0.0]))} for m in stages)
     by_name = figures_apart(large, small, FACTOR)
     assert len(by_name) > 60

@@ -128,7 +128,7 @@ def test_each_band_has_a_group_of_its_own_in_its_place(splined):
         assert np.ptp(radius) < 1e-12
 
 
-def test_it_is_reduced_by_sectors_and_its_torsion_is_the_springs(splined):
+def test_a_splined_ring_is_reduced_by_sectors_and_twists_by_its_springs(splined):
     """Free but for both bands, equal torques on all teeth twist the bands alone by T/Σk."""
     body = ring_source(splined).reduced()
     assert body.report["path"].startswith("cyclic: 72 sectors")

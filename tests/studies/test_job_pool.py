@@ -65,7 +65,7 @@ def test_a_single_processor_never_starts_others(elsewhere, monkeypatch):
 
 
 @pytest.mark.parametrize("where", [{"workers": 2}, {"scheduler": "tcp://x:1"}])
-def test_all_of_it_elsewhere_when_asked_for(where, elsewhere):
+def test_all_jobs_go_to_other_processes_where_workers_or_a_scheduler_are_set(where, elsewhere):
     assert dict(run_jobs(times, 2, [1, 2], **where)) == {0: Outcome(2), 1: Outcome(4)}
     assert elsewhere == [1, 2]
 

@@ -31,7 +31,7 @@ def worst(figures, kind, key):
     return max(one[key] for name, one in figures.items() if f" {kind} " in name)
 
 
-def test_it_evens_out_the_load(proposal):
+def test_proposed_flanks_even_out_the_load(proposal):
     before, after = proposal.before[1.0], proposal.after[1.0]
     assert worst(before, "ring", "k_h_beta") > 1.5
     assert worst(after, "ring", "k_h_beta") < 1.25
@@ -40,7 +40,7 @@ def test_it_evens_out_the_load(proposal):
         assert worst(after, kind, key) < worst(before, kind, key)
 
 
-def test_the_keys_give_what_was_said(proposal):
+def test_the_keys_to_copy_give_the_figures_of_the_search(proposal):
     """The case with the keys, read and put together anew, has the figures of the search."""
     text = tomllib.loads(keys_to_copy(CASE, "stage", proposal))
     ground = {

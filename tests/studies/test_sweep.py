@@ -120,7 +120,7 @@ class TestInterrupted:
             data = run_sweep(plan, workers=1)
         return data, len(count)
 
-    def test_goes_on_where_it_stopped(self, monkeypatch, cache):
+    def test_a_stopped_study_goes_on_where_it_stopped(self, monkeypatch, cache):
         plan = self.plan()
         whole = run_sweep(plan, workers=1)
         assert not (cache / "sweep").exists()

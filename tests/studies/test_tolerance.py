@@ -172,7 +172,7 @@ class TestInterrupted:
                 data = None
         return data, solved
 
-    def test_goes_on_where_it_stopped(self, tmp_path, monkeypatch, cache):
+    def test_a_stopped_study_goes_on_where_it_stopped(self, tmp_path, monkeypatch, cache):
         train = lumped(tmp_path)
         whole = tolerance(train, workers=1)
         data, first = self.stopped(monkeypatch, train, 2)

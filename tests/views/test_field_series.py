@@ -50,7 +50,7 @@ def test_the_collection_names_every_file_once(model, tmp_path):
     ]  # fmt: skip
 
 
-def test_what_cannot_be_is_said(model, tmp_path):
+def test_a_series_of_fields_that_cannot_be_saved_is_refused(model, tmp_path):
     with pytest.raises(FlexgearError, match="one field or more"):
         save_series({}, tmp_path / "none")
     field = mode_field(model, "stage.ring", 20)

@@ -219,7 +219,7 @@ def test_standard_ring_has_the_promised_size() -> None:
     assert m.quality() > 0.3
 
 
-def test_layers_follow_the_bands_and_the_wanted_number() -> None:
+def test_layers_follow_the_bands_and_the_number_that_is_asked_for() -> None:
     z = layer_positions(0.43, ((-0.215, -0.155), (0.155, 0.215)), 4)
     np.testing.assert_allclose(z, [-0.215, -0.155, 0.0, 0.155, 0.215], atol=1e-15)
     np.testing.assert_allclose(layer_positions(0.4, (), 4), [-0.2, -0.1, 0.0, 0.1, 0.2], atol=1e-15)
