@@ -172,9 +172,10 @@ def labelled_bars(
     colours: Sequence[str],
 ) -> None:
     """Draw horizontal bars from the top down, each with its name on the left and a text at its
-    end."""
+    end, legible on lines of limits."""
     bars = axes.barh(range(len(sizes)), sizes, 0.7, color=colours)
-    axes.bar_label(bars, texts, padding=2, fontsize=7.5)
+    box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
+    axes.bar_label(bars, texts, padding=2, fontsize=7.5, bbox=box)
     axes.set_yticks(range(len(sizes)), names)
     axes.set_ylim(len(sizes) - 0.5, -0.5)
     axes.grid(axis="y", visible=False)

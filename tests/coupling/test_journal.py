@@ -140,6 +140,19 @@ def test_a_planet_stands_on_its_film_where_ocvirk_says(tmp_path, torque):
     assert missing == pytest.approx(lost + wedge, rel=1e-3)
 
 
+@pytest.mark.parametrize(("viscosity", "torque"), [("5", "3000"), ("30", "12000")])
+def test_loaded_films_beside_pins_off_their_places_are_in_equilibrium(tmp_path, viscosity, torque):
+    """Newton's steps turn such pins in their bores; their forces balance the torque, but for the
+    drag of the films."""
+    errors = {"stage.errors.pin_tangential_um": "[30, 0, -20]", "inputs.0.torque_nm": torque}
+    train = with_film(tmp_path, FILM | {"viscosity_mpa_s": viscosity}, **errors)
+    data = train.assemble().static(angle_deg=[0.0, 3.0, 10.0])
+    tangential = data.planet_bearing_force.values[:, :, 1].sum(axis=1)
+    arm = (94 - 34) / 2 * 4e-3  # m
+    assert np.abs(tangential) * arm == pytest.approx(float(torque), rel=1e-3)
+    assert data.attrs["closure_max"] < 1e-8
+
+
 def test_surfaces_touch_where_no_film_carries(tmp_path):
     """With next to no oil a pin stands in its bore as in a bearing with that clearance."""
     thin = FILM | {"viscosity_mpa_s": "1e-6", "least_film_um": "1"}

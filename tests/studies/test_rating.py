@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from trains import spur_pair, write
+from trains import BEARING, spur_pair, write
 
 from flexgear.model.bearings import RollingElements
 from flexgear.model.errors import FlexgearError, InputError
@@ -19,6 +19,7 @@ from flexgear.studies import rating as study
 from flexgear.studies.compare import lives
 from flexgear.studies.measures import chosen_measures, measured
 from flexgear.studies.rating import rate
+from flexgear.views.study_charts import safety_chart
 
 RATED = 5e6 / (12.1 * math.pi / 30)  # N m, of the first input
 FROZEN = {
@@ -225,6 +226,36 @@ ratio = 0.0""",
     vibration = 0.15 * share**2 * math.hypot(1, damping) / math.hypot(1 - share**2, damping)
     (gear_mesh,) = rate(case, workers=1).gear_meshes
     assert gear_mesh.factors[0]["K_v"].value == pytest.approx(1 + vibration, rel=5e-3)
+
+
+def test_a_rating_is_that_of_sound_teeth(tmp_path):
+    """A pit raises the pressure of the teeth beside it in equilibria, not in a rating."""
+    steel = 'rating = { steel = "case_hardened", grade = "MQ", vickers_hardness = 700, '
+    steel += "core_rockwell_hardness = 30, flank_ra_um = 0.8, root_rz_um = 20, accuracy_grade = 6 }"
+    text = spur_pair(
+        f"teeth = 30, {steel}, {BEARING}", f"teeth = 60, {steel}, {BEARING}",
+        'model = "face_load"\ncontact_law = "one-sided"\nslices = 4',
+        sections="[lubricant]\nviscosity_40_mm2_per_s = 320\ntemperature_c = 65",
+    )  # fmt: skip
+    pit = 'kind = "spall"\ngear = "pinion"\ntooth = 1\nflank = "drive"\ndepth_um = 99\n'
+    sound, faulty = (
+        rate(load_case(write(tmp_path, text + more)), workers=1)
+        for more in ("", f"[[faults]]\n{pit}")
+    )
+    assert "faults" in faulty.not_assessed and "faults" not in sound.not_assessed
+    before, after = (next(p for p in r.parts if p.kind == "flank") for r in (sound, faulty))
+    assert after.direct["S_direct"].value == before.direct["S_direct"].value
+    assert after.load == pytest.approx(before.load, rel=1e-12)
+
+
+def test_labels_of_reserves_near_the_limit_are_not_struck_through():
+    data = _frozen(("a", 1000.0, 1.0)).dataset()
+    (axes,) = safety_chart(data).axes
+    (limit,) = axes.lines
+    assert limit.get_xdata()[0] == 1.0 and axes.texts
+    for label in axes.texts:
+        assert label.get_zorder() > limit.get_zorder()
+        assert label.get_bbox_patch().get_facecolor() == (1.0, 1.0, 1.0, 1.0)
 
 
 def test_outputs_hold_every_part_and_bin():

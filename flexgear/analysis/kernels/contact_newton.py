@@ -213,23 +213,27 @@ def _elastic_work(force, stiffness):
 
 
 @njit(**INNER)
-def _reach(laws, work, element, parameters, x):
+def _reach(laws, work, e, x):
     """Share λ of the step w to the new motion, at which an element is linearised next.
 
     λ = 1 unless the law is much stiffer than its tangent, as for a bearing that had clearance. Then
     λ is such that F(δ₀ + λ w) · w = x · w with the forces x of the solution; the left side rises
     with λ from below the right one, as the energy of a law is convex. For a force without potential
-    Σ F²/k = Σ x²/k over the rows is used instead, k the nominal stiffness. The spare place of the
-    law space is overwritten.
+    Σ F²/k = Σ x²/k over the rows is used instead, k the nominal stiffness; or twice Σ F₀²/k at δ₀
+    where that is more, as the size of such a force need not rise along a step that turns it. The
+    spare place of the law space is overwritten.
     """
+    element, parameters = work.rows.element[e], work.rows.parameters[e]
     spare, last_motion = work.space.motion.shape[0] - 1, work.memory[element.place, 0]
     trial, force, tangent = work.space.motion[spare], work.space.force[spare], work.space.tangent
     rows, rates = work.rows.row, work.memory[element.place, 1]
-    low, high, reach, required_work, required_size = 0.0, 1.0, 1.0, 0.0, 0.0
+    low, high, reach, required_work, required_size, first_size = 0.0, 1.0, 1.0, 0.0, 0.0, 0.0
     for a in range(element.rows):
         i = element.first + a
         required_work += x[i] * (work.delta[0, i] - last_motion[a])
         required_size += _elastic_work(x[i], rows[i].stiffness)
+        first_size += _elastic_work(work.space.force[e, 0, a], rows[i].stiffness)
+    required_size = max(required_size, STIFFER * first_size)
     for halving in range(HALVINGS):
         law_work, law_size, conservative = 0.0, 0.0, True
         for a in range(element.rows):
@@ -285,7 +289,7 @@ def disagree(laws, work, count, x, least, share, blur):
             allowed = max(least * largest, blur * stiffness)
             wrong = wrong or abs(force[0, a] - x[element.first + a]) > allowed
         last_motion = work.memory[element.place, 0]
-        taken = min(share, _reach(laws, work, element, rows.parameters[e], x)) if wrong else 0.0
+        taken = min(share, _reach(laws, work, e, x)) if wrong else 0.0
         for a in range(element.rows):
             if wrong:
                 last_motion[a] += taken * (work.delta[0, element.first + a] - last_motion[a])
