@@ -53,7 +53,7 @@ def reduced(body) -> ReducedBody:
     )
 
 
-def made_of(bodies):
+def sources_of_bodies(bodies):
     """In the place of ``fe_sources``: sources whose reduced bodies are these of a stage."""
     return lambda stage: {
         name: SimpleNamespace(reduced=lambda *_, b=body: b, fe_mesh=fe_sources(stage)[name].fe_mesh)

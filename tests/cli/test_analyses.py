@@ -8,7 +8,7 @@ import numba
 import numpy as np
 import pytest
 from dead_zone import case_text
-from stage_samples import cheap_stage, doubtful_stage, made_of
+from stage_samples import cheap_stage, doubtful_stage, sources_of_bodies
 from trains import free_stage, write
 from two_gears import gears_text
 
@@ -115,7 +115,7 @@ def test_a_static_error_above_the_promise_is_one_line_with_what_to_do(
     flexgear, monkeypatch, command
 ):
     monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", lambda s, *_: doubtful_stage(s))
-    monkeypatch.setattr(exchange_commands, "fe_sources", made_of(doubtful_stage))
+    monkeypatch.setattr(exchange_commands, "fe_sources", sources_of_bodies(doubtful_stage))
     name, *more = command
     code, text, err = flexgear(name, "wind-5mw", *more, "--json", "-q")
     assert code == 0

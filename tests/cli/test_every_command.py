@@ -6,7 +6,7 @@ import jsonschema
 import pytest
 import typer
 from coupled import CLEAN
-from stage_samples import bodies_of, made_of
+from stage_samples import bodies_of, sources_of_bodies
 from train_contexts import BUNDLED
 
 from flexgear.cli import exchange_commands
@@ -87,7 +87,7 @@ def on_cheap_bodies(patch, cache):
     patch.setenv("FLEXGEAR_CACHE", str(cache))
     patch.setattr("flexgear.solve.bodies.stage_bodies", lambda s, *_: bodies_of(s))
     patch.setattr("flexgear.studies.sweep.stage_bodies", lambda s, *_: bodies_of(s))
-    patch.setattr(exchange_commands, "fe_sources", made_of(bodies_of))
+    patch.setattr(exchange_commands, "fe_sources", sources_of_bodies(bodies_of))
 
 
 @pytest.fixture(autouse=True)

@@ -8,7 +8,7 @@ from openfast_files import write_outb
 from reduced_samples import beam, frequencies
 from rexs_samples import planetary, three_stages
 from small_train import SMALL
-from stage_samples import made_of
+from stage_samples import sources_of_bodies
 
 from flexgear.cli import exchange_commands
 from flexgear.files.matrices.exchange import read_reduced
@@ -46,7 +46,7 @@ def test_export_of_reduced_bodies(flexgear, tmp_path, monkeypatch, form):
         "ring", b.node_names, b.positions, b.mass, b.stiffness, b.modes, {}, b.points,
         none.astype(int), b.recovery.astype(np.float32),
     )  # fmt: skip
-    sources = made_of(lambda stage: dict.fromkeys(stage.fe_bodies, body))
+    sources = sources_of_bodies(lambda stage: dict.fromkeys(stage.fe_bodies, body))
     monkeypatch.setattr(exchange_commands, "fe_sources", sources)
     command = ["export", "wind-5mw", "--reduced", tmp_path / "out", "--format", form, "-q"]
     flexgear.quiet(*command, "--recovery")

@@ -5,7 +5,7 @@ import json
 import pytest
 from report_pages import OF_RUNS, require_sound
 from small_train import LUMPED_PARTS, SMALL_STAGE
-from stage_samples import made_of, stiff_stage
+from stage_samples import sources_of_bodies, stiff_stage
 
 from flexgear.cli import exchange_commands
 
@@ -28,7 +28,7 @@ def case(request, flexgear, tmp_path, monkeypatch):
     monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path / "cache"))
     for place in ("solve.bodies", "studies.sweep"):
         monkeypatch.setattr(f"flexgear.{place}.stage_bodies", lambda s, *_: stiff_stage(s))
-    monkeypatch.setattr(exchange_commands, "fe_sources", made_of(stiff_stage))
+    monkeypatch.setattr(exchange_commands, "fe_sources", sources_of_bodies(stiff_stage))
     monkeypatch.chdir(tmp_path)
     bends = CHOICES[request.param]
     lumped = [of for name, of in LUMPED_PARTS.items() if name not in bends]

@@ -31,7 +31,7 @@ PHASES = (Phase.explicit, Phase.reuse, Phase.generate)  # to shrink an example t
 
 
 @st.composite
-def wanted_stage(draw, kinds=tuple(ARRANGEMENTS)):
+def any_stage_request(draw, kinds=tuple(ARRANGEMENTS)):
     """One stage, spur, helical or double-helical, with z_r/z_s from 1.6 to 10.5."""
     kind = draw(st.sampled_from(kinds))
     helix, double = draw(
@@ -119,7 +119,7 @@ def computed(stage_requests, rated, text, stages):
 
 @pytest.mark.slow
 @settings(max_examples=60, phases=PHASES)
-@given(wanted_stage(), ends)
+@given(any_stage_request(), ends)
 def test_any_stage_is_computed(stage_request, rated):
     check_proposal([stage_request], rated)
 
@@ -148,13 +148,13 @@ def test_gears_that_turn_slowly_pass_a_gear_mesh_period_in_a_transient(stage_req
 
 
 @settings(max_examples=4, phases=PHASES)
-@given(st.lists(wanted_stage(), min_size=2, max_size=3), ends)
+@given(st.lists(any_stage_request(), min_size=2, max_size=3), ends)
 def test_any_chain_is_computed(stage_requests, rated):
     check_proposal(stage_requests, rated)
 
 
 @settings(max_examples=3, phases=PHASES)
-@given(wanted_stage(), st.floats(2.0, 4.5), st.booleans())
+@given(any_stage_request(), st.floats(2.0, 4.5), st.booleans())
 def test_a_proposed_stage_carries_its_torque(stage_request, power, at_sun):
     """Equilibrium of rigid bodies, which are neither meshed nor reduced."""
     assume(has_room(stage_request) and not (at_sun and stage_request.arrangement == "solar"))

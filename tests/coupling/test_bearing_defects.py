@@ -61,7 +61,7 @@ def drop(angle, radius, circle):
     return min(DEPTH, abs(height - (radius - circle)))
 
 
-def own_drop(kind, roller, at, planet):
+def drop_by_hand(kind, roller, at, planet):
     """Of a roller at ``at`` in the carrier's axes."""
     cage, own_turn = turns(planet)
     if kind == "outer_race":
@@ -93,7 +93,7 @@ def test_rollers_are_let_down_as_circles_are(tmp_path, kind):
         for i in range(COUNT):
             at = 2 * np.pi * i / COUNT + turns(planet)[0] + np.pi
             closed = -motion[k] @ [np.cos(at), np.sin(at)] - GAP
-            down = own_drop(kind, i, at, planet)
+            down = drop_by_hand(kind, i, at, planet)
             expected[k, i] = stiffness * max(closed - down, 0.0) ** (10 / 9)
             sound[k, i] = stiffness * max(closed, 0.0) ** (10 / 9)
     scale = loads.max()

@@ -63,7 +63,7 @@ def true_flexibility(system, w, angle=OTHER):
     return np.linalg.inv(np.diag(k) - k[:, None] * g * k)
 
 
-def kept_flexibility(modal, w, angle=OTHER):
+def reduced_flexibility(modal, w, angle=OTHER):
     """The same of the reduced system, from its own arrays."""
     rows, n = rows_at(modal.system, angle)
     c = np.zeros((n, len(modal.channels)))
@@ -91,7 +91,7 @@ def test_the_estimate_bounds_the_true_error_and_is_near_it(system, solved, estim
     scale = measure(system, solved, 2 * np.pi * BAND)
     errors = []
     for w in 2 * np.pi * BAND * np.array(SHARES):
-        difference = true_flexibility(system, w) - kept_flexibility(modal, w)
+        difference = true_flexibility(system, w) - reduced_flexibility(modal, w)
         errors.append(np.linalg.norm(scale @ difference @ scale, 2))
     assert modal.choice.estimate == estimates[modal.choice.count] <= accuracy
     assert np.all(np.diff(errors) > 0)

@@ -15,7 +15,7 @@ TIMES, PLANETS, SLOTS, TEETH = 20, 5, 4, 93
 RATED = 4e5  # N a planet
 
 
-def made_run(variant="flexible", samples=TIMES, stage="stage", sample_dim="time", **changes):
+def sample_run(variant="flexible", samples=TIMES, stage="stage", sample_dim="time", **changes):
     """A dataset of one flexible stage with every kind of axis.
 
     changes: arrays in the words of the stage ("ring_pair_load", …) in place of the usual ones.
@@ -97,10 +97,10 @@ def _flanks(variables, stage):
 @pytest.fixture
 def make_run():
     """Function that builds a run; keywords replace its arrays."""
-    return made_run
+    return sample_run
 
 
 @pytest.fixture
 def make_part():
     """Function that builds the part of a run that belongs to its flexible stage."""
-    return lambda *args, **changes: stage_part(made_run(*args, **changes), "stage")
+    return lambda *args, **changes: stage_part(sample_run(*args, **changes), "stage")

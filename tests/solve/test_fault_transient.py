@@ -41,7 +41,7 @@ def tip_gaps(beyond, tip, mate):
     return BASE[mate] * np.abs(edge - flank)
 
 
-def own_forces(first, depth):
+def forces_by_hand(first, depth):
     """Times and gear-mesh forces; first: path position of pair 1 at the start, m."""
     pairs, table = np.arange(-2, 9), np.linspace(0.0, 0.4 * PITCH, 400)
     places = first - (pairs - 1) * PITCH
@@ -87,7 +87,7 @@ def test_forces_over_a_faulty_tooth_are_those_of_an_integration_by_hand(tmp_path
     first = at_start["pair_position"].to_numpy()[at_start["pair_tooth"].to_numpy() == 1][0]
     data = model.transient(LAST, output_interval=1e-4)
     time, forces = data["time"].to_numpy(), data["gear_mesh_force"].to_numpy()[:, 0]
-    expected = np.interp(time, *own_forces(first, depth))
+    expected = np.interp(time, *forces_by_hand(first, depth))
     assert expected.max() > 2 * TORQUE / BASE[0]  # against 1.4 of sound teeth
     assert np.abs(forces - expected).max() < 5e-3 * expected.max()
     assert (forces - expected).std() < 1e-3 * expected.std()

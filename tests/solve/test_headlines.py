@@ -72,7 +72,7 @@ SUMMARY: dict[str, Any] = {
 }  # fmt: skip
 
 
-def said_of(case: Case, summary: dict[str, Any]) -> list[Verdict]:
+def verdicts_of(case: Case, summary: dict[str, Any]) -> list[Verdict]:
     """Verdicts on a summary, with the headlines that a run would give it."""
     flow = power_flow(case)
     return verdicts(case, {**summary, "headlines": headlines(case, flow, summary)})
@@ -80,7 +80,7 @@ def said_of(case: Case, summary: dict[str, Any]) -> list[Verdict]:
 
 def by_subject(**changes: Any) -> dict[str, Any]:
     """Verdicts by subject, of the summary with parts in the place of its own."""
-    return {v.subject: v for v in said_of(CASE, {**copy.deepcopy(SUMMARY), **changes})}
+    return {v.subject: v for v in verdicts_of(CASE, {**copy.deepcopy(SUMMARY), **changes})}
 
 
 def solution(**changes: Any) -> dict[str, Any]:
@@ -198,7 +198,7 @@ def test_spur_teeth_without_relief_are_named_beside_the_peak():
         changes = {f"stages.stage.{part}.modifications.tip_relief": relief for part in relieved}
         changes |= {f"stages.stage.{k.replace('__', '.')}": v for k, v in options.items()}
         case = CASE.with_(**changes)
-        lines = said_of(case, copy.deepcopy(SUMMARY))
+        lines = verdicts_of(case, copy.deepcopy(SUMMARY))
         return next(v.sentence for v in lines if v.subject == "Largest gear-mesh force")
 
     spur = {"helix_angle": 0.0}
@@ -218,7 +218,7 @@ def test_a_force_that_passes_zero_is_said():
     assert "passes zero: flanks part" in answers["Largest gear-mesh force"].sentence
     linear = CASE.with_(**{"stages.stage.gear_mesh.contact_law": "linear"})
     summary = SUMMARY | {"transient": {**SUMMARY["transient"], "gear_mesh_force": parts}}
-    (verdict,) = [v for v in said_of(linear, summary) if v.subject == "Largest gear-mesh force"]
+    (verdict,) = [v for v in verdicts_of(linear, summary) if v.subject == "Largest gear-mesh force"]
     assert "passes zero: teeth pull" in verdict.sentence
 
 
@@ -243,7 +243,9 @@ def test_what_the_case_does_not_rate_is_not_assessed():
 
 def test_stresses_of_gears_with_steels_are_assessed_by_rate():
     steel = {"stage.planet.rating.steel": "case_hardened"}
-    answers = {v.subject: v for v in said_of(load_case("wind-5mw", steel), copy.deepcopy(SUMMARY))}
+    answers = {
+        v.subject: v for v in verdicts_of(load_case("wind-5mw", steel), copy.deepcopy(SUMMARY))
+    }
     for subject in ("Root stress", "Flank pressure"):
         assert answers[subject].sentence.endswith("`flexgear rate` assesses it by the steels.")
 
@@ -300,7 +302,7 @@ def test_checks_outside_limits_stand_alone():
 
 def test_the_worst_comes_first_and_warnings_before_what_needs_no_attention():
     summary = {**SUMMARY, "equilibrium_closure_max": 1e-3, "load_sharing": sharing(1.24, 1.3)}
-    every = said_of(CASE, summary)
+    every = verdicts_of(CASE, summary)
     levels = [v.level for v in every if v.subject != "Warning"]
     assert levels[:2] == ["bad", "watch"]
     count = levels.count("bad") + levels.count("watch")
@@ -347,7 +349,7 @@ def test_the_worst_stage_is_in_front_and_the_others_beside_it():
         "load_sharing": {"quasi_static": {}, "transient": {"flexible": {**group, **WINDOW}}},
         "steady": {},
     }
-    lines = said_of(case, summary)
+    lines = verdicts_of(case, summary)
     first = next(v for v in lines if v.subject.startswith("Largest gear-mesh force"))
     assert (first.subject, first.figure) == ("Largest gear-mesh force, lss", "1.020 × nominal")
     assert "Iss: 1.010 × nominal." in first.sentence

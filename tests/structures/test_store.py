@@ -57,7 +57,7 @@ def written(tmp_path):
     return tmp_path / "reduced" / "k1"
 
 
-def made_again(tmp_path):
+def require_repair(tmp_path):
     """A damaged entry is made again, which is said, and good from then on."""
     with pytest.warns(FlexgearWarning, match=r"k1.* is damaged .*computed again"):
         again = store.cached("k1", lambda: body(1), tmp_path)
@@ -83,7 +83,7 @@ def test_damaged_entries_are_computed_again(tmp_path, file, damage):
         path.mkdir()
     elif damage == "dangling link":
         path.symlink_to(tmp_path / "nowhere")
-    made_again(tmp_path)
+    require_repair(tmp_path)
 
 
 @pytest.mark.parametrize("file", ["mass.npy", "recovery.npy", "header.json"])
@@ -101,7 +101,7 @@ def test_no_flipped_bit_goes_unnoticed(tmp_path, file):
         written(tmp_path)
     written(tmp_path)
     path.write_bytes(content[:-1] + bytes([content[-1] ^ 1]))
-    made_again(tmp_path)
+    require_repair(tmp_path)
 
 
 def test_an_entry_of_another_body_or_format_is_none(tmp_path, monkeypatch):
@@ -123,7 +123,7 @@ def test_what_is_no_entry_at_all_is_replaced(tmp_path, what):
         (tmp_path / "reduced" / "k1").write_text("not a folder")
     else:
         (tmp_path / "reduced" / "k1").symlink_to(tmp_path / "nowhere")
-    made_again(tmp_path)
+    require_repair(tmp_path)
 
 
 def test_an_entry_that_may_not_be_read_or_removed_costs_only_its_making(tmp_path, monkeypatch):
