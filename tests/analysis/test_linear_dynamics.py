@@ -74,7 +74,7 @@ def test_disc_tilting_on_a_shaft(axial, k, speed):
     np.testing.assert_allclose(whirl_sense(m.shapes, PLANE), [-1.0, 1.0], atol=1e-6)
 
 
-def test_at_rest_the_plain_modes():
+def test_whirl_modes_at_rest_are_the_plain_modes():
     stage = lin_parker(4)
     f, _ = stage.modes()
     zero = np.zeros_like(stage.mass)

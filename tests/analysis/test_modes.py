@@ -122,7 +122,7 @@ def test_helical_gears_couple_rotation_with_axial_and_translation_with_tilting()
     }  # fmt: skip
 
 
-def test_spur_gears_keep_them_apart():
+def test_spatial_modes_of_spur_gears_are_the_planar_ones_and_others():
     f, t = types(lin_parker(4, dofs=SPATIAL))
     planar, p = types(lin_parker(4))
     for kind in ("rotational", "translational"):

@@ -244,7 +244,7 @@ def test_progress_prints_how_long_the_rest_takes(capsys, monkeypatch):
     assert capsys.readouterr().err.splitlines() == lines
 
 
-def test_chosen_variables(flexgear, tmp_path):
+def test_only_chosen_variables_are_saved(flexgear, tmp_path):
     command = ("simulate", "lin-parker", *SHORT, "-q", "--json")
     whole, part = tmp_path / "whole.nc", tmp_path / "part.nc"
     figures = flexgear.out(*command, "--out", whole)
@@ -287,7 +287,7 @@ def test_variables_that_this_run_does_not_have(flexgear, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_stage_in_a_file(flexgear, tmp_path, monkeypatch):
+def test_a_flexible_stage_is_streamed_into_a_file(flexgear, tmp_path, monkeypatch):
     """Streams of a flexible stage by the command line; figures come from all of its samples."""
     monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", lambda stage, *_: cheap_stage(stage))
     out = tmp_path / "run.nc"

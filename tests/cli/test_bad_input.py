@@ -48,7 +48,7 @@ def one_line(err: str) -> str:
         (["cases", "wind-6mw"], ["wind-6mw", "wind-5mw"]),
     ],
 )
-def test_wrong_words(flexgear, arguments, words):
+def test_wrong_arguments_are_refused(flexgear, arguments, words):
     flexgear.refused(*arguments, says=words)
 
 
@@ -75,7 +75,7 @@ def test_run_into_a_file_is_refused_before_any_work(flexgear, tmp_path):
     flexgear.refused("run", "wind-5mw", "--out", tmp_path / "taken", says=["name a folder"])
 
 
-def test_full_disk(flexgear, monkeypatch, tmp_path):
+def test_a_full_disk_is_one_line(flexgear, monkeypatch, tmp_path):
     def full(*_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 

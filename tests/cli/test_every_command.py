@@ -158,7 +158,7 @@ def test_modes_say_so_of_planets_with_fe_meshes(flexgear, monkeypatch, rigid):
         if case in SOME_CASES.get(command, (case,))
     ],
 )
-def test_works_or_says_why_not(flexgear, tmp_path, command, case):
+def test_every_command_works_on_a_case_or_refuses_it_in_one_line(flexgear, tmp_path, command, case):
     name, *options = command.split()
     more = [*COMMANDS[command], *short(name, case)]
     if name in WRITES:

@@ -64,7 +64,7 @@ def worked(flexgear, command, case, options):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", FORMS, indirect=True)
-def test_every_command_takes_it(case, flexgear):
+def test_every_command_takes_every_form_of_members(case, flexgear):
     for command, options in COMMANDS.items():
         worked(flexgear, command, case, options)
     file, *keys = case

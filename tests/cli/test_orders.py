@@ -271,7 +271,7 @@ def test_a_damaged_transient_is_one_line(flexgear, transient, tmp_path, name, te
     assert text in flexgear.refused("orders", tmp_path / "a.nc", "-q", "--only", "ring")
 
 
-def test_a_file_that_is_none(flexgear, tmp_path):
+def test_orders_of_a_missing_file_are_refused(flexgear, tmp_path):
     code, _, err = flexgear("orders", tmp_path / "none.nc", "-q")
     assert code == 2 and err.count("\n") == 1 and "is no file" in err
 

@@ -148,7 +148,7 @@ def summary(folder, case="mine", **more):
 
 
 @pytest.mark.usefixtures("no_work")
-def test_a_folder_of_results(flexgear, mine):
+def test_a_folder_is_replaced_only_where_it_holds_results_of_the_case(flexgear, mine):
     out = mine.parent / "out"
 
     def allowed(*more):

@@ -109,7 +109,7 @@ def test_what_is_refused_says_why_in_one_line(flexgear, tmp_path, monkeypatch, a
     assert [p for p in tmp_path.rglob("*") if p.is_file()] == []
 
 
-def test_no_point_works(flexgear, tmp_path):
+def test_a_sweep_whose_points_all_fail(flexgear, tmp_path):
     code, _, err = flexgear(
         "sweep", "lin-parker", "stage.planets=3,4", "-q", "--out", tmp_path / "d",
         "--set", "stage.carrier.support.radial_n_per_m=0",

@@ -27,7 +27,7 @@ def findings(flexgear):
     return code, {one["what"]: one for one in report["findings"]}
 
 
-def test_all_is_well(flexgear):
+def test_doctor_suggests_nothing_where_all_is_well(flexgear):
     code, checks = findings(flexgear)
     assert code == 0
     assert "numpy" in checks["packages"]["found"]
@@ -100,7 +100,7 @@ def fill(place):
     return place
 
 
-def test_place_size_and_entries(flexgear, cache):
+def test_cache_prints_its_place_size_and_entries(flexgear, cache):
     place = fill(cache)
     sizes = [f.stat().st_size for key in KEYS for f in place.rglob(f"{key}/*")]
     text = json.loads(flexgear.quiet("cache", "--json"))

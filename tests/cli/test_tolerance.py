@@ -107,7 +107,7 @@ def test_ctrl_c_while_workers_work(tmp_path, cache):
 
 
 @pytest.mark.slow
-def test_cluster(flexgear, tmp_path):
+def test_studies_and_sweeps_on_a_cluster_give_the_same(flexgear, tmp_path):
     """Studies and sweeps on a cluster give what they give here."""
     local, remote = tmp_path / "here", tmp_path / "there"
     command = ("tolerance", "lin-parker", "--samples", 250, "--set", PIN, "-q", "--no-pictures")

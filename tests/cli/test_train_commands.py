@@ -17,7 +17,7 @@ PAIR = Path(__file__).parents[2] / "docs" / "examples" / "pair.toml"
 QUICK = ["--set", "solver.settle_s=0.01", "--set", "solver.duration_s=0.04"]
 
 
-def test_a_pair_that_only_turns(flexgear, tmp_path):
+def test_a_pair_of_gears_that_only_turns_is_checked_and_run(flexgear, tmp_path):
     """One gear mesh, whose coast flanks are no second one; no verdict on deflections."""
     assert flexgear.json("check", PAIR)["system"]["gear_meshes"] == 1
     out = tmp_path / "run"

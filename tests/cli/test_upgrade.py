@@ -159,7 +159,7 @@ def moved(data, key):
          {"loads.0.member": "stage.sun", "loads.1.member": 3}),
     ],
 )  # fmt: skip
-def test_other_ways_to_write_them(flexgear, file, text, expected):
+def test_keys_in_other_forms_of_toml_are_upgraded(flexgear, file, text, expected):
     """Dotted keys, braces, lists over several lines, ports that are there; or one line, and the
     file as it was."""
     file.write_text(text, encoding="utf-8")

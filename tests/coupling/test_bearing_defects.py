@@ -151,7 +151,7 @@ def test_motion_of_a_run_has_the_lines_of_the_bearing(tmp_path):
         ),
     ],
 )
-def test_defects_that_cannot_be(tmp_path, more, keys, message):
+def test_impossible_defects_are_refused(tmp_path, more, keys, message):
     with pytest.raises(InputError, match=message):
         faulty(tmp_path, more=more, **keys)
 

@@ -70,7 +70,7 @@ def places():
 
 
 @pytest.mark.parametrize("gap", [{}, {"stage.carrier.bearing_far.clearance_um": "60"}])
-def test_a_stiff_one_is_the_lumped_one(tmp_path, places, gap):
+def test_a_stiff_fe_housing_is_the_lumped_one(tmp_path, places, gap):
     """What its joints yield falls as one over their stiffness."""
     x = np.array(list(places.values()))
     rigid = rigid_rows(x)

@@ -134,7 +134,7 @@ def test_a_run_starts_where_the_equilibrium_is(tmp_path):
         ("stage.planet_bearing.rollers.length_um", "-3", "rollers.length_um"),
     ],
 )
-def test_rollers_that_cannot_be(tmp_path, key, value, message):
+def test_impossible_rollers_are_refused(tmp_path, key, value, message):
     keys = {f"stage.planet_bearing.rollers.{k}": v for k, v in ROLLERS.items()}
     keys = {k: v for k, v in keys.items() if not (k.endswith("length_mm") and "length" in key)}
     with pytest.raises(InputError, match=message):

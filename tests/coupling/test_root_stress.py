@@ -122,13 +122,13 @@ def test_teeth_of_a_ring_collect_what_their_pairs_make(model, data):
     np.testing.assert_allclose(by_tooth.max("tooth"), ring, rtol=1e-6)
 
 
-def test_half_a_turn_twice_is_none(roots):
+def test_roots_turned_twice_are_the_same(roots):
     one, two = roots["planet"], roots["planet"].turned().turned()
     np.testing.assert_array_equal(one.stress, two.stress)
     assert two.slope == one.slope
 
 
-def test_dataset(model, data):
+def test_root_stress_is_finite_where_a_pair_carries(model, data):
     data, turned = data
     stress = data["root_stress"]
     loaded = turned.pair_load.sum(axis=2) > 0
@@ -154,7 +154,7 @@ def test_figures_of_one_position(model, data):
     assert figures == {gear: one["max"] for gear, one in whole.items()}
 
 
-def test_in_time(model):
+def test_root_stress_in_a_transient(model):
     """Chunks without samples come, too; what is not by sample is not there."""
     transient = simulate(model, duration=0.002).data
     stress = transient["root_stress"]

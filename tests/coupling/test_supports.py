@@ -249,7 +249,7 @@ def springy_stage():
     return case, ring, carrier, stage_system(case, named(case, ring=ring, carrier=carrier))
 
 
-def test_ring(springy_stage):
+def test_supports_of_a_ring_in_the_system_are_those_of_its_source(springy_stage):
     case, ring, _, system = springy_stage
     block = system.slice_of("stage.ring")
     coupled = system.stiffness[block, block] - ring.stiffness
@@ -259,7 +259,7 @@ def test_ring(springy_stage):
     assert nodes.sum() == case.ring.bolts.number + len(case.ring.fits)
 
 
-def test_carrier(springy_stage):
+def test_supports_of_a_carrier_in_the_system_are_the_mean_over_a_turn(springy_stage):
     """The system holds the mean of bearings over a turn, and turns the rest."""
     case, _, carrier, system = springy_stage
     block = system.slice_of("stage.carrier")

@@ -209,7 +209,7 @@ def test_life_and_reliability_are_inverse(part, reliability):
     assert part.at(0.9) == pytest.approx(part.life) and part.reliability(0.0) == 1
 
 
-def test_first_and_tenth_per_cent():
+def test_lives_at_one_and_ten_per_cent_by_hand():
     """B_1/B_10 of flanks and bearings by hand."""
     spread = math.log(0.99) / math.log(0.9)
     flank, roller = PartLife.typical("pitting", 100.0), PartLife.typical("roller", 100.0)

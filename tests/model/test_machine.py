@@ -117,7 +117,7 @@ def drive_of(**over):
     return load_case("wind-5mw", {f"drive.{k}": v for k, v in over.items()}).drive
 
 
-def test_constant():
+def test_a_constant_torque_has_no_change_times():
     d = drive_of(torque_nm="1e6")
     assert np.array_equal(d.at([0, 1, 9], RATED), [1e6, 1e6, 1e6])
     assert d.at(0.3, RATED).shape == ()

@@ -11,7 +11,7 @@ from flexgear.model.load import bundled_text, load_case
 PIN = "tolerance.errors.pin_radial"
 
 
-def test_units():
+def test_distributions_take_units_in_their_keys():
     case = load_case(
         "wind-5mw",
         {f"{PIN}.standard_deviation_um": "20", f"{PIN}.high_mm": "0.05",
@@ -55,7 +55,7 @@ def test_a_tolerance_changes_no_run():
          "tip_relief.low_mm: is not 0 or more"),
     ],
 )  # fmt: skip
-def test_refused(settings, words, tmp_path):
+def test_distributions_that_do_not_fit_are_refused(settings, words, tmp_path):
     """In the bundled stage without its own distributions."""
     before, _, rest = bundled_text("wind-5mw").partition("[tolerance]")
     path = tmp_path / "stage.toml"
@@ -97,7 +97,7 @@ errors = { planet_thickness = { standard_deviation_um = 4 } }
             ("stage_2", "ring_offset", r"errors.ring_offset: is an error of a part that a par"),
         ],
     )
-    def test_refused(self, path, stage, key, words):
+    def test_distributions_that_do_not_fit_are_refused(self, path, stage, key, words):
         text = f"""
 [[tolerance.by_stage]]
 stage = "{stage}"
@@ -106,7 +106,7 @@ errors.{key} = {{ distribution = "rayleigh", standard_deviation_um = 5 }}
         with pytest.raises(InputError, match=words):
             load_case(path(text))
 
-    def test_named_twice(self, path):
+    def test_a_stage_that_is_named_twice_is_refused(self, path):
         one = '[[tolerance.by_stage]]\nstage = "stage_1"\nerrors = {}\n'
         with pytest.raises(InputError, match="stage_1 is named twice"):
             load_case(path(one + one))

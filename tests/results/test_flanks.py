@@ -97,7 +97,7 @@ def test_a_dataset_without_pairs_is_named(make_part):
 POSITIVE = st.floats(1.0, 1e9)
 
 
-def test_by_hand():
+def test_split_of_a_load_by_stiffness_by_hand():
     np.testing.assert_allclose(
         stiffness_split([[30.0, 60.0, 0.0]], [[1.0, 2.0, 6.0]]), [[10, 20, 60]]
     )

@@ -22,7 +22,7 @@ AT_ONCE = "instantaneous"
 FORCES = arrays(float, (24, 4), elements=st.floats(1.0, 100.0))
 
 
-def test_by_hand():
+def test_load_sharing_factors_by_hand():
     """Even loads, uneven ones, and one planet that takes all."""
     k = load_sharing([[3.0, 3.0, 3.0], [1.0, 2.0, 3.0], [4.0, 4.0, 1.0], [9.0, 0.0, 0.0]], 2.0)
     np.testing.assert_allclose(k, [1.0, 3 * 3 / 6, 3 * 4 / 9, 3.0], rtol=1e-15)

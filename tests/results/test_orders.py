@@ -183,7 +183,7 @@ def test_planets_are_told_apart(stage):
     assert other.max() < 0.03 * of_itself[0]  # of a run that is no whole number of cycles
 
 
-def test_bad_input(stage):
+def test_bad_input_is_refused_in_one_line(stage):
     """One line each."""
     _, data = stage
     data = data.assign(sound=("time", np.ones(data.sizes["time"])))

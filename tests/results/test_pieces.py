@@ -67,14 +67,16 @@ def test_pieces_are_the_whole_in_order(make_run):
 
 
 @pytest.mark.parametrize(("begin", "end"), [(0.2, 0.7), (-1, 2), (0.5, None), (2, 3), (0.7, 0.2)])
-def test_between(make_run, tmp_path, begin, end):
+def test_samples_between_two_times_are_those_of_the_slice(make_run, tmp_path, begin, end):
     data = make_run()
     expected = data["time"].sel(time=slice(begin, end)).to_numpy()
     for source in (data, in_file(data, tmp_path)):
         np.testing.assert_array_equal(between(source, begin, end)["time"], expected)
 
 
-def test_a_stage(make_run, tmp_path, reads):
+def test_figures_of_a_stage_read_from_a_file_in_pieces_are_those_of_the_whole(
+    make_run, tmp_path, reads
+):
     file = in_file(stage_run(make_run), tmp_path)
     whole = stage_part(file.load(), "stage")
     star = make_run(samples=1, sample_dim="position")
@@ -131,7 +133,7 @@ def test_runs_side_by_side(make_run, tmp_path, reads):
         assert figures["gear_mesh_force"].attrs["units"] == "N"
 
 
-def test_a_train(tmp_path, reads):
+def test_figures_of_a_train_read_from_a_file_in_pieces_are_those_of_the_whole(tmp_path, reads):
     rng = np.random.default_rng(3)
     gear_meshes = [GearMeshName.of("s", kind, "", i) for kind in ("ring", "sun") for i in (1, 2)]
     beside = fields_of(gear_meshes, GEAR_MESH)

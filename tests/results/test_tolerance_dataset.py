@@ -103,7 +103,7 @@ def test_no_samples_are_no_numbers():
         assert math.isnan(estimate.value)
 
 
-def test_share_above():
+def test_the_interval_of_a_share_above_a_limit():
     """Of 300 samples none above: at most 3 / n with 95 %, one-sided."""
     estimate = share_above_limit(np.zeros(300), 1.0, confidence=0.9)
     assert (estimate.value, estimate.low) == (0.0, 0.0)

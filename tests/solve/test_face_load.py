@@ -255,7 +255,7 @@ def test_the_planets_bearing_tilts_both_gear_meshes_of_a_planet(data):
     assert not other.sel(cause=["sun", "gear", "errors", "modifications"]).to_numpy().any()
 
 
-def test_flanks_come_on_top():
+def test_misalignment_by_flanks_adds_to_that_by_bodies():
     """What is missing at the +z end lets the bodies come closer by itself, ground or by error."""
     changes = {
         "stage.planet.modifications.sun.helix_slope": 15e-6,

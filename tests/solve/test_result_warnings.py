@@ -118,7 +118,7 @@ def test_a_shaft_that_winds_up_turns_planets_without_moving_them_apart():
         assert motions[0][name] == pytest.approx(motions[1][name], abs=2e-6)
 
 
-def test_commands_say_it(tmp_path, capsys):
+def test_static_and_simulate_warn_of_large_motions(tmp_path, capsys):
     from flexgear.cli.entry import run
 
     (soft,) = (f"{k}={v}" for k, v in SOFT.items())
@@ -277,7 +277,7 @@ def test_keys_are_those_of_the_train(tmp_path):
 FLEXIBLE = ["wind-5mw", "ev-reducer", "star-ring", "grc-750kw"]
 
 
-def test_these_are_all_with_fe_bodies():
+def test_the_list_of_flexible_cases_is_complete():
     assert sorted(FLEXIBLE) == sorted(n for n in bundled_cases() if load_case(n).flexible_stages)
 
 

@@ -36,11 +36,11 @@ def test_one_line_of_any_error(error, message):
     assert outcome_of(fail, None, 1) == Outcome(None, message)
 
 
-def test_a_result():
+def test_the_outcome_of_a_job_holds_its_result():
     assert outcome_of(pow, 3, 4) == Outcome(81)
 
 
-def test_one_thread():
+def test_a_worker_calculates_on_one_thread():
     def threads(shared, job):
         np.ones((4, 4)) @ np.ones((4, 4))
         return [p["num_threads"] for p in threadpool_info()]

@@ -71,7 +71,7 @@ def test_all_jobs_go_to_other_processes_where_workers_or_a_scheduler_are_set(whe
 
 
 @pytest.mark.parametrize("where", [{}, {"workers": 1}, {"workers": 2}, {"scheduler": "x"}])
-def test_no_jobs(where):
+def test_no_jobs_have_no_outcomes(where):
     assert list(run_jobs(times, 2, [], **where)) == []
 
 

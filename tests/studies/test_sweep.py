@@ -140,7 +140,7 @@ class TestInterrupted:
     @pytest.mark.parametrize(
         "other", [{"measures": ("frequencies",)}, {"modes": 9}, {"settings": {BEARING: "2e8"}}]
     )
-    def test_another_sweep_does_not(self, monkeypatch, other):
+    def test_another_sweep_takes_no_points_of_this_one(self, monkeypatch, other):
         self.run(monkeypatch, self.plan("stage.planets=3,4,5"), 2)
         assert finished(self.plan("stage.planets=3,4,5", **other)) == 0
 

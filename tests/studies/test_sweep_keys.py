@@ -40,7 +40,7 @@ def stage():
         ("k=-5", ("-5",)),
     ],
 )
-def test_values(text, texts):
+def test_a_setting_of_a_sweep_is_split_into_its_values(text, texts):
     assert parse_setting(text)[1].texts == texts
 
 
@@ -142,7 +142,7 @@ def test_the_last_key_runs_fastest(pitch_drive):
     assert overrides_at(keys, (1, 2)) == {"stages.0.sun.teeth": "13", "inputs.0.power_kw": "3"}
 
 
-def test_too_many_points(pitch_drive):
+def test_a_sweep_of_too_many_points_is_refused(pitch_drive):
     keys = keys_of(pitch_drive, "inputs.0.power_kw=1:3:1000", "stages.0.face_width_mm=1:3:1000")
     with pytest.raises(InputError, match="1000000 points"):
         points(keys)
@@ -202,6 +202,6 @@ def test_words_and_lists_are_labels(stage):
     assert law.values.numbers is None
 
 
-def test_true_and_false():
+def test_a_switch_is_swept_over_true_and_false():
     (key,) = keys_of(load_case("lin-parker"), "gyroscopic=false,true")
     assert load_case("lin-parker", overrides_at([key], (1,))).gyroscopic is True

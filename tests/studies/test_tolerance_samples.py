@@ -69,7 +69,7 @@ class TestDistributions:
         size = inverse(distribution, self.UNIFORM)
         return stats.kstest(size, expected.cdf).pvalue > 1e-3
 
-    def test_normal(self):
+    def test_a_normal_distribution_is_drawn(self):
         d = SizeDistribution(mean=3e-6, standard_deviation=2e-6)
         assert self.fits(d, stats.norm(3e-6, 2e-6))
 
@@ -97,7 +97,7 @@ class TestDistributions:
         expected = stats.rayleigh(scale=4e-6).cdf(2e-6) / stats.rayleigh(scale=4e-6).cdf(5e-6)
         assert share == pytest.approx(expected, abs=0.015)
 
-    def test_uniform_and_phases(self):
+    def test_uniform_sizes_and_phases_are_drawn(self):
         d = SizeDistribution(distribution="uniform", low=-2e-6, high=6e-6)
         assert self.fits(d, stats.uniform(-2e-6, 8e-6))
         assert self.fits(PhaseDistribution(), stats.uniform(0, 2 * math.pi))
@@ -127,7 +127,7 @@ class TestModels:
             assert stage.errors.sun_gear_mesh == model.stages[k].errors.sun_gear_mesh
         assert model.stages[0].errors.pin_tangential == ()
 
-    def test_as_stated(self, drawn):
+    def test_nominal_errors_are_those_of_the_case(self, drawn):
         model = load_case("pitch-drive")
         values = nominal(model, drawn)
         assert values["stage_1", "planet_eccentricity"].tolist() == [[21e-6] * 3]

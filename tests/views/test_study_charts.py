@@ -57,7 +57,7 @@ def test_one_key_is_sorted_and_in_the_units_of_the_picture():
         ("rad/s", [1.0], (30 / np.pi, "r/min")),
     ],
 )
-def test_units(units, values, expected):
+def test_axes_have_the_unit_that_suits_their_values(units, values, expected):
     factor, unit = scale_of(xr.DataArray(values, attrs={"units": units}))
     assert unit == expected[1]
     assert factor == pytest.approx(expected[0])

@@ -83,7 +83,7 @@ class TestSharing:
         assert figure.axes[-1].get_xlabel() == "turns of one, sun (–)"
         assert figure.axes[-1].get_xlim() == pytest.approx((0, 2))
 
-    def test_over_time(self):
+    def test_load_sharing_is_drawn_over_time(self):
         figure = sharing_charts.sharing_chart(history("time"))
         assert figure.axes[-1].get_xlabel() == "time (s)"
 
@@ -138,7 +138,7 @@ class TestDisplacements:
         labels = [t.get_text() for t in figure.legends[0].get_texts()]
         assert labels == ["sun", "pinion"]
 
-    def test_nothing_moves(self):
+    def test_members_that_do_not_move_are_said_to_stay(self):
         data = history()
         data["body_displacement"] = 0 * data["body_displacement"]
         figure = sharing_charts.displacements_chart(data)
@@ -266,7 +266,7 @@ class TestModes:
         figure = mode_charts.modes_chart(modes())
         assert "lowest 2 of 4" in figure.get_suptitle()
 
-    def test_no_modes(self):
+    def test_a_chart_without_modes_is_refused(self):
         with pytest.raises(FlexgearError, match="no modes"):
             mode_charts.modes_chart(modes(0))
 
@@ -358,7 +358,7 @@ class TestCampbell:
         tops = [ax.get_ylim()[1] for ax in figure.axes]
         assert tops[0] < tops[1]
 
-    def test_without_excitation(self):
+    def test_a_campbell_diagram_without_excitation_has_its_modes(self):
         """As of a train in which nothing turns."""
         data = campbell().isel(excitation=[])
         (ax,) = campbell_chart(data).axes

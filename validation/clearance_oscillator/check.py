@@ -29,7 +29,7 @@ def period(peak: float, clearance: float) -> float:
 
 @pytest.mark.parametrize("clearance", [math.inf, 2.0])
 @pytest.mark.parametrize("peak", [2.5, 4.0, 6.0])
-def test_free_motion(peak: float, clearance: float) -> None:
+def test_free_vibration_has_the_frequency_of_the_backbone(peak: float, clearance: float) -> None:
     assert 2 * math.pi / period(peak, clearance) == pytest.approx(
         backbone(peak, clearance), rel=1e-5
     )

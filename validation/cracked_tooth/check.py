@@ -87,7 +87,7 @@ def test_depths_and_heights(role, angle, case, results):
     save_figure(figure, results / f"cracked_{role}_{angle:.0f}.png")
 
 
-def test_along_the_face(case):
+def test_a_wide_tooth_lies_between_plane_strain_and_plane_stress(case):
     """Even load on a face of ten modules: between plane strain and plane stress, (1 − ν²)."""
     p = parameters(case, "sun", 0.3, 60.0)
     width = 10 * case.stage.normal_module

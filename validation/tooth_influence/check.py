@@ -74,7 +74,7 @@ def narrow(case, slot):
 
 
 @pytest.mark.parametrize("slot", ["planet", "ring"])
-def test_convergence(slot, case):
+def test_influences_converge(slot, case):
     """FE mesh, layers and slices, each finer by itself."""
     parameters = narrow(case, slot)
     standard, div = influence_of(parameters, *STEEL), parameters.divisions
@@ -93,7 +93,7 @@ def test_convergence(slot, case):
     assert np.abs(change[:3]).max() < 1e-3
 
 
-def test_where_the_body_is_held(case):
+def test_the_place_where_a_body_is_held_hardly_matters(case):
     """A planet at its bore, a module less deep, and with less rim beside its three teeth."""
     parameters = narrow(case, "planet")
     base, m = figures(influence_of(parameters, *STEEL)), case.stage.normal_module

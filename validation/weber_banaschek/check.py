@@ -87,7 +87,7 @@ def draw(p, m, compliances, file):
 
 
 @pytest.mark.parametrize("gear", ["sun", "ring"])
-def test_pair(gear, case):
+def test_compliance_of_a_pair_over_its_path(gear, case):
     """Both flanks pressed with Hertz's width at the rated line load, over the path of contact."""
     g, m = stage_geometry(case), case.material
     gear_mesh = g.ring_gear_mesh if gear == "ring" else g.sun_gear_mesh

@@ -55,7 +55,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("what", BAD)
-def test_bad_file(tmp_path, what):
+def test_a_bad_file_is_refused_in_one_line(tmp_path, what):
     data, message = BAD[what]
     path = tmp_path / "bad.rexs"
     path.write_bytes(data)

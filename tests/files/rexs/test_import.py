@@ -95,7 +95,7 @@ def test_carrier_of_side_plates_and_pins(imported, of_frame, of_parts):
     assert carrier.inertia == pytest.approx(inertia * (of_frame or mass) / mass)
 
 
-def test_train_of_three(imported):
+def test_a_train_of_three_stages(imported):
     """Speeds by tooth numbers; the shaft between sun and wheel is that of the file, with torsion
     G J / L under the torque of the sun."""
     case, _ = imported(three_stages())

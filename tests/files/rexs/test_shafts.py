@@ -324,7 +324,7 @@ def test_u_coordinates_of_faces(imported):
     assert imported(m)[0].content_hash() == expected.content_hash()
 
 
-def test_without_places(imported):
+def test_bearings_without_places_hold_no_shaft_straight(imported):
     """Two bearings that the file does not place hold no shaft straight; what is free is held."""
     m = planetary()
     add_sections(m, m.sun_shaft, 20.0, [BELOW, *STEPPED])

@@ -54,7 +54,7 @@ def test_tetrahedra_have_volume_and_regular_quality_one() -> None:
     assert t.quadratic_dofs == 30
 
 
-def test_arrays_cannot_be_written() -> None:
+def test_arrays_of_an_fe_mesh_are_read_only() -> None:
     b = box({"top": np.array([[4, 5, 6, 7]])})
     with pytest.raises(ValueError, match="read-only"):
         b.points[0, 0] = 1.0
