@@ -90,7 +90,7 @@ def test_undamped_impacts_that_gain_energy_are_refused_and_those_that_do_not_are
     assert not any(account.any() for account in run.energy.values())  # nobody asked for it
 
 
-def test_what_is_not_finite_is_refused(tmp_path):
+def test_motion_that_is_not_finite_is_refused(tmp_path):
     modal = two_gears(tmp_path)
     lost = Drive(lambda t: np.where(t > 5e-3, np.nan, TORQUE))
     with pytest.raises(FlexgearError, match=r"ran away at t = 0\.0050\d+ s"):

@@ -223,6 +223,6 @@ def test_modes_of_one_frequency_have_one_ratio(tmp_path):
         ({"output.damping_nm_s_per_rad": "-1"}, "output.damping_nm_s_per_rad"),
     ],
 )
-def test_what_is_no_damping_is_one_line(tmp_path, keys, message):
+def test_impossible_damping_is_one_line(tmp_path, keys, message):
     with pytest.raises(InputError, match=message):
         gears(tmp_path, keys)

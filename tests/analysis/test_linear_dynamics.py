@@ -280,7 +280,7 @@ def test_slow_excitation_of_a_train_that_rolls_loses_no_digits():
         ([[1, -1], [-1, 1]], np.sqrt(2), [1, -1], None, "no steady state"),
     ],
 )
-def test_what_has_no_steady_state_is_refused(stiffness, omega, load, rigid, text):
+def test_a_response_without_steady_state_is_refused(stiffness, omega, load, rigid, text):
     """Mean loads that do work on rolling, rolling that is none, or is not named; a resonance."""
     load, rigid = np.array(load)[:, None] + 0j, None if rigid is None else np.array(rigid, float)
     with pytest.raises(FlexgearError, match=text):

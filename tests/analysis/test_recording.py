@@ -20,7 +20,7 @@ def recorded(signal, order=0, times=None, parts=1, clock=CLOCK):
 
 
 @pytest.mark.parametrize("hz", [3.0, 400.0, 999.0])
-def test_what_is_in_the_band_is_kept_at_its_time_with_its_derivatives(hz):
+def test_waves_in_the_band_keep_their_times_and_derivatives(hz):
     """Amplitude and phase within 1e-4 at the times that are said: no delay is left."""
     w = 2 * np.pi * hz
     waves = (lambda t: np.sin(w * t), lambda t: w * np.cos(w * t), lambda t: -w * w * np.sin(w * t))
@@ -31,7 +31,7 @@ def test_what_is_in_the_band_is_kept_at_its_time_with_its_derivatives(hz):
 
 
 @pytest.mark.parametrize("hz", [1281.0, 1600.0, 2560.0, 5119.0, 7000.0])
-def test_what_would_fold_into_the_spectrum_is_rejected_by_80_db(hz):
+def test_waves_that_would_fold_into_the_spectrum_are_rejected_by_80_db(hz):
     _, values = recorded(lambda t: np.sin(2 * np.pi * hz * t))
     assert np.abs(values).max() < 1e-4
 

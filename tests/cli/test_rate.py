@@ -100,7 +100,7 @@ def test_without_keys_of_rating(flexgear, tmp_path):
         ('[[load_cases]]\nname = "x"\ntorque_nm = 100\n', "hours"),
     ],
 )
-def test_one_line_for_what_is_wrong(flexgear, tmp_path, more, message):
+def test_bad_rating_sections_are_one_line(flexgear, tmp_path, more, message):
     flexgear.out("cases", "pitch-drive", "--copy", tmp_path / "own.toml")
     with open(tmp_path / "own.toml", "a", encoding="utf-8") as file:
         file.write(f"\n{more}")

@@ -103,7 +103,9 @@ def test_json_holds_everything(flexgear, tmp_path):
         (["lin-parker", "stage.planets=3,4", "--set", "stage.planets=3"], ["--set"]),
     ],
 )
-def test_what_is_refused_says_why_in_one_line(flexgear, tmp_path, monkeypatch, arguments, words):
+def test_bad_arguments_of_a_sweep_are_one_line_and_no_files(
+    flexgear, tmp_path, monkeypatch, arguments, words
+):
     monkeypatch.chdir(tmp_path)
     flexgear.refused("sweep", *arguments, "-q", says=words)
     assert [p for p in tmp_path.rglob("*") if p.is_file()] == []

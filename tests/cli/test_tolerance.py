@@ -82,7 +82,9 @@ def test_json_is_the_summary(flexgear, tmp_path):
         (["lin-parker", "--set", PIN, *LOOSE], []),  # no equilibrium
     ],
 )
-def test_one_line_and_no_files(flexgear, tmp_path, monkeypatch, arguments, words):
+def test_bad_arguments_of_tolerance_are_one_line_and_no_files(
+    flexgear, tmp_path, monkeypatch, arguments, words
+):
     monkeypatch.chdir(tmp_path)
     flexgear.refused("tolerance", *arguments, "-q", says=words)
     assert [p for p in tmp_path.rglob("*") if p.is_file()] == []

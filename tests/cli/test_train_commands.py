@@ -211,7 +211,9 @@ def test_a_flexible_stage_in_a_train(flexgear, tmp_path):
         ["--set", "stages.first.carrier.fe.plate_diameter_mm=900"],
     ],
 )
-def test_what_cannot_work_is_said_before_any_work(flexgear, tmp_path, monkeypatch, settings):
+def test_cases_that_cannot_work_are_refused_before_any_work(
+    flexgear, tmp_path, monkeypatch, settings
+):
     """By every command in the words of check; no body is meshed for it."""
 
     def work(*_):

@@ -73,7 +73,7 @@ def test_the_mirror_image_of_the_machine_swaps_the_halves():
         ({"stage.gear_mesh.model": "face_load", "stage.gear_mesh.root_stress": "fe"}, "two halves"),
     ],
 )
-def test_what_does_not_fit_is_said(changes, message):
+def test_halves_that_do_not_fit_are_refused(changes, message):
     with pytest.raises(InputError, match=message):
         make_case(**{**DOUBLE, **changes})
 

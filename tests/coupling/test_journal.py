@@ -199,7 +199,7 @@ def test_a_response_does_not_leave_the_film_out(tmp_path):
         ({"viscosity_mpa_s": None}, r"journal.viscosity_mpa_s"),
     ],
 )
-def test_what_is_no_film_is_one_line(tmp_path, keys, message):
+def test_impossible_films_are_one_line(tmp_path, keys, message):
     film = {k: v for k, v in (FILM | keys).items() if v is not None}
     with pytest.raises(InputError, match=message):
         with_film(tmp_path, film).assemble()

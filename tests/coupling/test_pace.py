@@ -58,14 +58,14 @@ def test_a_train_goes_by_its_fastest_gear_mesh():
         ("solver__duration_s", 1e-4, "solver.duration_s"),
     ],
 )
-def test_what_is_too_coarse_is_named(key, value, named):
+def test_settings_that_are_too_coarse_are_named(key, value, named):
     """The defaults of a wind turbine, which once were everybody's."""
     case = small(**{key: value})
     (line,) = [n for n in too_coarse(case_pace(case), case.solver) if named in n]
     assert "leave it out" in line
 
 
-def test_what_is_asked_for_may_be_less():
+def test_fewer_orders_and_samples_may_be_asked_for():
     case = small(solver__output_interval_s=1e-4, solver__gear_mesh_orders=2)
     assert too_coarse(case_pace(case), case.solver) == []
 

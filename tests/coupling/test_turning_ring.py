@@ -268,7 +268,7 @@ WEBER = {"stage.gear_mesh.pair_stiffness": "weber-banaschek"}
 
 
 @pytest.mark.parametrize("tie", ["root", "flank"])
-def test_what_the_fe_ring_held_is_in_the_gear_mesh_again(tie):
+def test_the_gear_mesh_of_a_rigid_ring_has_the_compliance_that_the_fe_ring_held(tie):
     case = make_case(**WEBER, **{"stage.ring.fe.tie": tie})
     g, force = stage_geometry(case), power_flow(case.case).stages[0].gear_mesh_forces["ring"]
     split = compliance(case, g, "ring", force)

@@ -167,7 +167,7 @@ with staged_folder(sys.argv[1]) as stage:
 
 
 @posix
-def test_what_a_killed_process_left_goes_with_the_next(tmp_path):
+def test_leftovers_of_a_killed_process_are_removed_by_the_next_one(tmp_path):
     out = tmp_path / "out"
     subprocess.run([sys.executable, "-c", KILLED, out], check=False)
     assert [p.suffix for p in tmp_path.iterdir()] == [".partial"]
@@ -317,7 +317,7 @@ def test_links_are_followed(tmp_path):
 @pytest.mark.parametrize(
     "name", ["", ".", "..", "new/", "folder", "f/a.nc", "/dev/null", "x" * 300]
 )
-def test_what_can_be_no_file(tmp_path, monkeypatch, name):
+def test_names_that_no_file_can_have_are_refused(tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "folder").mkdir()
     (tmp_path / "f").write_text("")

@@ -449,7 +449,7 @@ def test_bad_elements_are_one_line(changes, line):
         planet_bearing(**changes)
 
 
-def test_what_is_missing_is_named():
+def test_missing_data_of_a_rolling_bearing_are_named():
     assert "elements" in rolling_bearing(load_case("wind-5mw").stages[0].planet_bearing)
     drop = {"rolling": "ball", "elements.length_mm": None, "dynamic_rating_kn": None}
     assert "dynamic_rating" in rolling_bearing(planet_bearing(**drop)).estimates

@@ -144,7 +144,7 @@ def test_faced_rows_take_thrust_either_way():
     assert ahead[2] == pytest.approx(-back[2], rel=1e-5) and ahead[0] == pytest.approx(back[0])
 
 
-def test_what_cannot_balance_is_refused():
+def test_loads_that_a_bearing_cannot_balance_are_refused():
     with pytest.raises(FlexgearError, match="takes no axial load"):
         equilibrium(bearing(rollers()), np.array([1e3, 0, 1.0, 0, 0]))
     with pytest.raises(FlexgearError, match="no equilibrium"):

@@ -93,7 +93,7 @@ RATED = {"stage.planet_bearing.rolling": "roller"}
         ),
     ],
 )
-def test_what_can_hardly_be_meant_is_said(name, changes, words):
+def test_implausible_values_are_warned_of(name, changes, words):
     lines = doubts(name, changes)
     assert lines
     assert all(word in " / ".join(lines) for word in words), lines

@@ -63,7 +63,7 @@ def test_torque_may_be_stated_at_either_end_or_as_power(case_with, keys):
     assert load_bin.torque[IN] == pytest.approx(0.5 * RATED, rel=1e-9)
 
 
-def test_what_is_left_out_is_rated(case_with):
+def test_a_load_case_without_torque_or_speed_has_the_rated_ones(case_with):
     case = case_with(in_case(cycles=6e5))
     (load_bin,) = bins_of_load_cases(case)
     assert load_bin.hours == pytest.approx(6e5 / 10 / 60, rel=1e-12)
@@ -132,7 +132,7 @@ def test_where_a_table_lies_and_how_it_is_written_is_no_part_of_the_content(case
         (in_case(name='"a"', hours=1) * 2, "name: 'a' is also the name of number 1"),
     ],
 )  # fmt: skip
-def test_what_a_train_cannot_have_is_one_line(case_with, text, words):
+def test_load_cases_that_do_not_fit_the_train_are_one_line(case_with, text, words):
     with pytest.raises(InputError, match=words) as caught:
         bins_of_load_cases(case_with(text))
     assert "\n" not in str(caught.value)

@@ -226,7 +226,7 @@ def test_mean_gap_over_a_helical_contact_line():
         ({"planet.modifications.drive.lead_crowning_um": "8"}, r"drive: is not a known key"),
     ],
 )  # fmt: skip
-def test_what_does_not_fit_is_one_line(tmp_path, keys, message):
+def test_modifications_that_do_not_fit_are_one_line(tmp_path, keys, message):
     with pytest.raises(InputError, match=message) as fault:
         paths(modified(tmp_path, keys))
     assert "\n" not in str(fault.value)

@@ -168,7 +168,9 @@ def test_floors_of_a_named_set_and_what_a_case_puts_in_their_place(tmp_path):
         ("planet", "grade", "root", ["grade"]),
     ],
 )
-def test_what_is_not_known_is_named_and_not_assessed(tmp_path, part, key, place, missing):
+def test_a_missing_rating_key_is_named_and_the_part_not_assessed(
+    tmp_path, part, key, place, missing
+):
     changes = {f"stage.{part}.rating.{key}": None}
     if key == "steel":
         changes[f"stage.{part}.rating.grade"] = None

@@ -237,7 +237,7 @@ def closing(**errors):
     return {name: report[f"{name}_gear_mesh"]["errors_close_up_to_um"] for name in ("sun", "ring")}
 
 
-def test_what_errors_close_in_closed_form():
+def test_gaps_that_errors_close_in_closed_form():
     """Thicker teeth by Δs cos α, an eccentric sun by 2 E sin α; what turns a planet by nothing."""
     a = math.radians(20)
     assert closing(planet_thickness=(40e-6,))["ring"] == pytest.approx(40 * math.cos(a))

@@ -63,7 +63,7 @@ from flexgear.structures.fe_mesh.files import read_fe_mesh
         ('kind = "rigid"', 'kind = "lumped"', "housing.mass_kg.*lumped housing needs"),
     ],
 )  # fmt: skip
-def test_one_clear_line(tmp_path, old, new, words):
+def test_bad_input_is_one_clear_line(tmp_path, old, new, words):
     refused(tmp_path / "my.toml", bundled_text("wind-5mw"), old, new, words)
 
 

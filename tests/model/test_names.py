@@ -27,7 +27,7 @@ NAMES = [
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_what_is_read_back_has_the_same_fields(name):
+def test_a_name_that_is_read_back_has_the_same_fields(name):
     """From a JSON key, as summaries have them, and sent to another process."""
     (text,) = json.loads(json.dumps({name: 1}))
     assert type(text) is str and text == name

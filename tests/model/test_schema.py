@@ -59,7 +59,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_what_the_reader_refuses_is_refused(name):
+def test_the_schema_refuses_what_the_reader_refuses(name):
     assert complaints(WRONG[name])
     with pytest.raises(Exception, match="--"):
         case_of_toml(WRONG[name], "case.toml", "case")
@@ -86,7 +86,7 @@ TAKEN = {
 
 
 @pytest.mark.parametrize("name", TAKEN)
-def test_what_the_reader_takes_is_valid(name):
+def test_the_schema_takes_what_the_reader_takes(name):
     TAKEN[name].get("stage", {}).pop("face_width_mm", None) if "unit" in name else None
     assert complaints(TAKEN[name]) == []
     case_of_toml(TAKEN[name], "case.toml", "case")

@@ -253,7 +253,7 @@ COUPLED[0][4] = COUPLED[4][0] = 1e6
          r"stage: is given beside \[\[stages\]\] -- keep one"),
     ],
 )  # fmt: skip
-def test_one_clear_line(tmp_path, old, new, words):
+def test_bad_trains_are_one_clear_line(tmp_path, old, new, words):
     refused(tmp_path / "my.toml", SMALL, old, new, words)
 
 

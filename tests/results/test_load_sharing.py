@@ -102,7 +102,7 @@ def test_mesh_load_factor_of_iec_61400_4():
     assert MESH_LOAD_FACTOR == {3: 1.10, 4: 1.25, 5: 1.35, 6: 1.44, 7: 1.47}
 
 
-def test_what_cannot_be_evaluated_is_refused():
+def test_cycle_maxima_of_too_few_samples_are_refused():
     with pytest.raises(FlexgearError, match="less than one gear-mesh cycle"):
         cycle_maxima(np.ones((4, 3)), 5)
     with pytest.raises(FlexgearError, match="save results more often"):
@@ -111,7 +111,7 @@ def test_what_cannot_be_evaluated_is_refused():
     assert np.isnan(coefficients("mean-based", lost, 4)).all()
 
 
-def test_what_adds_up_to_nothing_is_not_shared():
+def test_forces_that_add_up_to_nothing_have_no_load_sharing():
     """Without rated torque the forces themselves say whether there is a load to share."""
     pressed = np.array([[100.0, -60.0, -40.0 + 1e-12], [0.0, 0.0, 0.0], [30.0, 20.0, 10.0]])
     np.testing.assert_allclose(load_sharing(pressed, 0.0), [np.nan, np.nan, 1.5])

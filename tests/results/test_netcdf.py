@@ -52,7 +52,7 @@ def data():
 
 
 @pytest.mark.parametrize("engine", ["h5netcdf", "netcdf4"])
-def test_others_read_what_is_written(data, tmp_path, engine):
+def test_other_programs_read_the_files(data, tmp_path, engine):
     if engine == "netcdf4":
         pytest.importorskip("netCDF4")
     encoding = {"force": {**SMALL, "dtype": "f4"}, "tooth": SMALL}
@@ -68,7 +68,7 @@ def test_others_read_what_is_written(data, tmp_path, engine):
 
 
 @pytest.mark.parametrize("whole", [True, False])
-def test_what_others_write_is_read(data, tmp_path, whole):
+def test_files_of_other_programs_are_read(data, tmp_path, whole):
     data.to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
     with h5py.File(tmp_path / "a.nc") as file:
         dataset = read(file, whole)
@@ -92,7 +92,7 @@ def test_values_stay_in_the_file_until_they_are_wanted(data, tmp_path, monkeypat
 
 
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))])
-def test_what_lies_in_a_file_can_be_copied(data, tmp_path, copied):
+def test_variables_in_a_file_can_be_copied(data, tmp_path, copied):
     """As xarray does with coordinates of new arrays, and other processes with all of it."""
     NewFile(tmp_path / "a.nc", data, {}, {}).close()
     with h5py.File(tmp_path / "a.nc") as file:

@@ -65,12 +65,12 @@ def test_the_schema_is_one_and_takes_what_is_declared():
         ({"headlines": [{**PART["headlines"][0], "level": "fine"}]}, "'fine'"),
     ],
 )
-def test_the_schema_refuses_what_is_not(change, fault):
+def test_the_schema_refuses_keys_and_values_that_it_does_not_declare(change, fault):
     (message,) = faults({**copy.deepcopy(PART), **change})
     assert fault in message
 
 
-def test_what_must_be_there_is_named_where_it_is_missing():
+def test_missing_keys_of_a_summary_are_named():
     lost = missing_keys({**PART, "reduction": {"ring": {}}})
     assert "stages.first.sun_gear_mesh_force_n" in lost and "energy_residual" in lost
     assert "torque_steps.2e6.flexible.gear_mesh_force" in lost

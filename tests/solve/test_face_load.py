@@ -175,7 +175,7 @@ def in_time(**changes):
     return simulate(rigid_stage(case), duration=2e-3).data
 
 
-def test_in_time_slices_are_there_on_request():
+def test_line_loads_in_time_are_saved_on_request():
     """What all samples have follows from them; without it the rest is the same."""
     run, asked = in_time(), in_time(**{"solver.line_loads_in_time": True})
     assert np.isfinite(run["transmission_error"].sel(flank="stage ring 1 drive")).all()

@@ -174,7 +174,7 @@ def test_sensors_measure_the_motion_of_steady_states(tmp_path):
         ({"speeds": (0.5, 1.0), "doublings": 9}, "doublings: 9: is out of range"),
     ],
 )
-def test_what_is_no_range_is_one_line(pair, asked, problem):
+def test_a_bad_range_of_a_response_is_one_line(pair, asked, problem):
     with pytest.raises(InputError, match=problem):
         pair.response(**asked)
 

@@ -257,7 +257,7 @@ def test_the_line_says_body_load_and_remedy(case, bodies):
     assert "tie" not in lines[1]
 
 
-def test_what_does_not_bend_has_no_error(case, bodies):
+def test_rigid_bodies_have_no_error_of_reduction(case, bodies):
     both = all_wrong(bodies)
     assert stage_warnings(case, both, ["ring"]) == stage_warnings(case, both)[1:]
     assert stage_warnings(case.with_(**{"stage.ring.fe.flexible": False}), both)[0].startswith(

@@ -298,7 +298,7 @@ RING = ("a", "stage.ring", "acceleration")
          "recorder.sampling_rate_hz: 20000 Hz is 1.11 times the band"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_measured_is_one_clear_line(stage, text, words):
+def test_sensors_that_measure_nothing_are_one_clear_line(stage, text, words):
     with pytest.raises(InputError, match=words) as fault:
         assert with_sensors(stage, text).sensors
     line = str(fault.value)

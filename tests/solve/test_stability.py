@@ -129,7 +129,7 @@ def test_two_modes_that_meet_an_order_together_grow(tmp_path):
         ({"limit_hz": -3.0}, "is not positive"),
     ],
 )
-def test_what_cannot_be_looked_at_is_one_line(tmp_path, options, words):
+def test_options_of_stability_that_do_not_fit_are_one_line(tmp_path, options, words):
     with pytest.raises(fg.InputError, match=words) as refused:
         pair(tmp_path).stability(**options)
     assert "\n" not in str(refused.value)

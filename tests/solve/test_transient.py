@@ -196,7 +196,7 @@ def test_settling_longer_than_the_run_is_refused():
         simulate(put_together(train))
 
 
-def test_what_is_settled_begins_at_a_time_or_is_the_end_of_a_long_run():
+def test_settled_samples_begin_at_a_time_or_are_the_end_of_a_long_run():
     data = xr.Dataset({"time": np.arange(11) / 10}, attrs={"settle_s": 0.5})
     assert settled(data)["time"].to_numpy() == pytest.approx(0.1 * np.arange(5, 11))
     assert settled(data, 100).sizes["time"] == 6

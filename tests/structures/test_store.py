@@ -117,7 +117,7 @@ def test_an_entry_of_another_body_or_format_is_none(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("what", ["file", "link"])
-def test_what_is_no_entry_at_all_is_replaced(tmp_path, what):
+def test_a_file_in_the_place_of_an_entry_is_replaced(tmp_path, what):
     (tmp_path / "reduced").mkdir()
     if what == "file":
         (tmp_path / "reduced" / "k1").write_text("not a folder")

@@ -29,7 +29,7 @@ from flexgear.studies.early_workers import Outcome, on_one_thread, outcome_of
         (KeyError(), "an internal error, please report it (KeyError: no message)"),
     ],
 )  # fmt: skip
-def test_one_line_of_any_error(error, message):
+def test_any_error_of_a_job_is_one_line(error, message):
     def fail(shared, job):
         raise error
 

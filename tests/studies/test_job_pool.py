@@ -169,7 +169,7 @@ def count(shared, _):
     return shared.runs
 
 
-def test_what_runs_share_is_kept_from_one_to_the_next():
+def test_objects_that_runs_share_are_put_together_once_in_each_worker():
     """On a worker, too: what costs seconds to put together is put together once in each."""
     runs = dict(run_jobs(count, Counted(), [0] * 6, workers=2))
     assert sorted(outcome.value for outcome in runs.values())[-1] >= 3

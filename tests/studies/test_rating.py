@@ -86,7 +86,7 @@ def test_reversed_torque_loads_the_other_flanks():
     assert to_sun[1] == pytest.approx(to_ring[0] * math.sqrt(0.5), rel=1e-6)
 
 
-def test_what_is_missing_is_not_assessed_by_name():
+def test_parts_without_data_are_named_as_not_assessed():
     rigid = {f"stage.{body}.flexible": False for body in ("ring.fe", "carrier.fe", "sun.shaft")}
     few = {"rating.gear_mesh_cycles": 1, "rating.positions_per_gear_mesh": 2}
     case = load_case("wind-5mw", rigid | few)

@@ -99,7 +99,7 @@ def test_numbers_reach_the_case_to_the_last_bit(value):
         ("stage.errors.pin_tangential_um.0.x=1,2", ["keys below"]),
     ],
 )
-def test_what_is_refused_says_why_in_one_line(stage, setting, words):
+def test_a_bad_setting_of_a_sweep_is_one_line_with_its_reason(stage, setting, words):
     with pytest.raises(InputError) as fault:
         keys_of(stage, setting)
     text = str(fault.value)

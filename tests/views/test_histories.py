@@ -202,7 +202,7 @@ def test_ripple_on_a_few_waves_is_a_line():
 
 
 @pytest.mark.parametrize("values", [np.ones(100), np.full(100, np.nan), np.zeros(2)])
-def test_what_is_constant_or_missing_does_not_oscillate(values):
+def test_constant_or_missing_values_do_not_oscillate(values):
     assert oscillations(values) == 0
 
 

@@ -123,7 +123,7 @@ def test_modified_flanks_gravity_and_inertia_come_back(tmp_path):
 
 
 @pytest.mark.parametrize("make", [planetary, three_stages])
-def test_what_was_imported_survives(tmp_path, make):
+def test_imported_cases_survive_export_and_import(tmp_path, make):
     """Springs, held members and joints of an imported case are the same after another turn."""
     case = make().case(tmp_path)[0]
     copy = again(case, tmp_path)[0]
@@ -166,7 +166,7 @@ def test_results_balance(tmp_path):
     )
 
 
-def test_what_the_format_does_not_hold_is_said():
+def test_keys_that_rexs_does_not_hold_are_listed():
     missing = not_written(load_case("pitch-drive", {"stages.stage_1.sun.body_factor": 0.9}))
     assert "stages.stage_1.sun.body_factor" in missing
     assert {"damping", "solver", "stages.stage_1.errors", "stages.stage_1.gear_mesh"} <= {*missing}

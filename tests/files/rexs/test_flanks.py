@@ -218,7 +218,7 @@ def test_the_other_datum_face_swaps_sides_and_ends(tmp_path):
         require_same_flanks(case, other.case(tmp_path)[0])
 
 
-def test_what_cannot_be_told_is_said(tmp_path):
+def test_contradictions_on_flanks_are_listed(tmp_path):
     """Contradicting loaded flank; planets that differ; ends that differ; no torque; two of one."""
     m = ground(planetary(), [planetary().sun], left=[tip(30.0), tip(5.0)], right=[tip(20.0)])
     m = ground(m, m.planets[:1], left=[tip(9.0)], right=[tip(9.0)])

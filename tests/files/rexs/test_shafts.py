@@ -343,7 +343,7 @@ def case_shear(case):
     return case.material.young_modulus / (2 * (1 + case.material.poisson_ratio))
 
 
-def test_what_a_shaft_has_that_sections_do_not(tmp_path):
+def test_keys_of_a_shaft_that_rexs_does_not_hold_are_listed(tmp_path):
     keys = {"stage.sun.shaft.elements_per_section": "4", "stage.sun.shaft.flexible": "false"}
     lost = not_written(load_case("ev-reducer", keys))
     assert {"stages.stage.sun.shaft.flexible", "stages.stage.sun.shaft.elements_per_section"} <= {

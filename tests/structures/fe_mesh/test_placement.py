@@ -110,7 +110,9 @@ def test_a_moved_mesh_is_refused_with_the_keys_that_mend_it(
     assert off.max() < 0.02 * groups.pitch
 
 
-def test_keys_that_are_set_count_in_what_is_offered(meshes: dict[str, FeMesh]) -> None:
+def test_a_placement_that_is_set_counts_in_the_one_that_is_offered(
+    meshes: dict[str, FeMesh],
+) -> None:
     away = moved(meshes["ring"], (0, 0, 10), (0, 0, 115))
     half = Placement((0.0, 0.0, -0.1), (0.0, 0.0, float(np.radians(-3))))
     shifted = replace(away, points=half.of(away.points))
@@ -121,7 +123,7 @@ def test_keys_that_are_set_count_in_what_is_offered(meshes: dict[str, FeMesh]) -
     )
 
 
-def test_what_is_far_below_a_pitch_is_accepted(meshes: dict[str, FeMesh]) -> None:
+def test_an_offset_far_below_a_pitch_is_accepted(meshes: dict[str, FeMesh]) -> None:
     for body, source in BODIES.items():
         groups = source(bundled()).groups
         a_little = moved(meshes[body], (0, 0, 0.02), (2e-3 * groups.pitch, 0, 4.0))

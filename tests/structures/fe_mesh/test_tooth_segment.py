@@ -118,7 +118,7 @@ def test_a_tooth_cut_at_its_base_section_ends_where_the_ring_is_tied():
     assert np.sort(roots, axis=0) == pytest.approx(np.sort(base, axis=0), abs=1e-12)
 
 
-def test_what_cannot_be_made_is_refused():
+def test_impossible_tooth_segments_are_refused():
     p = parameters("planet")
     with pytest.raises(FlexgearError, match="not below"):
         tooth_segment(replace(p, held_radius=p.tooth.root_radius))
