@@ -327,6 +327,21 @@ def test_runs_are_compared_in_a_table_and_a_picture(model):
     assert len([ax for ax in both.plot().axes if ax.has_data()]) == 4
 
 
+def test_objects_are_short_in_a_notebook(case):
+    """Half a screen of a stage as it is stated, a line of a path of contact."""
+    stage = repr(case.stages[0])
+    assert "planets=4, " in stage and "support=Support(radial=100000000.0)" in stage
+    assert len(stage) < 1000 and "=None" not in stage
+    path = repr(fg.contact_paths(case)["ring"])
+    assert re.fullmatch(r"<ring path of contact: 94/34 teeth, s from .* to .* mm>", path)
+
+
+def test_a_train_without_load_has_no_linear_response(case):
+    """No gear mesh deflects, so that none excites the train."""
+    data = fg.load_case(case, inputs__0__torque_nm=0).assemble().linear_response(count=3)
+    assert not data.linear_force_amplitude.any() and data.sizes["peak"] == 0
+
+
 def test_a_comparison_of_gear_pairs_has_no_load_sharing(tmp_path):
     """Nobody shares the load of one gear mesh: of a pair alone, or at the end of a train."""
     text = spur_pair(gear_mesh='model = "constant"', backlash=20, speed=10, torque=500)

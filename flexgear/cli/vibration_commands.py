@@ -133,6 +133,8 @@ def stability(
 def _show_linear(model: Model, peaks: list[dict[str, Any]]) -> None:
     """Print the highest peaks of gear-mesh forces, and the modes with the largest shares."""
     typer.echo(f"{model.case.name}: response to the static transmission error, mean stiffness")
+    if not peaks:
+        typer.echo("  no peak in this range")
     for peak in peaks[:MAX_LINES]:
         modes = ", ".join(f"mode {m} {100 * s:.0f} %" for m, s in peak["modes"].items())
         typer.echo(

@@ -67,7 +67,7 @@ TABLE_POINTS = 2001
 ASSEMBLY_TOLERANCE = 1e-3  # of a sun tooth pitch
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class GearMeshPath:
     """One kind of gear mesh of all N planets.
 
@@ -114,6 +114,11 @@ class GearMeshPath:
     z_offset: float = 0.0
     wave: Array | None = None
     slices: Slices | None = None
+
+    def __repr__(self) -> str:
+        teeth = f"{self.gear_teeth}/{self.planet_teeth} teeth"
+        s = f"s from {1e3 * self.s_lo:.4g} to {1e3 * self.s_hi:.4g} mm"
+        return f"<{f'{self.side} {self.kind.value}'.strip()} path of contact: {teeth}, {s}>"
 
     @property
     def touching(self) -> tuple[float, float]:

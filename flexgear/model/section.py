@@ -33,6 +33,11 @@ class Section(BaseModel):
         """Keys missing in ``data`` (raw, SI) that its other keys require."""
         return []
 
+    def __repr_args__(self) -> Iterator[tuple[str, Any]]:
+        """The keys that the case states, and their values, for the ``repr``."""
+        keys = (key for key in type(self).model_fields if key in self.model_fields_set)
+        return ((key, getattr(self, key)) for key in keys)
+
     def _check(self) -> None:
         """Raise Refusal for contradictory keys; checks of base classes come first."""
 

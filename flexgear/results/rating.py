@@ -56,7 +56,7 @@ class GearMeshRating:
     missing: tuple[str, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class RatedPart:
     """A flank, root or bearing over the bins (B,).
 
@@ -100,6 +100,10 @@ class RatedPart:
     of_rows: Array = field(default_factory=lambda: np.zeros(0))
     direct: Sheet = field(default_factory=dict)
     of_teeth: Array = field(default_factory=lambda: np.zeros(0))
+
+    def __repr__(self) -> str:
+        figures = f"safety {self.least_safety:.3g}, damage {self.damage_sum:.3g}"
+        return f"<rating of {self.name}: {self.missing or f'{figures}, life {self.life:.3g} h'}>"
 
     @property
     def damage_sum(self) -> float:

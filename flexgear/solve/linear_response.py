@@ -127,7 +127,9 @@ def _excited(model: Model, stage: str, shapes: Array, orders: int) -> _Excited:
     stiffness = np.array([cycles[m].stiffness.mean() for m in flanks])
     damping = np.array([cycles[m].damping.mean() for m in flanks])
     waves = [closings - error, error] if speed >= 0.0 else np.conj([closings - error, error])
-    return _Excited(indices, np.array(rows).reshape(len(indices), -1), stiffness, damping, *waves)
+    return _Excited(
+        indices, np.reshape(rows, (len(indices), len(shapes.T))), stiffness, damping, *waves
+    )
 
 
 def _over_speed(
