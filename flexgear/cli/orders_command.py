@@ -16,7 +16,7 @@ from scipy.signal import find_peaks
 from flexgear.cli import options
 from flexgear.cli.display import as_json_text, progress, show, table
 from flexgear.files.atomic import staged_folder
-from flexgear.gears.expected_lines import HARMONICS, TOOTH_FAULT, ExpectedLine
+from flexgear.gears.expected_lines import BEARING, HARMONICS, TOOTH_FAULT, ExpectedLine
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.names import SHAFT
@@ -48,6 +48,7 @@ MAX_PEAKS = 400  # that are examined, the highest
 LOBE_FACTOR = 1.5  # of a line over the side lobes of all higher lines, at least
 RESOLUTION = 2.0  # lines of the transform between neighbours that a Hann window resolves
 MULTIPLE_TOLERANCE = 0.25  # lines of the transform between a peak and a multiple of a fault's line
+PLANET_BEARING = "planet bearing"
 PASSES = {"+1 carrier turn": 1, "−1 carrier turn": -1}  # beside multiples of a fault's line
 MULTIPLE_SPACING = (
     10.0  # lines of the transform between multiples; 1 peak in 20 is at one by chance
@@ -258,8 +259,9 @@ def strongest(result: xr.DataArray, expected: Lines) -> Iterator[dict[str, Any]]
 
 def _labels(order: float, expected: Lines, turns: float, passes: Mapping[str, int]) -> list[str]:
     """Labels of the nearest expected lines at an order in a spectrum of so many turns, or of the
-    nearest multiples of lines of tooth faults and of a carrier's turn of the same order, else of
-    their sidebands, carrier turns by name in ``passes``; empty where none is near."""
+    nearest multiples of lines of faults and of a carrier's turn of the same order, else of their
+    sidebands, at turns of a bearing's defect and carrier turns by name in ``passes``; empty where
+    none is near."""
     named = [(words(f"{x.stage} {x.label}"), at) for x, at in expected]
     carriers = {
         line.stage: (name, at)
@@ -268,18 +270,19 @@ def _labels(order: float, expected: Lines, turns: float, passes: Mapping[str, in
     }
     faults, beside = list[tuple[str, float]](), list[tuple[str, float]]()
     for (line, at), (name, _) in zip(expected, named, strict=True):
-        if line.kind != TOOTH_FAULT or at < MULTIPLE_SPACING / turns:
+        if line.kind not in (TOOTH_FAULT, BEARING) or at < MULTIPLE_SPACING / turns:
             continue
         carrier, turn = carriers.get(line.stage, ("", 0.0))
         times = round(order / at)
         if math.isclose(at, turn):
             faults.append((f"{times} × {carrier}", times * at))
         faults.append((f"{times} × {name}", times * at))
-        for text, sense in passes.items():
-            side = sense * turn
+        sides = list(_sides(line, at, turn, passes))
+        few = len(sides) <= 2 * at * turns / MULTIPLE_SPACING  # else peaks are near by chance
+        for text, side in sides if few else ():
             times = round((order - side) / at)
-            if side and times > 0:
-                beside.append((f"{times} × {name} {text}", times * at + side))
+            if times > 0:
+                beside.append((f"{times} × {name}{text}", times * at + side))
     for lines, within in (
         (named, MULTIPLE_TOLERANCE), (faults, MULTIPLE_TOLERANCE), (beside, MULTIPLE_TOLERANCE),
         (named, 1.0),
@@ -288,6 +291,21 @@ def _labels(order: float, expected: Lines, turns: float, passes: Mapping[str, in
         if least <= within / turns:
             return [name for name, at in lines if abs(at - order) <= least + 1e-9]
     return []
+
+
+def _sides(
+    line: ExpectedLine, order: float, carrier: float, passes: Mapping[str, int]
+) -> Iterator[tuple[str, float]]:
+    """Names and distances, in orders, of the sidebands of the multiples of a fault's line at
+    ``order``: at turns of a bearing's defect, and of the carrier of a tooth or a planet's bearing.
+    """
+    turn = line.turn * order / line.frequency
+    of_planets = carrier if line.kind == TOOTH_FAULT or line.bearing == PLANET_BEARING else 0.0
+    turns = {"": 0.0} | {f" {'+−'[s < 0]}1 {line.turn_label}": s * turn for s in (1, -1) if turn}
+    carriers = {"": 0.0} | {f" {name}": s * of_planets for name, s in passes.items() if of_planets}
+    for (first, x), (second, y) in product(turns.items(), carriers.items()):
+        if first or second:
+            yield first + second, x + y
 
 
 def _print(case: Case, result: xr.DataArray, rows: list[dict[str, Any]]) -> None:

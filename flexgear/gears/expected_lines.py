@@ -62,7 +62,9 @@ class ExpectedLine:
     kind: "gear mesh", "sideband", "shaft", "planet pass", "tooth fault" or "bearing"; label: name
     of the line, without the stage; frequency: Hz; share: amplitude relative to N planets in phase,
     1 where planets do not matter; harmonic: H of gear meshes and sidebands, else 0; row: name in a
-    table of lines of this kind, ``label`` if empty; bearing: name of the bearing of the line.
+    table of lines of this kind, ``label`` if empty; bearing: name of the bearing of the line; turn,
+    turn_label: of a bearing's defect against the load, which sidebands of its line are apart, Hz,
+    0 where it is stationary.
     """
 
     stage: str
@@ -73,6 +75,8 @@ class ExpectedLine:
     harmonic: int = 0
     row: str = ""
     bearing: str = ""
+    turn: float = 0.0
+    turn_label: str = ""
 
     def order(self, speed: float) -> float:
         """Order of the line over the rotation of a member at ``speed``, rad/s."""
@@ -220,7 +224,8 @@ def _bearing(stage: str, place: BearingPlace, turns: float) -> Iterator[Expected
     """Lines of a bearing, none without its elements.
 
     turns: relative speed of both rings, 1/s. Relative to the load the inner ring of a planet
-    bearing is stationary, of other bearings the outer ring.
+    bearing is stationary, of other bearings the outer ring. A defect of an element turns with the
+    cage.
     """
     elements, rollers = place.bearing.elements, place.bearing.rollers
     if elements is None:
@@ -229,16 +234,18 @@ def _bearing(stage: str, place: BearingPlace, turns: float) -> Iterator[Expected
     assert count is not None  # the model asks for it
     ratio = elements.diameter / elements.pitch_diameter
     g = ratio * math.cos(elements.contact_angle)
-    cage = 1 + g if place.part == "planet" else 1 - g
-    name = place.label.replace("_", " ")
-    for part, frequency in (
-        ("outer race", 0.5 * count * turns * (1 - g)),
-        ("inner race", 0.5 * count * turns * (1 + g)),
-        ("spin of elements", 0.5 * turns * (1 - g**2) / ratio),
-        ("cage", 0.5 * turns * cage),
+    cage = 0.5 * turns * (1 + g if place.part == "planet" else 1 - g)
+    turning, name = "outer" if place.part == "planet" else "inner", place.label.replace("_", " ")
+    for part, frequency, turn in (
+        ("outer race", 0.5 * count * turns * (1 - g), turns * (turning == "outer")),
+        ("inner race", 0.5 * count * turns * (1 + g), turns * (turning == "inner")),
+        ("spin of elements", 0.5 * turns * (1 - g**2) / ratio, cage),
+        ("cage", cage, 0.0),
     ):
-        label = f"{name}, {part}"
-        yield ExpectedLine(stage, BEARING, label, frequency, row=part, bearing=name)
+        label, of = f"{name}, {part}", "cage turn" if turn == cage else f"{turning} ring turn"
+        yield ExpectedLine(
+            stage, BEARING, label, frequency, row=part, bearing=name, turn=turn, turn_label=of
+        )
 
 
 _KEYS = {

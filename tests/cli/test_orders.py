@@ -227,6 +227,36 @@ def test_multiples_of_a_fault_s_line_are_named(tmp_path):
     assert named[6] == ["6 × tooth of sun at one gear mesh"]
 
 
+def test_multiples_of_a_bearing_s_line_and_their_sidebands_are_named():
+    """A defect of a planet's outer ring, loaded once a turn of the planet against the carrier, and
+    heard once a turn of the carrier: 9 balls of 0.2034 of the pitch diameter strike it 3.5848 times
+    a turn. Gear-mesh forces are not heard in passing."""
+    balls = {"rolling": "ball", "elements.count": "9", "elements.diameter_mm": "7.94004",
+             "elements.pitch_diameter_mm": "39.0398", "elements.clearance_mm": "0"}  # fmt: skip
+    settings = SETTINGS | {f"stage.planet_bearing.{k}": v for k, v in balls.items()}
+    case = load_case("lin-parker", settings)
+    lines = list(expected_orders(case, "carrier"))
+    planet, turn = TEETH / 35, np.arange(0.0, 60.0, 1 / 200)  # of the carrier
+    strikes = 3.5848 * planet
+    loaded, heard = 1 + 0.6 * np.cos(2 * np.pi * planet * turn), 1 + 0.5 * np.cos(2 * np.pi * turn)
+    signal = loaded * heard * sum(np.cos(2 * np.pi * k * strikes * turn) for k in (1, 2, 3))
+    about = {"per_turn": 200, "highest_order": 75.0, "of": "carrier", "units": "N"}
+    history = xr.DataArray(signal, {"turn": turn}, "turn", "sensor_signal", about)
+    rows = list(strongest(order_spectrum(history), lines))
+    race, ring, passing = "planet bearing, outer race", "1 outer ring turn", "1 carrier turn"
+    for order, label in (
+        (2 * strikes, f"2 × {race}"),
+        (3 * strikes - planet, f"3 × {race} −{ring}"),
+        (2 * strikes + planet, f"2 × {race} +{ring}"),
+        (2 * strikes - 1, f"2 × {race} −{passing}"),
+    ):
+        near = [row for row in rows if row["order"] == pytest.approx(order, abs=0.02)]
+        assert [row["expected"] for row in near] == [[label]]
+    history.name = "gear_mesh_force"
+    names = [x for row in strongest(order_spectrum(history), lines) for x in row["expected"]]
+    assert any(ring in name for name in names) and not any(passing in name for name in names)
+
+
 @pytest.mark.parametrize(
     ("options", "text"),
     [
