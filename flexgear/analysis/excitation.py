@@ -255,7 +255,7 @@ def _mean_row(cycle: FlankCycle) -> Array:
 
 
 ALIKE = 1e-3  # relative difference of frequencies of modes that are taken together
-PRESENT = 0.1  # energy over the largest of a mode, above which a mode takes part in an instability
+PRESENT = 0.1  # action over the largest of a mode, above which a mode takes part in an instability
 ROUNDING = 1e-7  # |μ| − 1 that double multipliers on the unit circle have by rounding
 NEGLIGIBLE = 1e-6  # growth rate over frequency below which there is no growth
 
@@ -329,12 +329,17 @@ class PeriodicTrain:
         phase = np.exp(-2j * np.pi * order * np.arange(count) / count)
         return np.asarray(2 * np.tensordot(phase, self.stiffness, 1) / count)
 
+    @property
+    def decay(self) -> Array:
+        """Mean decay rates γ = 2ζω of the modes (n,), 1/s."""
+        return np.clip(np.diag(self.damping.mean(axis=0)), 0.0, None)
+
     def expected(self, orders: int) -> tuple[Array, Array]:
         """Instability bands to first order, for orders 1 … ``orders`` and all pairs of modes: speed
         factors (e,) of their middles, and half widths (e,) without damping."""
         root = np.sqrt(np.outer(self.omega, self.omega))
         sums = self.omega[:, None] + self.omega
-        decay = np.clip(np.diag(self.damping.mean(axis=0)), 0.0, None)
+        decay = self.decay
         centres, widths = [], []
         for order in range(1, orders + 1):
             growth = np.abs(self.variation(order)) / (4 * root)
@@ -345,14 +350,16 @@ class PeriodicTrain:
         return np.concatenate(centres), np.concatenate(widths)
 
 
-def acting_modes(omega: Array, energy: Array, rate: float) -> tuple[int, int, int]:
+def acting_modes(omega: Array, action: Array, rate: float) -> tuple[int, int, int]:
     """Modes i ≤ j and order l of an instability l ω_z ≈ ω_i + ω_j at ω_z = ``rate``, rad/s.
 
-    One of them is the mode with the largest energy, modes of equal frequency taken together; the
-    other is the mode with significant energy whose sum of frequencies with it is nearest to an
-    order. energy (n,): shares of the modes with frequencies omega (n,), rad/s.
+    One of them is the mode that is fed most, modes of equal frequency taken together; the other is
+    the mode with a significant share whose sum of frequencies with it is nearest to an order.
+    action (n,): E (γ + 2σ)/ω of the modes with frequencies omega (n,), rad/s, that grow at the rate
+    σ; both modes of a combination are fed alike (Manley and Rowe 1956), although one of less
+    damping has most of the energy E.
     """
-    together = np.array([energy[np.abs(omega - w) <= ALIKE * w].sum() for w in omega])
+    together = np.array([action[np.abs(omega - w) <= ALIKE * w].sum() for w in omega])
     i = int(np.argmax(together))
     others = np.flatnonzero(together >= PRESENT * together[i])
     orders = np.maximum(np.round((omega[i] + omega[others]) / rate), 1.0)

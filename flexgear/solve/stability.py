@@ -196,7 +196,8 @@ def _bands(
         upper = factors[b - 1] if b == len(factors) else _edge(train, factors[b], factors[b - 1])
         peak = float(factors[a:b][np.argmax(growth[a:b])])
         rate, _, energy = train.fastest(peak)
-        i, j, order = acting_modes(train.omega, energy, train.rate * peak)
+        action = energy * (train.decay + 2.0 * rate) / train.omega
+        i, j, order = acting_modes(train.omega, action, train.rate * peak)
         modes = int(numbers[i]), int(numbers[j])
         yield Band(stage, float(lower), float(upper), peak, rate, modes, order)
 

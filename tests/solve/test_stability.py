@@ -120,6 +120,20 @@ def test_two_modes_that_meet_an_order_together_grow(tmp_path):
     assert float(data["band_growth_rate"][k]) == pytest.approx(growth, rel=0.01)
 
 
+def test_both_modes_of_a_combination_are_named_although_one_is_undamped():
+    """Planets opposite in phase couple the rotation at 1537 Hz, which the brake damps, with their
+    mode at 1808 Hz, which nothing damps and has nearly all the energy (Lin and Parker 1999)."""
+    waves = {"model": "fourier", "damping_ratio": "0", "sun_harmonic_shares": "[0.3]",
+             "ring_harmonic_shares": "[0.0]"}  # fmt: skip
+    case = fg.load_case(
+        "lin-parker", {f"stage.gear_mesh.{k}": v for k, v in waves.items()} | {"damping.ratio": "0"}
+    )
+    data = case.assemble().stability(speeds=(9.8, 9.9), limit_hz=3000.0, count=5)
+    pair = dict(zip(data["kept_mode"].values, data["kept_frequency"].values, strict=True))
+    (modes,) = data["band_modes"].values
+    assert [pair[k] for k in modes] == pytest.approx([1536.5, 1808.2], rel=1e-3)
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
