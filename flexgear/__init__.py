@@ -89,13 +89,14 @@ def __getattr__(name: str) -> Any:
     from importlib import import_module
 
     module = import_module(_MODULES[name])
-    if _MODULES[name].startswith("flexgear.studies."):
-        import_module("flexgear.face.accessor")  # datasets have ``.fg`` from here on
     attribute = getattr(module, name)
     if not isinstance(attribute, type):
         from flexgear.model.arguments import checked
 
         attribute = checked(attribute)
+    if _MODULES[name].startswith("flexgear.studies."):
+        import_module("flexgear.face.accessor")  # datasets have ``.fg`` from here on
+        attribute = import_module("flexgear.face.notebook").with_bars(attribute)
     globals()[name] = attribute
     return attribute
 

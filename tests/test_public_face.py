@@ -291,6 +291,19 @@ def test_a_case_is_swept_as_a_file_is(case):
     assert fg.load_case(fg.load_case("nrel-5mw")) == fg.load_case("nrel-5mw")
 
 
+def test_studies_show_bars_in_a_notebook(case, monkeypatch):
+    """As methods do: a bar until the last point is done."""
+    pages = []
+    monkeypatch.setattr("flexgear.face.notebook._in_notebook", lambda: True)
+    monkeypatch.setattr("flexgear.face.notebook.NotebookBars._draw", lambda self: pages.append(1))
+    keys = {"stage.face_width_mm": [30, 31]}
+    fg.sweep(case, keys, workers=1)
+    assert pages
+    del pages[:]
+    fg.sweep(case, keys, workers=1, progress=lambda stage, share: None)
+    assert not pages
+
+
 def test_samples_of_a_tolerance_have_their_picture():
     study = fg.tolerance(
         fg.load_case("herringbone", {

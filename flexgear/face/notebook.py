@@ -4,12 +4,14 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
+from functools import wraps
 from html import escape
-from typing import Any
+from typing import Any, TypeVar, cast
 
 from flexgear.structures.reduced import silent
 
 Progress = Callable[[str, float], None]  # stage of the work, share of it that is done
+F = TypeVar("F", bound=Callable[..., Any])
 INTERVAL = 0.2  # s between updates of a bar
 
 
@@ -18,6 +20,16 @@ def progress_or_bars(progress: Progress | None) -> Progress:
     if progress is not None:
         return progress
     return NotebookBars() if _in_notebook() else silent
+
+
+def with_bars(function: F) -> F:
+    """A function whose ``progress`` is ``progress_or_bars`` of the argument."""
+
+    @wraps(function)
+    def called(*args: Any, progress: Progress | None = None, **kwargs: Any) -> Any:
+        return function(*args, progress=progress_or_bars(progress), **kwargs)
+
+    return cast(F, called)
 
 
 def _in_notebook() -> bool:
