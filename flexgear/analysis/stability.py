@@ -12,9 +12,10 @@ multiplier that passes +1 is a turning point, one that passes −1 a period doub
 that leaves the unit circle a second frequency. (Hill's determinant, truncated, would give several
 copies of each multiplier.)
 
-Modes above the gear-mesh frequency whose frequency the tangents hardly change, p_iᵀ K_j p_i below a
-small share of ω_i² at every sample, can only follow: their flexibility p_i p_iᵀ / ω_i² is added to
-R (``without_following_modes``).
+Modes above the gear-mesh frequency whose frequency the tangents hardly change, S_i = max_j p_iᵀ K_j
+p_i below a small share of ω_i², can only follow where their decay rate γ_i keeps them from growing:
+a stiffness between 0 and S_i has harmonics up to 2 S_i/π, which feed σ ≤ S_i/(2π ω_i) < γ_i/2 (see
+``excitation``). Their flexibility p_i p_iᵀ / ω_i² is added to R (``without_following_modes``).
 """
 
 from dataclasses import dataclass, replace
@@ -26,7 +27,7 @@ from flexgear.analysis.orbit_receptance import CondensedTrain, OperatingPoint
 from flexgear.arrays import Array, Complex, Ints
 
 MAX_PRODUCT_SIZE = 8  # coordinates up to which the matrix of every step is formed
-FOLLOWING = 0.02  # p_iᵀ K_j p_i / ω_i², below which a mode only follows
+FOLLOWING = 0.02  # S_i / ω_i² below which a mode only follows: 1 % of its frequency
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,9 @@ def without_following_modes(
     loaded, stiffness, _ = _of_channels(part, tangents)
     loaded_rows = loaded.channels @ vectors
     shifts = np.einsum("jai,ai->ji", stiffness @ loaded_rows, loaded_rows).max(axis=0)
-    follow = (shifts < FOLLOWING * squares) & (squares > (2 * np.pi / period) ** 2)
+    decay = np.einsum("im,ij,jm->m", vectors, part.damping, vectors)
+    bound = np.minimum(FOLLOWING * squares, np.pi * decay * np.sqrt(np.abs(squares)))
+    follow = (shifts < bound) & (squares > (2 * np.pi / period) ** 2)
     remain, stiff = vectors[:, ~follow], rows[:, follow]
     return replace(
         part,

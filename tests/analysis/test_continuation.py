@@ -13,6 +13,7 @@ from flexgear.analysis.harmonic_balance import Balance, Factors, converge
 from flexgear.analysis.orbit import orbit_elements
 from flexgear.analysis.orbit_receptance import OperatingPoint, Range, condensed_train
 from flexgear.analysis.stability import (
+    VibrationMatrices,
     fewer_steps,
     monodromy,
     multipliers,
@@ -221,6 +222,25 @@ def test_modes_that_only_follow_the_contact_do_not_change_the_multiplier():
     )
     assert second == pytest.approx(first, abs=1e-5)
     assert first < 0.99  # some mode of the gear mesh is damped, so the figure is no rigid motion's
+
+
+@pytest.mark.parametrize(("ratio", "remaining"), [(0.0, 2), (0.01, 1)])
+def test_modes_that_may_grow_by_themselves_do_not_only_follow(ratio, remaining):
+    """Two levels of stiffness change the frequency of the upper mode by 0.75 % at most. Undamped it
+    grows where order 3 of them is twice its frequency."""
+    omega, samples = np.array([1.0, 4.0]), 400
+    share = 0.015 * 4.0**2
+    period = 3 * math.pi / math.sqrt(4.0**2 + 0.5 * share)
+    tangents = np.zeros((2, samples, 1, 1, 1))
+    tangents[0, : samples // 2] = share
+    shapes = np.array([[0.2, 1.0]])
+    part = VibrationMatrices(
+        np.diag(omega**2), np.diag(2 * ratio * omega), shapes, np.zeros((1, 1)), np.array([[0]])
+    )
+    fewer = without_following_modes(part, period, tangents)
+    assert len(fewer.stiffness) == remaining
+    first, second = (abs(multipliers(monodromy(p, period, tangents))[0]) for p in (part, fewer))
+    assert (second > 1.0 + 1e-3) == (first > 1.0 + 1e-3) == (ratio == 0.0)
 
 
 def test_factors_of_earlier_states_give_the_same_curve(train, monkeypatch):
