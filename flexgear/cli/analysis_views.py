@@ -22,6 +22,8 @@ from flexgear.results.sinks import Ranges
 from flexgear.results.stage_part import (
     GEARS,
     flank_names,
+    halves,
+    of_kind,
     ring_force_spread,
     ring_sharing,
     stage_part,
@@ -51,27 +53,39 @@ from flexgear.solve.result_warnings import (
 )
 from flexgear.solve.static import position_figures
 
+SHAPELESS = 1e-6  # radial shape over displacement of a ring below which it is rounding
+
 
 def equilibrium_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
     """Figures of one position (a dataset with that position alone)."""
-    rings = {
-        stage: _ring_figures(stage_part(data, stage), inside.stage.planets)
-        for stage, inside in model.case.fe_ring_stages.items()
-    }
+    rings: dict[str, Any] = {}
+    for stage, inside in model.case.fe_ring_stages.items():
+        parts = {side: stage_part(data, stage, side) for side in halves(data, stage)}
+        figures = {s: _ring_figures(part, inside.stage.planets) for s, part in parts.items()}
+        if len(parts) == 1:
+            rings |= {stage: figures["left"]}
+            continue
+        force = {s: float(of_kind(p, "ring")["gear_mesh_force"].sum()) for s, p in parts.items()}
+        total = sum(force.values())
+        for side, of_half in figures.items():
+            share = 2.0 * force[side] / total if total else None
+            rings[f"{stage} {side} half"] = {"half_load": share, **of_half}
     return {**rings, **position_figures(model, data.isel(position=0))}
 
 
 def _ring_figures(part: xr.Dataset, planets: int) -> dict[str, Any]:
-    """Figures of one position of a flexible stage."""
+    """Figures of one position of a flexible stage, or of one half."""
     displacement = part["tooth_displacement"].isel(position=0).to_numpy()
     star = radial_harmonics(displacement)
     largest = without_rounding(np.abs(displacement).max(axis=0))
+    size = float(np.abs(star[planets]))
+    size = size if size > SHAPELESS * float(largest.max()) else 0.0
     return {
         "load_sharing": number(ring_sharing(part)[0]),
         "planet_force_spread": float(without_rounding(ring_force_spread(part)[0], largest=1.0)),
         "tooth_displacement_largest_um": (1e6 * largest).tolist(),
-        f"radial_harmonic_{planets}_um": float(1e6 * np.abs(star[planets])),
-        f"star_angle_{planets}_deg": math.degrees(float(star_angle(star, planets))),
+        f"radial_harmonic_{planets}_um": 1e6 * size,
+        **({f"star_angle_{planets}_deg": math.degrees(star_angle(star, planets))} if size else {}),
     }
 
 

@@ -22,6 +22,7 @@ from flexgear.results.quantities import Figure, values
 if TYPE_CHECKING:
     import xarray as xr
 
+LEAST_TILT = 1e-12  # m over the face, below which misalignment is rounding
 TRANSMISSION, UNLOADED = "transmission_error", "unloaded_transmission_error"
 _END_LIMIT = 2.0  # K at which a tilted tooth pair loses contact at one end: see docs/face_load.md
 _EDGES = {  # by edge: load, limit, remedy
@@ -201,7 +202,11 @@ def _causes(of_flank: xr.Dataset) -> dict[str, float]:
     """Mean misalignment of one flank by cause, µm, without causes that are zero."""
     shares = of_flank["gear_mesh_misalignment_by_cause"]
     every = {str(c): shares.sel(cause=c).to_numpy() for c in shares["cause"].to_numpy()}
-    return {c: 1e6 * float(np.nanmean(v)) for c, v in every.items() if np.nan_to_num(v).any()}
+    return {
+        c: 1e6 * float(np.nanmean(v))
+        for c, v in every.items()
+        if np.abs(np.nan_to_num(v)).max() > LEAST_TILT
+    }
 
 
 FLANK_FIGURES = (

@@ -17,7 +17,7 @@ from flexgear.gears.bearings.nominal import bearing_speed, nominal_bearings
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.nominal_stress import largest_root_stress
 from flexgear.gears.power_flow import PowerFlow, StageFlow
-from flexgear.model.names import SupportName
+from flexgear.model.names import BodyName, SupportName
 from flexgear.model.stage_view import BearingPlace, StageView
 from flexgear.model.units import RPM
 from flexgear.results.quantities import ABSENT, ALWAYS, Bars, Figure, values
@@ -159,6 +159,15 @@ class StageRun:
         life = None if bearing is None else bearing.life_hours
         return life if life is not None and math.isfinite(life) else ABSENT
 
+    def least_film(self) -> Any:
+        """Least oil film of the planets' plain bearings over the positions, µm; absent without."""
+        if "film_thickness" not in self.equilibria:
+            return ABSENT
+        films = self.equilibria["film_thickness"]
+        names = [BodyName.parse(name).stage for name in films["bearing"].to_numpy()]
+        film = films.to_numpy()[:, [name == self.view.name for name in names]]
+        return ABSENT if np.isnan(film).all() else 1e6 * float(np.nanmin(film))
+
     @cached_property
     def bearing_loads(self) -> dict[str, tuple[BearingPlace, Array]]:
         """Places of bearings and their radial and axial loads (2, p), N, over the positions, by
@@ -259,6 +268,9 @@ PLANET_BEARINGS = (
            "L₁₀ₕ of the planets' bearings under this force, if they have a rating",
            "", StageRun.nominal_life,
            "basic rating life of a planet bearing (ISO 281), nominal load"),
+    Figure("least_film_um", "µm", "least oil film of the planets' plain bearings over the rated "
+           "equilibria of the run", "", StageRun.least_film,
+           "least oil film of a planet's plain bearing"),
 )  # fmt: skip
 SEATS = (
     Figure("carrier_bearing_force_n.<seat>", "N", "largest radial load of the bearing on each seat "

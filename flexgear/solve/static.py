@@ -41,6 +41,7 @@ from flexgear.solve.dataset import equilibrium_data, result_attrs, result_labels
 from flexgear.solve.linear import LinearTrain, linear_train, why_not_linear
 from flexgear.solve.model import Model, first_torque, rated_rotations
 
+OVER_POSITIONS = ("_peak_to_peak_um", "_positions")  # ends of figures that one position lacks
 UNLOADED = 1e-9  # force over the largest gear-mesh force below which it is rounding
 
 
@@ -87,7 +88,10 @@ def position_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
         "distance_from_axis_um": displacement_summary(data),
     }
     if "face_line_load" in data:
-        figures["face_load"] = face_figures(data.expand_dims("position"))
+        figures["face_load"] = {
+            flank: {k: v for k, v in of_flank.items() if not k.endswith(OVER_POSITIONS)}
+            for flank, of_flank in face_figures(data.expand_dims("position")).items()
+        }
         figures |= _root_stress(model, data.expand_dims("position"))
     loads = bearing_loads(model, data)
     for key, of_planets in (("planet_bearing", True), ("bearing", False)):
@@ -107,8 +111,8 @@ def _root_stress(model: Model, data: xr.Dataset) -> dict[str, Any]:
 
 def bearing_loads(model: Model, data: xr.Dataset) -> dict[str, tuple[dict[str, float], bool]]:
     """Radial and axial force that every bearing carries at one position, N, the direction of the
-    radial one, degrees, and the basic rating life under this load, h, where the case has a rating;
-    and whether it is a planet's bearing.
+    radial one, degrees, the least oil film of a plain bearing, and the basic rating life under this
+    load, h, where the case has a rating; and whether it is a planet's bearing.
 
     Directions count in the sense of rotation from x of the axes of ``bearing_force``, on pins from
     radially outward.
@@ -125,6 +129,9 @@ def bearing_loads(model: Model, data: xr.Dataset) -> dict[str, tuple[dict[str, f
                 "direction_deg": round(math.degrees(math.atan2(y, x)), 6) + 0.0 if size else 0.0,
                 "axial_n": z if abs(z) > max(UNLOADED * size, least * (not planet)) else 0.0,
             }
+            if planet and "film_thickness" in data:
+                film = float(data["film_thickness"].sel(bearing=str(name)))
+                row |= {"oil_film_um": 1e6 * film} if math.isfinite(film) else {}
             life = bearing_life_hours(place.bearing, size, speed, row["axial_n"])
             if life is not None and math.isfinite(life):
                 row["life_h"] = life

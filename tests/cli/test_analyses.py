@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from dead_zone import case_text
 from stage_samples import cheap_stage, doubtful_stage, sources_of_bodies
-from trains import free_stage, write
+from trains import STAGE, free_stage, write
 from two_gears import gears_text
 
 from flexgear.cli import display, exchange_commands
@@ -313,3 +313,32 @@ def test_a_train_without_planets_is_written(flexgear, tmp_path):
     data = load(out)
     assert data["load_sharing"].sizes["group"] == 0
     assert float(data["gear_mesh_force"][-1, 0]) == pytest.approx(30 / BASE_RADIUS, rel=1e-6)
+
+
+def test_each_half_of_a_double_helical_stage_has_its_figures(flexgear, tmp_path):
+    """An axial force on the ring loads one half more; a rigid ring has no shape, so no crest."""
+    case = tmp_path / "star.toml"
+    flexgear(
+        "new", case, "--ratio", 3, "--arrangement", "star", "--planets", 3, "--torque-nm", 3000,
+        "--speed-rpm", 500, "--double-helical",
+    )  # fmt: skip
+    push = 'member = "stage.ring"\ntimes_s = [0, 1]\nforces_n = [[0, 0, 2e4], [0, 0, 2e4]]\n'
+    case.write_text(f"{case.read_text()}\n[[loads]]\n{push}")
+    position = flexgear.json("static", case, "--rigid", "all")["0 deg"]
+    forces = {s: position["gear_mesh_force_n"][f"stage ring {s}"] for s in ("left", "right")}
+    total = sum(map(sum, forces.values()))
+    assert abs(sum(forces["left"]) - sum(forces["right"])) > 0.01 * total
+    for side, of_half in forces.items():
+        figures = position[f"stage {side} half"]
+        assert figures["half_load"] == pytest.approx(2 * sum(of_half) / total)
+        assert figures["load_sharing"] == pytest.approx(3 * max(of_half) / sum(of_half))
+        assert figures["radial_harmonic_3_um"] == 0 and "star_angle_3_deg" not in figures
+
+
+def test_one_position_has_no_figures_over_positions(flexgear, tmp_path):
+    stage = STAGE.format(planets=3, sun="1e8", helix=0)
+    stage = stage.replace('model = "constant"', 'model = "face_load"\ncontact_law = "one-sided"')
+    position = flexgear.json("static", write(tmp_path, stage))["0 deg"]
+    for figures in position["face_load"].values():
+        assert figures["k_h_beta"] > 0.9
+        assert not [n for n in figures if n.endswith(("_peak_to_peak_um", "_positions"))]

@@ -4,7 +4,7 @@ import pytest
 
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
-from flexgear.results.report.parts import SECTIONS, rows_of
+from flexgear.results.report.parts import SECTIONS, row_of, rows_of
 from flexgear.results.report.tables import case_tables, face_tables, stage_tables
 from flexgear.results.report.wording import split_unit, with_unit, words
 
@@ -112,3 +112,9 @@ def test_figures_come_in_si_units_or_as_they_are_said():
         assert abs(by_label[label].value / value - 1) < 1e-12
         assert by_label[label].unit == unit
     assert "ring, transmission error, order 4" not in by_label
+
+
+def test_a_label_that_ends_in_a_number_is_set_off_from_its_value():
+    """Thousands are separated by spaces: "order 1 2 708.3 Hz" would be read as another number."""
+    row = row_of("gear_mesh", {"order 1": 2708.33, "order 2": 5416.67}, "Hz")
+    assert row.value.startswith("order 1: 2") and "order 2: 5" in row.value

@@ -433,6 +433,26 @@ def test_bearings_without_a_rating_are_named_unless_their_load_is_rounding():
     assert "drive" not in row["sentence"]
 
 
+@pytest.mark.parametrize(("film", "level"), [(16.2, "open"), (2.9, "bad")])
+def test_plain_planet_bearings_are_held_to_their_least_film(film, level):
+    """They have no rating life, so none is asked for."""
+    keys = {"diameter_mm": 300, "length_mm": 150, "clearance_um": 150, "viscosity_mpa_s": 40}
+    journal = {f"stage.planet_bearing.journal.{k}": str(v) for k, v in keys.items()}
+    journal |= {"stage.planet_bearing.journal.least_film_um": "3"}
+    stage = SUMMARY["stages"]["stage"] | {"least_film_um": film}
+    row = answer("bearing_life", journal, stages={"stage": stage})
+    assert row["level"] == level
+    assert f"least oil film {film} µm, surfaces touch at 3 µm." in row["sentence"]
+    assert "No dynamic rating given: planet bearing" not in row["sentence"]
+
+
+def test_no_verdict_on_roots_names_what_is_not_computed():
+    limits = {f"stage.{gear}.{ROOT}": "900" for gear in ("sun", "planet", "ring")}
+    for model, lacks in (("per_pair", "load"), ("face_load", "root stress")):
+        row = answer("root_stress", {**limits, "stage.gear_mesh.model": model})
+        assert f"No verdict: the {lacks} along the face is not computed." in row["sentence"]
+
+
 def test_a_flank_pressure_is_held_to_the_softer_gear_and_grows_with_the_root_of_the_force():
     limits = {f"stage.sun.{FLANK}": "1500", f"stage.planet.{FLANK}": "1400"}
     row = answer("flank_pressure", limits, **DROPS)

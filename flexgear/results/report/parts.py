@@ -221,6 +221,7 @@ _WORDS = {
     "planet_force_spread_max": "largest spread of the planets' forces, over the mean",
     "ring_mesh_force_n_mean": "mean force of the ring gear meshes",
     "load_sharing": "load sharing factor K",
+    "half_load": "load of this half, over an even share",
     "planet_load_factor": "load of each planet over the mean",
     "planet_force_spread": "spread of the planets' forces, over the mean",
     "distance_from_axis_um": "distance from the axis",
@@ -254,6 +255,7 @@ _UNITS = {  # of those that do not end in theirs
     "planet_force_spread_max": _SHARE,
     "ring_mesh_force_n_mean": "N",
     "load_sharing": FACTOR,
+    "half_load": FACTOR,
     "planet_load_factor": FACTOR,
     "planet_force_spread": _SHARE,
     "static_error": _SHARE,
@@ -287,7 +289,10 @@ def row_of(key: str, value: Any, unit: str = "") -> Row:
     label, stated_unit = label_and_unit(key)
     unit = stated_unit or unit
     if isinstance(value, Mapping):
-        texts = (f"{r.label} {with_unit(r.value, r.unit)}" for r in rows_of(value, unit))
+        texts = (  # "order 1: 2 708.3 Hz", as thousands are separated by spaces
+            f"{r.label}{':' if r.label[-1:].isdigit() else ''} {with_unit(r.value, r.unit)}"
+            for r in rows_of(value, unit)
+        )
         return Row(label, ", ".join(texts))
     if isinstance(value, Sequence) and not isinstance(value, str):
         return Row(label, listed(value, unit))

@@ -147,7 +147,9 @@ def _assessed(
         return "watch", reason
     if computed:
         return "good", reason
-    return "note", f"{reason} No verdict: the load along the face is not computed."
+    view = findings.case.view(stage)
+    lacks = "load" if view.gear_mesh.model != "face_load" else "root stress"
+    return "note", f"{reason} No verdict: the {lacks} along the face is not computed."
 
 
 def _percent(share: float) -> str:
@@ -176,9 +178,10 @@ def _life(findings: Findings) -> Iterator[Answer]:
     over = findings.summary["equilibrium_window"]
     for stage, figures in findings.summary["stages"].items():
         lives: Mapping[str, float] = figures.get("bearing_life_h", {})
-        missing = _unrated(figures, lives)
+        view = findings.case.view(stage)
+        missing, (film, touches) = _unrated(view, figures, lives), _film(view, figures)
         if lives:
-            required = _required(findings.case.view(stage), lives)
+            required = _required(view, lives)
             shares = {n: lives[n] / hours for n, hours in required.items() if hours is not None}
             name = min(shares or lives, key=lambda n: (shares or lives)[n])
             nominal = figures.get("nominal_planet_bearing_life_h")
@@ -189,7 +192,7 @@ def _life(findings: Findings) -> Iterator[Answer]:
             not_required = "No required life given" + (f": {without}." if shares else ".")
             sentence = (
                 f"{words(name).capitalize()}, under the constant load of the same damage over "
-                f"{over}. {not_required if without else ''}{nominal_text} {missing}"
+                f"{over}. {not_required if without else ''}{nominal_text} {missing} {film}"
             )
             life, limit = lives[name], required[name]
             level: Level = "note"
@@ -200,9 +203,22 @@ def _life(findings: Findings) -> Iterator[Answer]:
                     level = "bad"
                 elif not (without or missing):  # all bearings are assessed
                     level = "good"
+            level = "bad" if touches else level
             yield Answer(level, stage, life, figure, " ".join(sentence.split()), limit, over)
-        elif missing:
-            yield Answer("open", stage, None, "no rating given", f"Not assessed. {missing}")
+        elif missing or film:
+            level, figure = ("bad", "surfaces touch") if touches else ("open", "no rating given")
+            assessed = f"Not assessed. {missing} " if missing else ""
+            yield Answer(level, stage, None, figure, f"{assessed}{film}".strip(), window=over)
+
+
+def _film(view: StageView, figures: Mapping[str, Any]) -> tuple[str, bool]:
+    """Sentence on the oil film of planets' plain bearings, if any, and whether surfaces touch."""
+    bearing, least = view.stage.planet_bearing, figures.get("least_film_um")
+    if bearing.journal is None or least is None:
+        return "", False
+    limit = 1e6 * bearing.journal.least_film
+    sentence = f"Plain planet bearings have no rating life: least oil film {number(least)} µm"
+    return f"{sentence}, surfaces touch at {number(limit)} µm.", least <= limit
 
 
 def _required(view: StageView, names: Iterable[str]) -> dict[str, float | None]:
@@ -212,11 +228,14 @@ def _required(view: StageView, names: Iterable[str]) -> dict[str, float | None]:
     return {n: None if s is None else UNIT.from_si(s, "h") for n, s in seconds.items()}
 
 
-def _unrated(figures: Mapping[str, Any], lives: Mapping[str, float]) -> str:
-    """Sentence on loaded bearings without life, with their loads; "" without any."""
+def _unrated(view: StageView, figures: Mapping[str, Any], lives: Mapping[str, float]) -> str:
+    """Sentence on loaded rolling bearings without life, with their loads; "" without any."""
+    plain = view.stage.planet_bearing.journal is not None
     rated = {*lives, *(NodeName.parse(name).kind for name in lives)}
     loads: dict[tuple[str, str], float] = {}
     for key, name in LOADS.items():
+        if plain and key == "planet_bearing_force_n":
+            continue
         value = figures.get(key, {})
         sides = value if isinstance(value, Mapping) else {"": value}
         loads |= {(name, side): load for side, load in sides.items() if load}
