@@ -302,7 +302,7 @@ class GearErrors(Section):
         return values
 
     def _check(self) -> None:
-        for name in PLANET_LISTS:
+        for name in OF_PLANETS:
             if name == "planet_eccentricity_phase":
                 continue
             values = getattr(self, name)

@@ -16,6 +16,7 @@ from flexgear.model.machine import LOAD_COLUMNS
 from flexgear.model.names import Member
 from flexgear.model.read import Written, nearest
 from flexgear.model.section import Missing, Refusal, Section, accepted_keys, quantity_of
+from flexgear.model.train import Forces, Moments
 from flexgear.model.units import Force, Power, Speed, Time, Torque
 
 if TYPE_CHECKING:
@@ -176,8 +177,8 @@ class MemberState(Section):
     speed: Speed | None = Field(default=None, ge=-1e4, le=1e4)
     torque: Torque | None = Field(default=None, ge=-1e9, le=1e9)
     power: Power | None = Field(default=None, ge=-1e9, le=1e9)
-    force: tuple[Force, Force, Force] | None = None
-    moment: tuple[Torque, Torque, Torque] | None = None
+    force: Forces | None = None
+    moment: Moments | None = None
     frame: Literal["fixed", "carrier"] = "fixed"
 
     def _check(self) -> None:

@@ -207,9 +207,12 @@ def usual_key(section: type[Section], name: str) -> str:
 
 
 def limits_of(section: type[Section], name: str) -> tuple[float | None, float | None]:
-    """Lower and upper limit of a field in SI, None if there is none."""
+    """Lower and upper limit of a field, or of all values in its list, in SI, None if there is
+    none."""
     low = high = None
-    for limit in section.model_fields[name].metadata:
+    field = section.model_fields[name]
+    inside = (limit for x in _walk(field.annotation) for limit in getattr(x, "metadata", ()))
+    for limit in (*field.metadata, *inside):
         low = getattr(limit, "ge", getattr(limit, "gt", low))
         high = getattr(limit, "le", getattr(limit, "lt", high))
     return low, high

@@ -292,6 +292,8 @@ class Stage(Section):
             problem = f"{len(angles)} angles for {self.planets} planets"
             remedy = "give one angle for each planet, or leave the key out for equal spacing"
             raise Refusal("planet_positions", problem, remedy)
+        if angles and max(map(abs, angles)) > 4.0 * math.pi:
+            raise Refusal("planet_positions", "are more than two turns", "check the unit")
         if self.ring.teeth <= self.planet.teeth:
             problem = (
                 f"a ring of {self.ring.teeth} teeth cannot hold planets of {self.planet.teeth}"

@@ -1,7 +1,7 @@
 """Joints between stages, ports (inputs and output), and loads on members."""
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -133,6 +133,9 @@ class Output(Port):
 
 
 _ZERO = (0.0, 0.0, 0.0)
+_LIMITS = Field(ge=-1e9, le=1e9)
+Forces = tuple[Annotated[Force, _LIMITS], Annotated[Force, _LIMITS], Annotated[Force, _LIMITS]]
+Moments = tuple[Annotated[Torque, _LIMITS], Annotated[Torque, _LIMITS], Annotated[Torque, _LIMITS]]
 
 
 class MemberLoad(Section):
@@ -148,12 +151,12 @@ class MemberLoad(Section):
     """
 
     member: Member
-    force: tuple[Force, Force, Force] = _ZERO
-    moment: tuple[Torque, Torque, Torque] = _ZERO
+    force: Forces = _ZERO
+    moment: Moments = _ZERO
     frame: Literal["fixed", "carrier"] = "fixed"
     times: tuple[Time, ...] = ()
-    forces: tuple[tuple[Force, Force, Force], ...] = Field(default=())
-    moments: tuple[tuple[Torque, Torque, Torque], ...] = Field(default=())
+    forces: tuple[Forces, ...] = Field(default=())
+    moments: tuple[Moments, ...] = Field(default=())
     file: str | None = None
 
     @property

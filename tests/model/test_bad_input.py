@@ -93,6 +93,13 @@ def test_missing_file_folder_binary_and_unknown_name(tmp_path):
         ("", "3", "is not a known key"),
         ("stage.ring.fe.bolts.number", "'a'", "'a' is not a whole number"),
         ("stage.planet_bearing.radial_n_per_m", "0", "the planet is not held"),
+        ("stage.errors.pin_tangential_um", "[1e5, 0, 0]", "100 mm is outside -2 … 2 mm"),
+        ("stage.planet_positions_deg", "[0, 1e300, 1, 2, 3]", "are more than two turns"),
+        (
+            "loads",
+            '[{ member = "stage.sun", force_kn = [1e300, 0, 0] }]',
+            r"loads\[0\]\.force_n\[0\]: 1e\+303 is outside -1e\+09 … 1e\+09",
+        ),
     ],
 )
 def test_overrides_are_checked_like_the_file(key, value, words):
