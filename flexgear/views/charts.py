@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from flexgear.arrays import Array
 from flexgear.results import quantities as declared
@@ -107,6 +107,9 @@ def energy_balance(dataset: xr.Dataset) -> Figure:
     return figure
 
 
+FAR_APART = 50.0  # largest over smallest of some bars above which the axis is logarithmic
+
+
 @styled
 def figure_bars(figure: declared.Figure, stages: Mapping[str, Any]) -> Figure:
     """Bars of a figure: a value of each stage, or its values by name; a colour for each stage."""
@@ -125,7 +128,13 @@ def figure_bars(figure: declared.Figure, stages: Mapping[str, Any]) -> Figure:
     ax = axes[0, 0]
     labelled_bars(ax, sizes, labels, list(map(number, sizes)), colours)
     ax.set_xlabel(f"{figure.bars.label if figure.bars else figure.meaning} ({unit})")
-    ax.xaxis.set_major_locator(MaxNLocator(5))
+    if max(sizes) > FAR_APART * min(sizes) > 0.0:
+        ax.set_xscale("log")
+        ax.set_xlim(0.3 * min(sizes), 10.0 * max(sizes))
+        ax.xaxis.set_major_locator(LogLocator(numticks=6))
+        ax.xaxis.set_minor_locator(NullLocator())
+    else:
+        ax.xaxis.set_major_locator(MaxNLocator(5))
+        ax.margins(x=0.15)
     ax.xaxis.set_major_formatter(lambda value, _: number(value))
-    ax.margins(x=0.15)
     return drawing

@@ -50,6 +50,15 @@ def test_a_bar_for_every_name_of_every_stage():
     assert axis == "basic rating life (h)"
 
 
+def test_the_shortest_life_has_a_bar_beside_bearings_that_hardly_carry():
+    lives = {"stage": {"planet_bearing_1": 3.6e4, "carrier_bearing_drive": 4e11}}
+    ax = figure_bars(LIVES[0], lives).axes[0]
+    left, right = ax.get_xlim()
+    for bar in ax.patches:
+        end = ax.transAxes.inverted().transform(ax.transData.transform((bar.get_width(), 0.0)))
+        assert left < bar.get_width() < right and end[0] > 0.03
+
+
 def test_a_bar_a_stage_in_the_unit_that_reads_well():
     labels, sizes, axis = drawn(STRESS, {"stage": 1500.0})
     np.testing.assert_allclose(sizes, [1.5])
