@@ -129,10 +129,13 @@ class StageView:
         port = self.case.port_at(f"{self.name}.sun")
         if port is not None and port.bearing is not None:
             number = self.case.ports.index(port)
-            key = "output" if port is self.case.output else f"inputs.{number}"
+            driven = port is self.case.output
+            key, label = ("output", "output") if driven else (f"inputs.{number}", "input")
             spring = SupportName.of(f"{self.name}.output")
             places.append(
-                BearingPlace(f"{key}.bearing", port.bearing, "sun", (spring,), ("output_bearing",))
+                BearingPlace(
+                    f"{key}.bearing", port.bearing, "sun", (spring,), (f"{label}_bearing",)
+                )
             )
         return tuple(places)
 

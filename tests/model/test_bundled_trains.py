@@ -181,3 +181,9 @@ def test_double_rotor_has_two_inputs():
     assert speeds == pytest.approx({"stage_1.carrier": 12.1, "stage_1.ring": -16.21})
     assert sum(port.given_torque is not None for port in train.inputs) == 1
     assert load_case("nrel-5mw").held_members() == ("stage_1.ring", "stage_2.ring")
+
+
+def test_the_bearing_behind_a_suns_shaft_is_named_by_its_port():
+    for case, key, label in (("ev-reducer", "inputs.0", "input"), ("wind-5mw", "output", "output")):
+        places = {p.key: p.labels for p in load_case(case).view("stage").bearings}
+        assert places[f"{key}.bearing"] == (f"{label}_bearing",)
