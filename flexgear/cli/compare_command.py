@@ -232,7 +232,8 @@ def compare_runs(comparison: Comparison, second: str) -> None:
             with complete(folder), progress(comparison.quiet) as report:
                 side, _ = drawn_side(run, folder, Path(scratch) / str(k), report, workers)
                 sides.append(side)
-        write_report(target, names, names, sides, comparison.interactive)
+        with complete(Path(f"{first}, {second}")):
+            write_report(target, names, names, sides, comparison.interactive)
     typer.echo(f"compared {first} (A) with {second} (B) in {target}")
 
 

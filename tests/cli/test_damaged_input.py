@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from rexs_samples import planetary
 
+import flexgear as fg
 from flexgear.files.matrices.exchange import read_reduced
 from flexgear.files.rexs.reading import read_rexs
 from flexgear.files.rexs.to_case import case_of_document
@@ -204,6 +205,18 @@ def test_a_run_of_damaged_files_is_one_line(tmp_path):
     summary = json.loads('{"realtime_factor": {"a": 1}}')
     with pytest.raises(InputError, match="values are not those of a run"), complete(tmp_path):
         summary["realtime_factor"] / 2.0
+
+
+def test_runs_with_a_wrong_figure_are_compared_in_one_line(flexgear, tmp_path):
+    """The page reads figures that no picture does."""
+    short = {"solver.duration": 0.01, "solver.settle": 0.002}
+    fg.load_case("lin-parker").with_(**short).run(tmp_path)
+    file = tmp_path / "summary.json"
+    summary = json.loads(file.read_text())
+    summary["modes"]["lowest"][1]["frequency_hz"] = []
+    file.write_text(json.dumps(summary))
+    page = ("--out", tmp_path / "page.html", "--no-interactive", "-q")
+    flexgear.refused("compare", tmp_path, tmp_path, *page, says=["values are not those of a run"])
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")
