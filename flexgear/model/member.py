@@ -147,6 +147,9 @@ class PlanetBearing(Support):
         if self.rollers is not None or self.clearance > 0:
             remedy = "keep one of them; the clearance of the film is journal.clearance"
             raise Refusal("journal", "is given beside rollers or clearance", remedy)
+        if self.dynamic_rating is not None:
+            problem = "is that of rolling elements, which a journal has not"
+            raise Refusal("dynamic_rating", problem, "take it out, or the journal")
         if min(self.stiffness[:2]) <= 0 or self.full is not None:
             problem = "is needed beside a journal, as the stiffness of touching surfaces"
             raise Refusal("radial", problem, "give radial, and no full matrix")

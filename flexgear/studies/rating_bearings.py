@@ -50,6 +50,7 @@ from flexgear.gears.rating.sheet import BASIC, COMPUTED, ROWS, Factor, Sheet, sh
 from flexgear.model.bearings import Bearing
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
+from flexgear.model.member import PlanetBearing
 from flexgear.model.stage_view import BearingPlace
 from flexgear.results.rating import RatedPart
 from flexgear.solve.bin_loads import BinLoads
@@ -171,6 +172,8 @@ def _part(
     missing = ""
     if any(place.name not in x.supports for x in loads):
         missing = "the model has no such support"
+    elif isinstance(section, PlanetBearing) and section.journal is not None:
+        missing = "a plain bearing has no rating life; `flexgear run` states its least oil film"
     elif isinstance(place.rows, str) and section.dynamic_rating is None:
         missing = f"{place.place.key}.dynamic_rating_kn is missing"
     speeds = [bearing_speed(place.place, flow.stage(place.stage)) for flow in flows]

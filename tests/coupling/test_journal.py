@@ -178,6 +178,15 @@ def test_the_film_follows_the_speed_of_the_moment(tmp_path):
     assert np.angle(off / load) == pytest.approx(-attitude, rel=1e-4)
 
 
+def test_plain_bearings_are_asked_for_no_rating(tmp_path):
+    parts = [p for p in with_film(tmp_path).rate().parts if p.alike.endswith("bearings")]
+    assert len(parts) == 3
+    assert all(p.missing.startswith("a plain bearing has no rating life") for p in parts)
+    rating = {"dynamic_rating_kn": "100", "rolling": '"roller"'}
+    with pytest.raises(InputError, match="rolling elements, which a journal"):
+        with_film(tmp_path, **{f"stage.planet_bearing.{k}": v for k, v in rating.items()})
+
+
 def test_energy_closes_on_a_film(tmp_path):
     system = build_system(with_film(tmp_path, **{"stage.gear_mesh.model": "per_pair"}))
     modal, rated = modal_system(system, 3000.0), system.rated_torque
