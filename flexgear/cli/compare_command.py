@@ -233,7 +233,9 @@ def compare_runs(comparison: Comparison, second: str) -> None:
                 side, _ = drawn_side(run, folder, Path(scratch) / str(k), report, workers)
                 sides.append(side)
         with complete(Path(f"{first}, {second}")):
-            write_report(target, names, names, sides, comparison.interactive)
+            title = f"{runs[0].case.name}: {first} against {second}"
+            title = title if runs[0].case.name == runs[1].case.name else names
+            write_report(target, title, names, sides, comparison.interactive)
     typer.echo(f"compared {first} (A) with {second} (B) in {target}")
 
 

@@ -28,7 +28,7 @@ from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.results.report.parts import MARKS, SECTIONS, Row, Table, Verdict
 from flexgear.results.report.tables import case_tables
-from flexgear.results.report.wording import number, scale, with_unit
+from flexgear.results.report.wording import FACTOR, factor, number, scale, with_unit
 from flexgear.results.version import version
 from flexgear.views.interactive import panels_of
 from flexgear.views.style import save_figure
@@ -253,19 +253,25 @@ def side_by_side(sides: Sequence[Side], section: str) -> list[dict[str, Any]]:
     ]
 
 
+LEAST_CHANGE = 0.005  # %, below which a difference is printed as none
+
+
 def _cells(rows: Sequence[Row | None]) -> tuple[list[str], str]:
-    """Figures of a row in one unit, and the relative difference of the second from the first."""
+    """Figures of a row in one unit, and the relative difference of the second from the first, or
+    "≠" of words that differ."""
     values = [row.value if row else None for row in rows]
     unit = next((row.unit for row in rows if row), "")
     numbers = [float(v) for v in values if isinstance(v, int | float) and not isinstance(v, bool)]
     if len(numbers) < 2 or len(numbers) < len(values):
-        return [with_unit(v, unit) for v in values], ""
+        texts = [with_unit(v, unit) for v in values]
+        return texts, "≠" if None not in values and len(set(texts)) > 1 else ""
     printed, by = scale(numbers, unit)
     texts = [f"{number(v * by)} {printed}".rstrip() for v in numbers]
+    texts = texts if unit != FACTOR else [factor(v) for v in numbers]
     first, second = numbers
-    if first == second:
-        return texts, "="
     change = 100 * (second - first) / abs(first) if first else float("inf")
+    if first == second or abs(change) < LEAST_CHANGE:
+        return texts, "="
     return texts, f"{change:+.2f} %" if abs(change) < 1e4 else "–"
 
 

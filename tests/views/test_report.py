@@ -25,6 +25,7 @@ from flexgear.views.report import (
     Picture,
     Side,
     plotly_script,
+    side_by_side,
     typeset,
     within,
     write_report,
@@ -108,6 +109,23 @@ def test_plots_stand_in_the_page_once_and_without_them_it_is_static(tmp_path: Pa
     assert "<script" not in static
     assert "data-plot=" not in static
     assert len(static) < 1e5
+
+
+def test_compared_factors_have_no_unit_and_words_that_differ_a_mark():
+    rows = (
+        [Row("K", 1.0, "factor"), Row("play", "70 µm"), Row("speed", 100.0, "Hz")],
+        [Row("K", 1.0228, "factor"), Row("play", "55 µm"), Row("speed", 100.0 + 1e-9, "Hz")],
+    )
+    sides = [
+        Side(n, "", (), [Table("accuracy", "of", r)], (), "", "")
+        for n, r in zip("AB", rows, strict=True)
+    ]
+    (table,) = side_by_side(sides, "accuracy")
+    assert table["rows"] == [
+        ("K", ["1.0000", "1.023"], "+2.28 %"),
+        ("play", ["70 µm", "55 µm"], "≠"),
+        ("speed", ["100 Hz", "100 Hz"], "="),
+    ]
 
 
 def test_two_runs_stand_side_by_side_with_their_difference(tmp_path: Path):
