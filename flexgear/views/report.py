@@ -236,21 +236,35 @@ def side_by_side(sides: Sequence[Side], section: str) -> list[dict[str, Any]]:
     """Tables of a section: title, whether it is folded, and rows with label, figures of all sides
     and difference."""
     table_rows: dict[str, dict[str, list[Row | None]]] = {}
+    windows: dict[str, dict[str, str]] = {}  # of sides, by titles without them
     folded = {table.title for side in sides for table in side.tables if table.folded}
     for k, side in enumerate(sides):
         for table in side.tables:
             if table.section == section:
-                rows = table_rows.setdefault(table.title, {})
+                title, comma, window = table.title.partition(WINDOW)
+                if "AB"[k] in windows.get(title, {}):  # several windows of one run
+                    title, comma, window = table.title, "", ""
+                windows.setdefault(title, {})["AB"[k]] = comma + window
+                rows = table_rows.setdefault(title, {})
                 for row in table.rows:
                     rows.setdefault(row.label, [None] * len(sides))[k] = row
     return [
         {
-            "title": title,
+            "title": title + _windows(windows[title]),
             "folded": title in folded,
             "rows": [(label, *_cells(cells)) for label, cells in rows.items()],
         }
         for title, rows in table_rows.items()
     ]
+
+
+WINDOW = ", from "  # between the title of a table and its window of time
+
+
+def _windows(by_side: Mapping[str, str]) -> str:
+    """Windows of time of a table on all sides: one where they agree, else with A and B."""
+    first, *others = set(by_side.values())
+    return "".join(f"{w} ({k})" for k, w in by_side.items()) if others else first
 
 
 LEAST_CHANGE = 0.005  # %, below which a difference is printed as none

@@ -111,6 +111,18 @@ def test_plots_stand_in_the_page_once_and_without_them_it_is_static(tmp_path: Pa
     assert len(static) < 1e5
 
 
+def test_tables_of_different_windows_stand_side_by_side():
+    sides = [
+        Side(n, "", (), [Table("sharing", f"K, in time, from {w} s", [Row("ring", k)])], (), "", "")
+        for n, w, k in (("A", "1 to 2", 1.2), ("B", "3 to 4", 1.5))
+    ]
+    (table,) = side_by_side(sides, "sharing")
+    assert table["title"] == "K, in time, from 1 to 2 s (A), from 3 to 4 s (B)"
+    assert table["rows"] == [("ring", ["1.2", "1.5"], "+25.00 %")]
+    (alone,) = side_by_side(sides[:1], "sharing")
+    assert alone["title"] == "K, in time, from 1 to 2 s"
+
+
 def test_compared_factors_have_no_unit_and_words_that_differ_a_mark():
     rows = (
         [Row("K", 1.0, "factor"), Row("play", "70 µm"), Row("speed", 100.0, "Hz")],
