@@ -22,7 +22,7 @@ Report = Callable[[str, float], None]
 MAX_FIGURES = 6  # of a name, in a line of a table
 COMPILED = "loops are compiled, once for this kind of case: up to a minute"
 PLAIN_INTERVAL = 5.0  # s between lines about one stage of the work
-KNOWN = 0.005  # finished share below which the time that is left is not known
+LEAST_SHARE = 0.005  # finished share below which the time that is left is not known
 
 
 @contextmanager
@@ -85,7 +85,7 @@ def _bars() -> Iterator[Report]:
 
     class Remaining(TimeRemainingColumn):
         def render(self, task: Task) -> Text:
-            return super().render(task) if task.completed >= KNOWN else Text("-:--:--")
+            return super().render(task) if task.completed >= LEAST_SHARE else Text("-:--:--")
 
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), Remaining())
     with Progress(*columns, console=Console(stderr=True)) as bars:
@@ -134,7 +134,7 @@ class PlainProgress:
             elif share > 0.0 and now - self._shown[stage] >= PLAIN_INTERVAL:
                 self._shown[stage] = now
                 left = time_text((now - self._started[stage]) * (1.0 - share) / share)
-                remaining = f", about {left} left" if share >= KNOWN else ""
+                remaining = f", about {left} left" if share >= LEAST_SHARE else ""
                 self._print(f"{stage}: {100 * share:.0f} %{remaining}")
 
     @staticmethod
