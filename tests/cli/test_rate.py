@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import xml.etree.ElementTree as ET
 
 import pytest
@@ -58,6 +59,12 @@ def test_screen_files_and_page(flexgear, tmp_path):
         if (r["of"], r["bin"]) == ("stage_1.sun flank", "extreme torque")
     }
     assert {"stress", "bin_safety", "load_cycles", "Z_H", "σ_H"} <= of_bin
+    damage = dict[str, float]()
+    for r in rows:
+        if re.match(r"stage_3\.\w+ (flank|root)$", r["of"]) and r["quantity"] == "damage":
+            damage[r["bin"]] = damage.get(r["bin"], 0.0) + float(r["value"])
+    worst = max(damage, key=damage.__getitem__)
+    assert f"stage 3 pinion, load factors in {worst}\n" in text and worst != "extreme torque"
     require_valid(out / "rating.rexs")
     model = ET.parse(out / "rating.rexs").getroot()
     pitting = {

@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from flexgear.gears.rating.sheet import CAUSE, Sheet
 from flexgear.model.units import RPM
 from flexgear.results.rating import LIMITS, RatedPart, Rating
@@ -200,12 +202,19 @@ def _bins(rating: Rating) -> Iterator[Row]:
 
 
 def _gear_meshes(rating: Rating) -> Iterator[Table]:
-    """Load factors of each group of gear meshes in the loaded bin with the largest torque."""
+    """Load factors of each group of gear meshes in the loaded bin that damages gears of its stage
+    most, of several equal ones in that with the largest torque."""
+    first = rating.case.inputs[0].member
     for gear_mesh in rating.gear_meshes:
+        gears = [
+            np.nan_to_num(part.damage)
+            for part in rating.parts
+            if part.kind != "bearing" and part.stage == gear_mesh.name.stage
+        ]
+        damage = np.sum(gears, axis=0) if gears else np.zeros(len(rating.bins))
         loaded = [b for b, factors in enumerate(gear_mesh.factors) if factors]
         if loaded:
-            torque = [abs(rating.bins[b].torque[rating.case.inputs[0].member]) for b in loaded]
-            b = loaded[torque.index(max(torque))]
+            b = max(loaded, key=lambda b: (damage[b], abs(rating.bins[b].torque[first])))
             title = f"{words(gear_mesh.name)}, load factors in {rating.bins[b].name}"
             pair = gear_mesh.name.kind == "pinion"
             factors = gear_mesh.factors[b].items()
