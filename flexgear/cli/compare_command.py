@@ -2,7 +2,9 @@
 
 import itertools
 import math
+import os
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -233,10 +235,17 @@ def compare_runs(comparison: Comparison, second: str) -> None:
                 side, _ = drawn_side(run, folder, Path(scratch) / str(k), report, workers)
                 sides.append(side)
         with complete(Path(f"{first}, {second}")):
-            title = f"{runs[0].case.name}: {first} against {second}"
-            title = title if runs[0].case.name == runs[1].case.name else names
+            of_one_case = runs[0].case.name == runs[1].case.name
+            title = f"{runs[0].case.name}: {_folder_names(folders)}" if of_one_case else names
             write_report(target, title, names, sides, comparison.interactive)
     typer.echo(f"compared {first} (A) with {second} (B) in {target}")
+
+
+def _folder_names(folders: Sequence[Path]) -> str:
+    """Two folders by their paths from the nearest folder that holds both."""
+    paths = [folder.resolve() for folder in folders]
+    common = Path(os.path.commonpath(paths))
+    return " against ".join(str(p.relative_to(common)) if p != common else p.name for p in paths)
 
 
 def _folder(name: str) -> Path:

@@ -185,6 +185,7 @@ def test_run_and_compare(flexgear, tmp_path):
     code, text, _ = flexgear("compare", out, out, "--out", both, "--quiet", "--no-interactive")
     assert (code, "(A) with" in text) == (0, True)
     page = both.read_text()
+    assert "<title>herringbone: mine against mine</title>" in page
     assert page.count("B − A") == page.count("<caption>") > 5
     require_sound(both, *OF_RUNS)
 
