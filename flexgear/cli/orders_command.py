@@ -48,7 +48,6 @@ MAX_PEAKS = 400  # that are examined, the highest
 LOBE_FACTOR = 1.5  # of a line over the side lobes of all higher lines, at least
 RESOLUTION = 2.0  # lines of the transform between neighbours that a Hann window resolves
 MULTIPLE_TOLERANCE = 0.25  # lines of the transform between a peak and a multiple of a fault's line
-PLANET_BEARING = "planet bearing"
 PASSES = {"+1 carrier turn": 1, "−1 carrier turn": -1}  # beside multiples of a fault's line
 MULTIPLE_SPACING = (
     10.0  # lines of the transform between multiples; 1 peak in 20 is at one by chance
@@ -297,12 +296,12 @@ def _sides(
     line: ExpectedLine, order: float, carrier: float, passes: Mapping[str, int]
 ) -> Iterator[tuple[str, float]]:
     """Names and distances, in orders, of the sidebands of the multiples of a fault's line at
-    ``order``: at turns of a bearing's defect, and of the carrier of a tooth or a planet's bearing.
+    ``order``: at turns of a bearing's defect, and of the carrier that modulates the line.
     """
     turn = line.turn * order / line.frequency
-    of_planets = carrier if line.kind == TOOTH_FAULT or line.bearing == PLANET_BEARING else 0.0
     turns = {"": 0.0} | {f" {'+−'[s < 0]}1 {line.turn_label}": s * turn for s in (1, -1) if turn}
-    carriers = {"": 0.0} | {f" {name}": s * of_planets for name, s in passes.items() if of_planets}
+    carried = passes if line.carrier_modulates and carrier else {}
+    carriers = {"": 0.0} | {f" {name}": s * carrier for name, s in carried.items()}
     for (first, x), (second, y) in product(turns.items(), carriers.items()):
         if first or second:
             yield first + second, x + y

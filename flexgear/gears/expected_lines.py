@@ -35,6 +35,7 @@ inner ring, on the pin. A defect of an element strikes both rings, so at twice i
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -62,9 +63,10 @@ class ExpectedLine:
     kind: "gear mesh", "sideband", "shaft", "planet pass", "tooth fault" or "bearing"; label: name
     of the line, without the stage; frequency: Hz; share: amplitude relative to N planets in phase,
     1 where planets do not matter; harmonic: H of gear meshes and sidebands, else 0; row: name in a
-    table of lines of this kind, ``label`` if empty; bearing: name of the bearing of the line; turn,
-    turn_label: of a bearing's defect against the load, which sidebands of its line are apart, Hz,
-    0 where it is stationary.
+    table of lines of this kind, ``label`` if empty; bearing: name of the bearing of the line; turn:
+    frequency at which a bearing's defect turns relative to the load, Hz, which is the distance of
+    sidebands, 0 if it does not turn; turn_label: what turns with it; carrier_modulates:
+    whether sensors hear the fault change with the turn of a planet carrier.
     """
 
     stage: str
@@ -77,6 +79,7 @@ class ExpectedLine:
     bearing: str = ""
     turn: float = 0.0
     turn_label: str = ""
+    carrier_modulates: bool = False
 
     def order(self, speed: float) -> float:
         """Order of the line over the rotation of a member at ``speed``, rad/s."""
@@ -184,21 +187,17 @@ def _orders_of_planets(stage: Stage) -> Iterator[tuple[int, float]]:
 
 def _tooth_faults(stage: Stage, gear_mesh: float) -> Iterator[ExpectedLine]:
     assert stage.sun is not None and stage.ring is not None and stage.planet is not None
+    line = partial(ExpectedLine, stage.name, TOOTH_FAULT, carrier_modulates=True)
     for part, gear in (("sun", stage.sun), ("ring", stage.ring)):
         for order, share in _orders_of_planets(stage):
             row = part if order == stage.planets else f"{part}, order {order}"
             frequency = order * gear_mesh / gear.teeth
-            yield ExpectedLine(
-                stage.name, TOOTH_FAULT, f"tooth of {row}", frequency, share, row=row
-            )
+            yield line(f"tooth of {row}", frequency, share, row=row)
         if stage.planets > 1:
             row = f"{part} at one gear mesh"
-            yield ExpectedLine(
-                stage.name, TOOTH_FAULT, f"tooth of {row}", gear_mesh / gear.teeth, row=row
-            )
+            yield line(f"tooth of {row}", gear_mesh / gear.teeth, row=row)
     for times, label in ((1, "flank of a planet"), (2, "tooth root of a planet")):
-        frequency = times * gear_mesh / stage.planet.teeth
-        yield ExpectedLine(stage.name, TOOTH_FAULT, label, frequency)
+        yield line(label, times * gear_mesh / stage.planet.teeth)
 
 
 def _parallel(
@@ -235,17 +234,18 @@ def _bearing(stage: str, place: BearingPlace, turns: float) -> Iterator[Expected
     ratio = elements.diameter / elements.pitch_diameter
     g = ratio * math.cos(elements.contact_angle)
     cage = 0.5 * turns * (1 + g if place.part == "planet" else 1 - g)
-    turning, name = "outer" if place.part == "planet" else "inner", place.label.replace("_", " ")
-    for part, frequency, turn in (
-        ("outer race", 0.5 * count * turns * (1 - g), turns * (turning == "outer")),
-        ("inner race", 0.5 * count * turns * (1 + g), turns * (turning == "inner")),
-        ("spin of elements", 0.5 * turns * (1 - g**2) / ratio, cage),
-        ("cage", cage, 0.0),
+    of_planet, name = place.part == "planet", place.label.replace("_", " ")
+    turning = {"outer": turns if of_planet else 0.0, "inner": 0.0 if of_planet else turns}
+    for part, frequency, turn, what_turns in (
+        ("outer race", 0.5 * count * turns * (1 - g), turning["outer"], "outer ring turn"),
+        ("inner race", 0.5 * count * turns * (1 + g), turning["inner"], "inner ring turn"),
+        ("spin of elements", 0.5 * turns * (1 - g**2) / ratio, cage, "cage turn"),
+        ("cage", cage, 0.0, ""),
     ):
-        label, of = f"{name}, {part}", "cage turn" if turn == cage else f"{turning} ring turn"
         yield ExpectedLine(
-            stage, BEARING, label, frequency, row=part, bearing=name, turn=turn, turn_label=of
-        )
+            stage, BEARING, f"{name}, {part}", frequency, row=part, bearing=name, turn=turn,
+            turn_label=what_turns, carrier_modulates=of_planet,
+        )  # fmt: skip
 
 
 _KEYS = {
