@@ -242,7 +242,7 @@ def compare_runs(comparison: Comparison, second: str) -> None:
 
 
 def _folder_names(folders: Sequence[Path]) -> str:
-    """Two folders by their paths from the nearest folder that holds both."""
+    """Two folders as "run1 against run2", by paths relative to the folder that holds both."""
     paths = [folder.resolve() for folder in folders]
     common = Path(os.path.commonpath(paths))
     return " against ".join(str(p.relative_to(common)) if p != common else p.name for p in paths)

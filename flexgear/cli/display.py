@@ -172,7 +172,7 @@ def table(title: str, rows: Mapping[str, Any], indent: str = "") -> None:
 
 def show_table(rows: Table) -> None:
     """Print a table of a report, its figures with units."""
-    table(rows.title, {row.label: with_unit(row.value, row.unit) for row in rows.rows})
+    table(rows.heading, {row.label: with_unit(row.value, row.unit) for row in rows.rows})
 
 
 def show_verdicts(verdicts: Sequence[Verdict]) -> None:

@@ -40,8 +40,7 @@ def _numbers(value: object) -> object:
 
 
 def _sequence(value: object) -> object:
-    """The argument if it is a number or an array (n,) of finite numbers; ValueError
-    otherwise."""
+    """Return the argument if it is a finite number or a 1-D array of them, else ValueError."""
     array = np.asarray(_numbers(value), dtype=float)
     if array.ndim > 1 or not np.isfinite(array).all():
         raise ValueError

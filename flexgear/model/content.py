@@ -59,7 +59,7 @@ def _sections(data: Any, key: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def tables_in(data: dict[str, Any]) -> set[str]:
-    """Files of tables and histories that the SI data of a case names."""
+    """Paths of the files of tables and histories that a case names; data: the case in SI."""
     files = (section.get("file") for _, section in _sections(data))
     return {file for file in files if isinstance(file, str)}
 

@@ -28,7 +28,7 @@ class InputError(FlexgearError):
 
 
 def printable(text: str) -> str:
-    """The text with line breaks and other characters that cannot be printed as escapes."""
+    """The text in one line: line breaks and other unprintable characters become escapes (\\n)."""
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 

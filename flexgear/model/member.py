@@ -148,7 +148,7 @@ class PlanetBearing(Support):
             remedy = "keep one of them; the clearance of the film is journal.clearance"
             raise Refusal("journal", "is given beside rollers or clearance", remedy)
         if self.dynamic_rating is not None:
-            problem = "is that of rolling elements, which a journal has not"
+            problem = "is a rating of rolling elements, and a journal bearing has none"
             raise Refusal("dynamic_rating", problem, "take it out, or the journal")
         if min(self.stiffness[:2]) <= 0 or self.full is not None:
             problem = "is needed beside a journal, as the stiffness of touching surfaces"

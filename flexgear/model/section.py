@@ -34,7 +34,7 @@ class Section(BaseModel):
         return []
 
     def __repr_args__(self) -> Iterator[tuple[str, Any]]:
-        """The keys that the case states, and their values, for the ``repr``."""
+        """Keys and values in the ``repr``: those that were stated, not the defaults."""
         keys = (key for key in type(self).model_fields if key in self.model_fields_set)
         return ((key, getattr(self, key)) for key in keys)
 
@@ -207,8 +207,7 @@ def usual_key(section: type[Section], name: str) -> str:
 
 
 def limits_of(section: type[Section], name: str) -> tuple[float | None, float | None]:
-    """Lower and upper limit of a field, or of all values in its list, in SI, None if there is
-    none."""
+    """Lower and upper limit of a field in SI, of a list those of its values; None without one."""
     low = high = None
     field = section.model_fields[name]
     inside = (limit for x in _walk(field.annotation) for limit in getattr(x, "metadata", ()))

@@ -22,7 +22,7 @@ from flexgear.results.quantities import Figure, values
 if TYPE_CHECKING:
     import xarray as xr
 
-LEAST_TILT = 1e-12  # m over the face, below which misalignment is rounding
+TILT_ROUNDING = 1e-8  # misalignment over the largest transmission error, below which it is rounding
 TRANSMISSION, UNLOADED = "transmission_error", "unloaded_transmission_error"
 _END_LIMIT = 2.0  # K at which a tilted tooth pair loses contact at one end: see docs/face_load.md
 _EDGES = {  # by edge: load, limit, remedy
@@ -199,16 +199,25 @@ def _stiffness(of_flank: xr.Dataset) -> dict[str, float]:
 
 
 def _causes(of_flank: xr.Dataset) -> dict[str, float]:
-    """Mean misalignment of one flank by cause, µm, without causes that are zero."""
-    shares = of_flank["gear_mesh_misalignment_by_cause"]
-    every = {str(c): shares.sel(cause=c).to_numpy() for c in shares["cause"].to_numpy()}
-    return {
-        c: 1e6 * float(np.nanmean(v))
-        for c, v in every.items()
-        if np.abs(np.nan_to_num(v)).max() > LEAST_TILT
-    }
+    """Mean misalignment of one flank by cause, µm, without causes that are rounding."""
+    mean = 1e6 * misalignment_by_cause(of_flank).mean("position")
+    return {str(cause): float(mean.sel(cause=cause)) for cause in mean["cause"].to_numpy()}
 
 
+def misalignment_by_cause(data: xr.Dataset) -> xr.DataArray:
+    """Misalignment over the face, m, of flanks by the causes that are more than rounding beside
+    their largest transmission error under load."""
+    shares = data["gear_mesh_misalignment_by_cause"]
+    least = TILT_ROUNDING * float(abs(data[TRANSMISSION]).max())
+    others = [dim for dim in shares.dims if dim != "cause"]
+    return shares.sel(cause=(abs(shares) > least).any(others))
+
+
+# figures that a single position does not have
+OVER_POSITIONS = {
+    "tip_contact_positions", "face_end_contact_positions", "transmission_error_peak_to_peak_um",
+    "unloaded_transmission_error_peak_to_peak_um",
+}  # fmt: skip
 FLANK_FIGURES = (
     Figure("k_h_beta", "1",
            "K_Hβ, ratio of largest to mean line load along the face, over all positions",

@@ -19,7 +19,7 @@ from flexgear.arrays import Array
 from flexgear.gears.bearings.basic_life import bearing_life_hours
 from flexgear.gears.bearings.nominal import bearing_speed
 from flexgear.model.errors import FlexgearError
-from flexgear.results.face_load import face_figures, positions_for, with_orders
+from flexgear.results.face_load import OVER_POSITIONS, face_figures, positions_for, with_orders
 from flexgear.results.labelled_dataset import coordinate, groups_in, labelled_dataset
 from flexgear.results.load_sharing import (
     cycle_maxima,
@@ -41,7 +41,6 @@ from flexgear.solve.dataset import equilibrium_data, result_attrs, result_labels
 from flexgear.solve.linear import LinearTrain, linear_train, why_not_linear
 from flexgear.solve.model import Model, first_torque, rated_rotations
 
-OVER_POSITIONS = ("_peak_to_peak_um", "_positions")  # ends of figures that one position lacks
 UNLOADED = 1e-9  # force over the largest gear-mesh force below which it is rounding
 
 
@@ -89,7 +88,7 @@ def position_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
     }
     if "face_line_load" in data:
         figures["face_load"] = {
-            flank: {k: v for k, v in of_flank.items() if not k.endswith(OVER_POSITIONS)}
+            flank: {k: v for k, v in of_flank.items() if k not in OVER_POSITIONS}
             for flank, of_flank in face_figures(data.expand_dims("position")).items()
         }
         figures |= _root_stress(model, data.expand_dims("position"))

@@ -260,7 +260,8 @@ def stepping_of(
 
 
 def lost_contacts(model: Model) -> list[str]:
-    """Warnings of faulty teeth that leave no pair in contact, of all stages: ``lost_contact``."""
+    """Warnings for all stages in which faulty teeth leave no tooth pair in contact, see
+    ``lost_contact``."""
     views = ((model.case.view(stage.name), stage) for stage in model.flow.stages)
     return [text for view, flow in views for text in lost_contact(view, flow.gear_mesh_forces)]
 

@@ -232,8 +232,8 @@ def _group(plain: dict[str, Any], arrays: Mapping[str, Array]) -> GroupLoads:
 
 
 def deviated_cases(case: Case) -> tuple[Case, ...]:
-    """The case with each set of deviations for which it is rated, with sound teeth and races.
-    InputError for a missing accuracy grade, or where no error is drawn."""
+    """The cases to be solved: one for each set of manufacturing deviations, all without the faults
+    of the case. InputError for a missing accuracy grade, or where no error is drawn."""
     case = case.with_(faults=())
     if case.rating.deviations == "stated":
         return (case,)

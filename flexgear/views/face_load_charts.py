@@ -18,7 +18,7 @@ from scipy.stats import binned_statistic_2d
 from flexgear.arrays import Array
 from flexgear.gears.slices import factor_along, mean_along
 from flexgear.model.names import FlankName
-from flexgear.results.face_load import LEAST_TILT
+from flexgear.results.face_load import misalignment_by_cause
 from flexgear.results.stage_figures import gears_of
 from flexgear.results.tooth_pattern import ToothPattern, filled
 from flexgear.views.style import (
@@ -125,11 +125,8 @@ def misalignment_chart(data: xr.Dataset) -> Figure:
     with the range from least to largest; on the right the sum of all causes."""
     figure, axes, rows = _rows(data, 52)
     for ax, title, flanks in rows:
-        misalignment = data["gear_mesh_misalignment_by_cause"].sel(flank=flanks) * MICRO
-        total = misalignment.sum("cause", skipna=False).assign_coords(cause="all together")
-        causes = misalignment.sel(
-            cause=(abs(misalignment) > LEAST_TILT * MICRO).any(["position", "flank"])
-        )
+        causes = misalignment_by_cause(data.sel(flank=flanks)) * MICRO
+        total = causes.sum("cause", skipna=False).assign_coords(cause="all together")
         bars = xr.concat([causes, total], "cause")
         width = 0.8 / len(flanks)
         for k, name in enumerate(flanks):

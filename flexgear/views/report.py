@@ -236,21 +236,18 @@ def side_by_side(sides: Sequence[Side], section: str) -> list[dict[str, Any]]:
     """Tables of a section: title, whether it is folded, and rows with label, figures of all sides
     and difference."""
     table_rows: dict[str, dict[str, list[Row | None]]] = {}
-    windows: dict[str, dict[str, str]] = {}  # of sides, by titles without them
+    windows: dict[str, dict[str, str]] = {}  # by title and letter of the side
     folded = {table.title for side in sides for table in side.tables if table.folded}
     for k, side in enumerate(sides):
         for table in side.tables:
             if table.section == section:
-                title, comma, window = table.title.partition(WINDOW)
-                if "AB"[k] in windows.get(title, {}):  # several windows of one run
-                    title, comma, window = table.title, "", ""
-                windows.setdefault(title, {})["AB"[k]] = comma + window
-                rows = table_rows.setdefault(title, {})
+                windows.setdefault(table.title, {})["AB"[k]] = table.window
+                rows = table_rows.setdefault(table.title, {})
                 for row in table.rows:
                     rows.setdefault(row.label, [None] * len(sides))[k] = row
     return [
         {
-            "title": title + _windows(windows[title]),
+            "title": ", ".join([title, *_windows(windows[title])]),
             "folded": title in folded,
             "rows": [(label, *_cells(cells)) for label, cells in rows.items()],
         }
@@ -258,13 +255,13 @@ def side_by_side(sides: Sequence[Side], section: str) -> list[dict[str, Any]]:
     ]
 
 
-WINDOW = ", from "  # between the title of a table and its window of time
-
-
-def _windows(by_side: Mapping[str, str]) -> str:
-    """Windows of time of a table on all sides: one where they agree, else with A and B."""
-    first, *others = set(by_side.values())
-    return "".join(f"{w} ({k})" for k, w in by_side.items()) if others else first
+def _windows(by_side: Mapping[str, str]) -> list[str]:
+    """Time windows of a table that two runs have: once where both have the same one, otherwise each
+    with the letter of its run, such as "from 1 to 2 s (A)"."""
+    distinct = set(by_side.values())
+    if len(distinct) == 1:
+        return [window for window in distinct if window]
+    return [f"{window} ({side})" for side, window in by_side.items() if window]
 
 
 LEAST_CHANGE = 0.005  # %, below which a difference is printed as none

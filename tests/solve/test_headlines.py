@@ -433,15 +433,18 @@ def test_bearings_without_a_rating_are_named_unless_their_load_is_rounding():
     assert "drive" not in row["sentence"]
 
 
-@pytest.mark.parametrize(("film", "level"), [(16.2, "open"), (2.9, "bad")])
-def test_plain_planet_bearings_are_held_to_their_least_film(film, level):
+@pytest.mark.parametrize(
+    ("film", "level", "figure"),
+    [(16.2, "open", "oil film 16.2 µm"), (2.9, "bad", "surfaces touch")],
+)
+def test_plain_planet_bearings_are_held_to_their_least_film(film, level, figure):
     """They have no rating life, so none is asked for."""
     keys = {"diameter_mm": 300, "length_mm": 150, "clearance_um": 150, "viscosity_mpa_s": 40}
     journal = {f"stage.planet_bearing.journal.{k}": str(v) for k, v in keys.items()}
     journal |= {"stage.planet_bearing.journal.least_film_um": "3"}
     stage = SUMMARY["stages"]["stage"] | {"least_film_um": film}
     row = answer("bearing_life", journal, stages={"stage": stage})
-    assert row["level"] == level
+    assert (row["level"], row["figure"]) == (level, figure)
     assert f"least oil film {film} µm, surfaces touch at 3 µm." in row["sentence"]
     assert "No dynamic rating given: planet bearing" not in row["sentence"]
 

@@ -113,7 +113,15 @@ def test_plots_stand_in_the_page_once_and_without_them_it_is_static(tmp_path: Pa
 
 def test_tables_of_different_windows_stand_side_by_side():
     sides = [
-        Side(n, "", (), [Table("sharing", f"K, in time, from {w} s", [Row("ring", k)])], (), "", "")
+        Side(
+            n,
+            "",
+            (),
+            [Table("sharing", "K, in time", [Row("ring", k)], window=f"from {w} s")],
+            (),
+            "",
+            "",
+        )
         for n, w, k in (("A", "1 to 2", 1.2), ("B", "3 to 4", 1.5))
     ]
     (table,) = side_by_side(sides, "sharing")

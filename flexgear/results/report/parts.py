@@ -77,12 +77,19 @@ class Row:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows below a title in a section; folded: whether the page hides them until opened."""
+    """Rows below a title in a section; folded: whether the page hides them until opened; window:
+    time window of the rows in words, such as "from 1 to 2 s", "" without one."""
 
     section: str
     title: str
     rows: Sequence[Row]
     folded: bool = False
+    window: str = ""
+
+    @property
+    def heading(self) -> str:
+        """Title and window."""
+        return f"{self.title}, {self.window}" if self.window else self.title
 
 
 @dataclass(frozen=True)
@@ -173,7 +180,8 @@ _WORDS = {
     "pair_stiffness_peak_n_per_m": "largest stiffness of one pair",
     "iso_single_stiffness_n_per_mm_um": "stiffness of one pair per face width, c′ of ISO 6336-1",
     "nominal_contact_pressure_mpa": (
-        "nominal contact pressure at the pitch point (ISO 6336-2, no helix angle or load factors)"
+        "nominal contact pressure at the pitch point (ISO 6336-2, without helix angle "
+        "factor and load factors)"
     ),
     "nominal_root_stress_iso_6336_3_{part}_mpa": (
         "nominal root stress of the {part} (ISO 6336-3, no load factors)"

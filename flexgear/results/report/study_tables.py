@@ -202,16 +202,14 @@ def _bins(rating: Rating) -> Iterator[Row]:
 
 
 def _gear_meshes(rating: Rating) -> Iterator[Table]:
-    """Load factors of each group of gear meshes in the loaded bin that damages gears of its stage
-    most, of several equal ones in that with the largest torque."""
+    """Load factors of each group of gear meshes, in the load bin that does most damage to the gears
+    of its stage; among bins of equal damage, in the one with the largest torque."""
     first = rating.case.inputs[0].member
     for gear_mesh in rating.gear_meshes:
-        gears = [
-            np.nan_to_num(part.damage)
-            for part in rating.parts
-            if part.kind != "bearing" and part.stage == gear_mesh.name.stage
-        ]
-        damage = np.sum(gears, axis=0) if gears else np.zeros(len(rating.bins))
+        stage, damage = gear_mesh.name.stage, np.zeros(len(rating.bins))
+        for part in rating.parts:
+            if part.kind != "bearing" and part.stage == stage:
+                damage += np.nan_to_num(part.damage, posinf=math.inf)
         loaded = [b for b, factors in enumerate(gear_mesh.factors) if factors]
         if loaded:
             b = max(loaded, key=lambda b: (damage[b], abs(rating.bins[b].torque[first])))

@@ -102,8 +102,8 @@ def _forces(summary: Summary) -> Iterator[Table]:
         title = titled_by_stage("root stress by finite elements", name)
         yield Table("face", title, list(rows(ROOTS, figures)))
     transient = summary["transient"]
-    title = f"forces in time, {window_words(transient)}"
-    yield Table(GEAR_MESH_PART, title, list(rows(FORCES, transient)))
+    forces, window = list(rows(FORCES, transient)), window_words(transient)
+    yield Table(GEAR_MESH_PART, "forces in time", forces, window=window)
 
 
 def _sharing(summary: Summary) -> Iterator[Table]:
@@ -112,8 +112,8 @@ def _sharing(summary: Summary) -> Iterator[Table]:
         factors = [row for figures in stages.values() for row in _coefficients(figures)]
         yield Table("sharing", f"{variant}, equilibria", factors)
     for variant, figures in sharing["transient"].items():
-        title = f"{variant}, in time, {window_words(figures)}"
-        yield Table("sharing", title, list(_coefficients(figures)))
+        factors, window = list(_coefficients(figures)), window_words(figures)
+        yield Table("sharing", f"{variant}, in time", factors, window=window)
 
 
 _COEFFICIENTS = {
@@ -152,11 +152,11 @@ def _bearings(case: Case, flow: PowerFlow, summary: Summary) -> Iterator[Table]:
 def _deflections(summary: Summary) -> Iterator[Table]:
     window = window_words(summary["transient"])
     distances = list(rows(DISTANCES, summary["transient"]))
-    yield Table("deflections", f"largest displacement from the axis, {window}", distances)
+    yield Table("deflections", "largest displacement from the axis", distances, window=window)
     for stage, figures in summary.get("steady", {}).items():
         at = of_stage(stage)
-        title = f"ring tooth node 1{at}, largest {window}"
-        yield Table("deflections", title, list(rows(STEADY, figures)))
+        title = f"ring tooth node 1{at}, largest values"
+        yield Table("deflections", title, list(rows(STEADY, figures)), window=window)
         title = f"stress along the circumference outside on the ring{at}, equilibria at mid-face"
         yield Table("deflections", title, list(rows(RIM, figures)))
         sizes = enumerate(figures["radial_harmonics_um"])

@@ -206,13 +206,18 @@ def _life(findings: Findings) -> Iterator[Answer]:
             level = "bad" if touches else level
             yield Answer(level, stage, life, figure, " ".join(sentence.split()), limit, over)
         elif missing or film:
-            level, figure = ("bad", "surfaces touch") if touches else ("open", "no rating given")
+            level, figure = "open", "no rating given"
+            if not missing:
+                figure = f"oil film {number(figures['least_film_um'])} µm"
+            if touches:
+                level, figure = "bad", "surfaces touch"
             assessed = f"Not assessed. {missing} " if missing else ""
             yield Answer(level, stage, None, figure, f"{assessed}{film}".strip(), window=over)
 
 
 def _film(view: StageView, figures: Mapping[str, Any]) -> tuple[str, bool]:
-    """Sentence on the oil film of planets' plain bearings, if any, and whether surfaces touch."""
+    """Sentence on the least oil film of plain planet bearings, "" without any; and whether it is so
+    thin that pin and planet touch."""
     bearing, least = view.stage.planet_bearing, figures.get("least_film_um")
     if bearing.journal is None or least is None:
         return "", False
@@ -229,7 +234,8 @@ def _required(view: StageView, names: Iterable[str]) -> dict[str, float | None]:
 
 
 def _unrated(view: StageView, figures: Mapping[str, Any], lives: Mapping[str, float]) -> str:
-    """Sentence on loaded rolling bearings without life, with their loads; "" without any."""
+    """Sentence that names the loaded rolling bearings without a rating, with their loads; "" if all
+    are rated."""
     plain = view.stage.planet_bearing.journal is not None
     rated = {*lives, *(NodeName.parse(name).kind for name in lives)}
     loads: dict[tuple[str, str], float] = {}
