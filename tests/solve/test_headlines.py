@@ -5,71 +5,15 @@ import re
 from typing import Any
 
 import pytest
+from summary_samples import CASE, DROP, FLOW, SUMMARY, WINDOW, shared
 from trains import spur_pair, write
 
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
-from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.results.report.parts import Verdict
 from flexgear.solve.headlines import HEADLINES, headlines, verdicts
 from flexgear.solve.run import run
-
-
-def shared(k: float) -> dict[str, Any]:
-    """Figures of a group of gear meshes of four planets."""
-    return {"instantaneous": k, "iec_61400_4": 1.25}
-
-
-WINDOW = {"window_s": [0.3, 5.0], "settled": True}
-CASE = load_case("wind-5mw")
-FLOW = power_flow(CASE)
-SUMMARY: dict[str, Any] = {
-    "warnings": ["stage.ring: static error 3 %, above 2 %"],
-    "stages": {
-        "stage": {
-            "ring_gear_mesh_force_n": 788e3,
-            "sun_gear_mesh_force_n": 788e3,
-            "nominal_root_stress_mpa": {"sun": 243.0, "ring": 206.0},
-            "planet_bearing_force_n": 1469e3,
-            "pin_speed_rpm": 11.27,
-        }
-    },
-    "torque_steps": {},
-    "errors_given": True,
-    "equilibrium_window": "one turn of the carrier",
-    "motion_um_max": {"stage.sun": 21.3, "stage.carrier": 3.0},
-    "resonance": {
-        "met": [], "margin": 0.1, "speed_factors": [1.0], "orders": {}, "unknown_spectrum": []
-    },
-    "load_sharing": {
-        "quasi_static": {
-            "flexible": {"stage": {"complete": True, "stage ring": shared(1.21)}},
-            "rigid": {"stage": {"stage ring": shared(9.0)}},
-        },
-        "transient": {
-            "flexible": {"stage ring": shared(1.23), **WINDOW},
-            "rigid": {"stage ring": shared(1.15), **WINDOW},
-        },
-    },
-    "steady": {"stage": {
-        "carrier_speed_rpm_mean": 11.27,
-        "radial_harmonics_um": [3.0, 9.0, 0.1, 0.2, 0.1, 21.3, 0.1],
-        "tooth_displacement_peak_um": {"x": 36.8, "y": 118.4, "z": 12.5},
-    }},
-    "transient": {
-        **WINDOW,
-        "gear_mesh_force": {"stage ring": {"min_n": 7e5, "mean_n": 788e3, "max_n": 8e5}},
-        "displacement_um_max": {"stage.sun": 21.3, "stage.carrier": 3.0},
-    },
-    "reduction": {"stage.ring": {"static_error": 0.03}, "stage.carrier": {"static_error": 0.01}},
-    "equilibrium_closure_max": 1e-12,
-    "energy_residual": 0.002,
-    "system": {
-        "kept_modes": 102, "modes_limit_hz": 1329.0, "modes_band_hz": 500.0, "modes_estimate": 0.009
-    },
-    "harmonic": {"largest_difference": 2e-9},
-}  # fmt: skip
 
 
 def verdicts_of(case: Case, summary: dict[str, Any]) -> list[Verdict]:
@@ -168,14 +112,6 @@ def test_the_power_flow_gives_the_sum_of_both_halves_not_their_shares():
     force["stage sun left"] = {"min_n": 9e5, "mean_n": 1.4 * 788e3, "max_n": 1e6}
     wrong = {**SUMMARY["transient"], "gear_mesh_force": force}
     assert solution(transient=wrong)["Mean gear-mesh force"] == "bad"
-
-
-DROP = {
-    "gear_mesh_force": {"stage ring": {"min_n": 7e4, "mean_n": 6.7e5, "max_n": 1.2e6}},
-    "load_sharing": {"stage ring": 1.26},
-    **WINDOW,
-}
-DROPS = {"torque_steps": {"0.2e6": {"flexible": DROP}}}
 
 
 def test_the_largest_force_is_that_of_all_transients():
@@ -354,128 +290,3 @@ def test_the_worst_stage_is_in_front_and_the_others_beside_it():
     assert (first.subject, first.figure) == ("Largest gear-mesh force, lss", "1.020 × nominal")
     assert "Iss: 1.010 × nominal." in first.sentence
     assert "Hss: 1.0050 × nominal." in first.sentence
-
-
-ROOT, FLANK = "allowable_root_stress_mpa", "allowable_flank_pressure_mpa"
-BEARING = {
-    "stage.planet_bearing.dynamic_rating_kn": "9000",
-    "stage.planet_bearing.rolling": "roller",
-}
-
-
-def answer(name: str, settings: dict[str, str], **changes: Any) -> dict[str, Any]:
-    """One headline of ``wind-5mw`` with settings, of the summary with parts replaced."""
-    case = load_case("wind-5mw", settings)
-    summary = {**copy.deepcopy(SUMMARY), **changes}
-    rows = headlines(case, power_flow(case), summary)
-    return next(row for row in rows if row["name"] == name)
-
-
-def fe_stress(**gears: float) -> dict[str, Any]:
-    """Figures of the stage with computed root stresses, MPa."""
-    stage = {
-        **SUMMARY["stages"]["stage"],
-        "root_stress_mpa": {g: {"max": s} for g, s in gears.items()},
-    }
-    return {"stages": {"stage": stage}}
-
-
-@pytest.mark.parametrize(
-    ("limit", "level"),
-    [(240, "bad"), (360, "watch"), (380, "note")],  # 243 MPa at rest, 1.523 × as much in the drop
-)
-def test_a_nominal_stress_is_held_with_the_largest_force_and_never_called_within_limits(
-    limit, level
-):
-    row = answer("root_stress", {f"stage.sun.{ROOT}": str(limit)}, **DROPS)
-    assert (row["level"], row["value"], row["allowable"]) == (level, 243.0, limit)
-    assert row["figure"] == f"243 of {limit} MPa"
-    assert "370.1 MPa" in row["sentence"]
-    assert "1.523 × nominal" in row["sentence"]
-    assert "No allowable stress given: ring." in row["sentence"]
-    assert ("No verdict" in row["sentence"]) == (level == "note")
-
-
-def test_the_gear_that_uses_most_of_its_allowable_comes_first():
-    settings = {f"stage.sun.{ROOT}": "600", f"stage.ring.{ROOT}": "300"}
-    row = answer("root_stress", settings)
-    assert row["figure"] == "206 of 300 MPa"
-    assert row["sentence"].startswith("Ring")
-
-
-def test_a_stress_by_finite_elements_is_within_limits_below_its_allowable():
-    settings = {f"stage.{gear}.{ROOT}": "400" for gear in ("sun", "planet", "ring")}
-    row = answer("root_stress", settings, **fe_stress(sun=250.0, planet=260.0, ring=210.0))
-    assert (row["level"], row["figure"]) == ("good", "260 of 400 MPa")
-    assert row["sentence"].startswith("Planet, by finite elements")
-
-
-def test_a_gear_without_an_allowable_leaves_no_stage_within_limits():
-    row = answer("root_stress", {f"stage.ring.{ROOT}": "400"}, **fe_stress(sun=900.0, ring=210.0))
-    assert (row["level"], row["figure"]) == ("note", "210 of 400 MPa")
-    assert "sun 900 MPa" in row["sentence"]
-    assert "No allowable stress given: sun." in row["sentence"]
-
-
-def test_a_bearing_without_a_required_life_leaves_no_stage_within_limits():
-    settings = {**BEARING, "stage.planet_bearing.required_life_h": "175000"}
-    lives = {"planet_bearing_1": 180e3, "carrier_bearing_drive": 9e6}
-    stage = {**SUMMARY["stages"]["stage"], "bearing_life_h": lives}
-    row = answer("bearing_life", settings, stages={"stage": stage})
-    assert (row["level"], row["value"]) == ("note", 180e3)
-    assert "No required life given: carrier bearing drive." in row["sentence"]
-
-
-def test_bearings_without_a_rating_are_named_unless_their_load_is_rounding():
-    seats = {"carrier_bearing_force_n": {"drive": 6e-4, "far": 2.5e4}}
-    row = answer("bearing_life", {}, stages={"stage": SUMMARY["stages"]["stage"] | seats})
-    assert "planet bearing (1.469 MN), carrier bearing, far side (25 kN)." in row["sentence"]
-    assert "drive" not in row["sentence"]
-
-
-@pytest.mark.parametrize(
-    ("film", "level", "figure"),
-    [(16.2, "open", "oil film 16.2 µm"), (2.9, "bad", "surfaces touch")],
-)
-def test_plain_planet_bearings_are_held_to_their_least_film(film, level, figure):
-    """They have no rating life, so none is asked for."""
-    keys = {"diameter_mm": 300, "length_mm": 150, "clearance_um": 150, "viscosity_mpa_s": 40}
-    journal = {f"stage.planet_bearing.journal.{k}": str(v) for k, v in keys.items()}
-    journal |= {"stage.planet_bearing.journal.least_film_um": "3"}
-    stage = SUMMARY["stages"]["stage"] | {"least_film_um": film}
-    row = answer("bearing_life", journal, stages={"stage": stage})
-    assert (row["level"], row["figure"]) == (level, figure)
-    assert f"least oil film {film} µm, surfaces touch at 3 µm." in row["sentence"]
-    assert "No dynamic rating given: planet bearing" not in row["sentence"]
-
-
-def test_no_verdict_on_roots_names_what_is_not_computed():
-    limits = {f"stage.{gear}.{ROOT}": "900" for gear in ("sun", "planet", "ring")}
-    for model, lacks in (("per_pair", "load"), ("face_load", "root stress")):
-        row = answer("root_stress", {**limits, "stage.gear_mesh.model": model})
-        assert f"No verdict: the {lacks} along the face is not computed." in row["sentence"]
-
-
-def test_a_flank_pressure_is_held_to_the_softer_gear_and_grows_with_the_root_of_the_force():
-    limits = {f"stage.sun.{FLANK}": "1500", f"stage.planet.{FLANK}": "1400"}
-    row = answer("flank_pressure", limits, **DROPS)
-    assert row["allowable"] == 1400.0
-    grown = row["value"] * 1.523**0.5
-    assert f"{100 * grown / 1400:.3g} %" in row["sentence"]
-
-
-@pytest.mark.parametrize(("life", "level"), [(180e3, "good"), (170e3, "bad")])
-def test_a_life_is_held_to_the_required_one(life, level):
-    settings = {**BEARING, "stage.planet_bearing.required_life_h": "175000"}
-    stage = {**SUMMARY["stages"]["stage"], "bearing_life_h": {"planet_bearing_1": life}}
-    row = answer("bearing_life", settings, stages={"stage": stage})
-    assert (row["level"], row["value"], row["allowable"]) == (level, life, 175e3)
-    assert row["figure"].endswith(" of 175\u202f000 h (20 years) required")
-    assert "No required life" not in row["sentence"]
-    row = answer("bearing_life", BEARING, stages={"stage": stage})
-    assert "No required life given." in row["sentence"]
-
-
-def test_a_required_life_needs_a_rating():
-    with pytest.raises(InputError, match=r"dynamic_rating.*is missing beside required_life"):
-        load_case("wind-5mw", {"stage.planet_bearing.required_life_h": "175000"})
