@@ -9,17 +9,9 @@ from flexgear.results.rating_files import rating_rows
 from flexgear.studies.rating import rate
 
 TORQUE, RPM = 800.0, 1500.0  # of the pinion, which drives
-
-
 A, B = {"pinion": 0.08, "gear": 0.05}, {"pinion": 0.12, "gear": 0.11}  # m
-
-
 TEETH, MODULE, HELIX = {"pinion": 21, "gear": 64}, 4.0, 14.0
-
-
 PLAIN = {"dynamic_rating_kn": 120, "static_rating_kn": 150, "rolling": '"roller"'}
-
-
 HOURS = 2000.0
 
 

@@ -12,14 +12,8 @@ def shared(k: float) -> dict[str, Any]:
 
 
 WINDOW = {"window_s": [0.3, 5.0], "settled": True}
-
-
 CASE = load_case("wind-5mw")
-
-
 FLOW = power_flow(CASE)
-
-
 SUMMARY: dict[str, Any] = {
     "warnings": ["stage.ring: static error 3 %, above 2 %"],
     "stages": {

@@ -17,7 +17,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from flexgear.analysis.continuation import SAME, state_between
+from flexgear.analysis.continuation import SAME
+from flexgear.analysis.curve_follower import state_between
 from flexgear.analysis.harmonic_balance import Balance, Factors, Orbit
 from flexgear.analysis.orbit_receptance import CondensedTrain, Range, condensed_train
 from flexgear.arrays import Array

@@ -12,7 +12,8 @@ import numpy as np
 import xarray as xr
 
 from flexgear.analysis.branch_points import ends_at, leaving_branch, over_two_periods
-from flexgear.analysis.continuation import Curve, Cut, branch, curves
+from flexgear.analysis.continuation import Curve, branch, curves
+from flexgear.analysis.curve_follower import Cut
 from flexgear.analysis.harmonic_balance import SAMPLES, Balance, Orbit, converge
 from flexgear.analysis.orbit import OrbitElements, orbit_elements
 from flexgear.analysis.orbit_receptance import CondensedTrain, Range, condensed_train

@@ -12,8 +12,6 @@ from flexgear.model.load import load_case
 from flexgear.solve.headlines import headlines
 
 ROOT, FLANK = "allowable_root_stress_mpa", "allowable_flank_pressure_mpa"
-
-
 BEARING = {
     "stage.planet_bearing.dynamic_rating_kn": "9000",
     "stage.planet_bearing.rolling": "roller",

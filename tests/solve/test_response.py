@@ -9,7 +9,7 @@ import pytest
 from dead_zone import GEAR_MESH_HZ, RADIUS, case_text
 
 import flexgear
-from flexgear.analysis import continuation
+from flexgear.analysis import continuation, curve_follower
 from flexgear.analysis.harmonic_balance import Balance, converge
 from flexgear.analysis.orbit import orbit_elements
 from flexgear.analysis.orbit_motion import recovery_of
@@ -119,11 +119,11 @@ def test_a_long_response_first_says_how_long_it_takes(pair, monkeypatch):
 def test_a_curve_that_creeps_ends_with_its_reason(pair, monkeypatch):
     """As where the tangent turns in every step, which keeps steps short: it stops after as many as
     would have led from the shortest step to the longest and back."""
-    monkeypatch.setattr(continuation, "LARGEST_TURN", -1.0)
-    monkeypatch.setattr(continuation, "KINK", 1e-6)
+    monkeypatch.setattr(curve_follower, "LARGEST_TURN", -1.0)
+    monkeypatch.setattr(curve_follower, "KINK", 1e-6)
     monkeypatch.setattr(continuation, "SEEDS", (0.0,))
     data = pair.response((1.6, 2.0), harmonics=1, doublings=0)
-    assert data.sizes["point"] == 1 + continuation.CREEP
+    assert data.sizes["point"] == 1 + curve_follower.CREEP
     assert "no steady state was found further on" in data.attrs["cut"]
 
 
