@@ -183,7 +183,7 @@ def test_plain_bearings_are_asked_for_no_rating(tmp_path):
     assert len(parts) == 3
     assert all(p.missing.startswith("a plain bearing has no rating life") for p in parts)
     rating = {"dynamic_rating_kn": "100", "rolling": '"roller"'}
-    with pytest.raises(InputError, match="rolling elements, which a journal"):
+    with pytest.raises(InputError, match="rolling elements, and a journal"):
         with_film(tmp_path, **{f"stage.planet_bearing.{k}": v for k, v in rating.items()})
 
 
