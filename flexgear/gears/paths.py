@@ -24,7 +24,7 @@ outer end.
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -191,7 +191,15 @@ def stage_paths(view: StageView, forces: Mapping[str, float]) -> dict[PathKey, G
     on it, and drive flanks carry where it is not negative. Raises InputError for gears that do not
     mesh and planets that do not assemble.
     """
-    g, stage = stage_geometry(view), view.stage
+    return dict(_stage_paths(view, tuple(sorted(forces.items()))))
+
+
+@lru_cache(maxsize=16)  # a command asks for the same paths up to ten times
+def _stage_paths(
+    view: StageView, gear_mesh_forces: tuple[tuple[str, float], ...]
+) -> dict[PathKey, GearMeshPath]:
+    """As ``stage_paths``, which returns a copy of the dictionary."""
+    g, stage, forces = stage_geometry(view), view.stage, dict(gear_mesh_forces)
     require_assembly(view, g)
     if not stage.double_helical:
         paths = _half_paths(view, g, forces)
