@@ -11,7 +11,7 @@ import xarray as xr
 
 from flexgear.cli import options
 from flexgear.cli.analysis import Analysis
-from flexgear.cli.display import columns, table
+from flexgear.cli.display import columns, table, warn
 from flexgear.model.units import RPM
 from flexgear.results.report.wording import with_unit, words
 from flexgear.solve.linear_response import linear_response
@@ -30,6 +30,7 @@ from flexgear.views.vibration_charts import (
     stability_chart,
 )
 
+MAX_CHANGE = 0.05  # of motion over its range by twice as many harmonics, above which a line warns
 MAX_LINES = 12  # peaks and changes of stability that are printed
 LEAST_SHARE = 0.01  # of a peak: modes with smaller shares are not named
 RANGES = {  # of a response, in addition to those without contact
@@ -104,7 +105,7 @@ def response(
             )
     analysis.save(data, linear_response_chart if linear else response_chart)
     if linear:
-        peaks = [_linear_peak(data.isel(peak=k)) for k in range(data.sizes.get("peak", 0))]
+        peaks = [_linear_peak(model, data.isel(peak=k)) for k in range(data.sizes.get("peak", 0))]
         analysis.show({"peaks": peaks}, partial(_show_linear, model, peaks))
     else:
         figures = response_figures(data)
@@ -135,24 +136,50 @@ def _show_linear(model: Model, peaks: list[dict[str, Any]]) -> None:
     typer.echo(f"{model.case.name}: response to the static transmission error, mean stiffness")
     if not peaks:
         typer.echo("  no peak in this range")
-    for peak in peaks[:MAX_LINES]:
+    alike = _alike_planets(peaks)
+    for peak, names in alike[:MAX_LINES]:
         modes = ", ".join(f"mode {m} {100 * s:.0f} %" for m, s in peak["modes"].items())
         typer.echo(
-            f"  {peak['gear_mesh']}, order {peak['order']}, {peak['speed_share']:.4g} of rated "
+            f"  {names}, order {peak['order']}, {peak['speed_share']:.4g} of rated "
             f"speed: {with_unit(peak['force_n'], 'N')} ({modes})"
         )
+    if len(alike) > MAX_LINES:
+        typer.echo(f"  and {len(alike) - MAX_LINES} lower ones (--json lists all)")
+    lost = [peak for peak in peaks if peak["force_n"] > peak["mean_force_n"]]
+    if lost:
+        worst = max(lost, key=lambda p: p["force_n"] / p["mean_force_n"])
+        warn([
+            f"{worst['gear_mesh']}: amplitude {with_unit(worst['force_n'], 'N')} at "
+            f"{worst['speed_share']:.4g} of rated speed exceeds the mean force of "
+            f"{with_unit(worst['mean_force_n'], 'N')}: teeth lose contact there, which a linear "
+            "response does not have; leave out --linear to see how high the resonance is"
+        ])  # fmt: skip
 
 
-def _linear_peak(row: xr.Dataset) -> dict[str, Any]:
+def _alike_planets(peaks: list[dict[str, Any]]) -> list[tuple[dict[str, Any], str]]:
+    """Peaks, one of all planets that have it at the same height, with the names of gear meshes."""
+    alike = dict[tuple[str, ...], list[dict[str, Any]]]()
+    for peak in peaks:
+        figures = (f"{peak['speed_share']:.4g}", f"{peak['force_n']:.4g}", str(peak["order"]))
+        alike.setdefault((peak["gear_mesh"].rsplit(" ", 1)[0], *figures), []).append(peak)
+    return [
+        (of[0], f"{group} {', '.join(sorted(p['gear_mesh'].rsplit(' ', 1)[1] for p in of))}")
+        for (group, *_), of in alike.items()
+    ]
+
+
+def _linear_peak(model: Model, row: xr.Dataset) -> dict[str, Any]:
     """A peak with its three largest modal shares."""
+    name = str(row["peak_gear_mesh"].values)
     share = row["peak_mode_share"].to_numpy()
     largest = np.argsort(-np.abs(share))[:3]
     numbers = row["kept_mode"].to_numpy()
     return {
-        "gear_mesh": str(row["peak_gear_mesh"].values),
+        "gear_mesh": name,
         "order": int(row["peak_order"]),
         "speed_share": float(row["peak_factor"]),
         "force_n": float(row["peak_force"]),
+        "mean_force_n": float(model.mean_forces[model.gear_meshes.names.index(name)]),
         "modes": {
             int(numbers[k]): float(share[k]) for k in largest if abs(share[k]) >= LEAST_SHARE
         },
@@ -186,6 +213,14 @@ def show_response(model: Model, data: xr.Dataset, figures: dict[str, Any]) -> No
         typer.echo(f"left out, as it does not repeat with the gear mesh: {data.attrs['left_out']}")
     for cut in figures["cuts"]:
         typer.echo(f"a curve is cut {cut}")
+    resonance = model.pace.resonance
+    highest = figures["harmonics"] * data["gear_mesh_frequency"].min().item()
+    if change is not None and change > MAX_CHANGE:
+        below = f"{with_unit(highest, 'Hz')} at the lowest speed, below the "
+        below += f"{with_unit(resonance, 'Hz')} at which gears vibrate on their gear mesh"
+        line = "too few harmonics: peaks may be too low, or missing"
+        line += f" (they end at {below})" if highest < resonance else ""
+        warn([f"{line}; give more --harmonics, up to 200, over a short range, or simulate"])
 
 
 def _lines(figures: dict[str, Any]) -> Iterator[str]:

@@ -145,8 +145,8 @@ class Model(model.Model):
         """Forced response to the static transmission error at mean gear-mesh stiffness: amplitudes
         of forces by order over speed, and the share of every mode in each peak.
 
-        speeds, limit_hz: see ``stability``; count: number of speeds; orders: number of orders of
-        the gear-mesh frequency.
+        speeds, limit_hz: see ``stability``; count: number of equally spaced speeds, to which peaks
+        add more; orders: number of orders of the gear-mesh frequency.
         """
         report = progress_or_bars(progress)
         return linear_response(

@@ -31,6 +31,10 @@ from flexgear.solve.model import Model
 from flexgear.solve.stability import kept_modes, speed_range, train_in_modes
 
 SPEEDS = 401  # number of equally spaced speeds
+ZOOMS, ZOOM = 5, 9  # passes towards a peak between two speeds, and speeds of each
+CROWD = 0.25 ** np.arange(1, 5)  # speeds beside a peak, in distances of the equally spaced ones
+RISE = 0.01  # of a peak above its sides, over its height: less is rounding, or no resonance
+LEAST_PEAK = 1e-3  # of the largest of a stage: lower ones are read at the equally spaced speeds
 ORDERS = 5  # number of orders of the gear-mesh frequency
 
 
@@ -59,25 +63,33 @@ def linear_response(
     """Dataset of the amplitudes of gear-mesh forces and transmission errors over speed, each stage
     excited by its gear meshes, and the shares of modes in each peak.
 
-    count: number of speeds; orders: number of orders; speeds, limit_hz: see ``stability``."""
+    count: number of equally spaced speeds, to which peaks add more; orders: number of orders;
+    speeds, limit_hz: see ``stability``."""
     model.case.require_load()
     first, last = speed_range(model, speeds)
     numbers, shapes, omega = kept_modes(model, limit_hz)
-    factors, names = np.linspace(first, last, count), model.gear_meshes.names
+    names = model.gear_meshes.names
+    stages = [s.name for s in model.flow.stages if s.gear_mesh_frequency > 0.0]
+    excitations = [
+        (train_in_modes(model, stage, shapes, omega), _excited(model, stage, shapes, orders))
+        for stage in stages
+    ]
+    spaced, more = np.linspace(first, last, count), list[float]()
+    for train, excited in excitations:
+        more += _near_peaks(train, excited, spaced, orders)
+    factors = np.union1d(spaced, more)
+    count = len(factors)
     force = np.zeros((count, len(names), orders))
     motion, static = np.zeros_like(force), np.zeros((len(names), orders))
     peaks: list[dict[str, Any]] = []
-    stages = [s for s in model.flow.stages if s.gear_mesh_frequency > 0.0]
-    for done, stage in enumerate(stages):
-        train = train_in_modes(model, stage.name, shapes, omega)
-        excited = _excited(model, stage.name, shapes, orders)
+    for done, (train, excited) in enumerate(excitations):
         static[excited.indices] = np.abs(excited.closing)
         for order in range(1, orders + 1):
             amplitudes, parts, closing = _over_speed(train, excited, factors, order)
             force[:, excited.indices, order - 1] = np.abs(amplitudes)
             motion[:, excited.indices, order - 1] = np.abs(closing)
             for g, index in enumerate(excited.indices):
-                for k in find_peaks(np.abs(amplitudes[:, g]))[0]:
+                for k in _peaks(np.abs(amplitudes[:, g])):
                     peak = amplitudes[k, g]
                     share = (parts[k, g] * np.conj(peak)).real / abs(peak) ** 2
                     place = {"factor": factors[k], "gear_mesh": names[index], "order": order}
@@ -130,6 +142,30 @@ def _excited(model: Model, stage: str, shapes: Array, orders: int) -> _Excited:
     return _Excited(
         indices, np.reshape(rows, (len(indices), len(shapes.T))), stiffness, damping, *waves
     )
+
+
+def _peaks(forces: Array) -> list[int]:
+    """Indices of the peaks of forces (s,) over speed."""
+    at, sides = find_peaks(forces, prominence=0.0)
+    return [int(k) for k in at[sides["prominences"] > RISE * forces[at]]]
+
+
+def _near_peaks(train: PeriodicTrain, excited: _Excited, spaced: Array, orders: int) -> list[float]:
+    """Speed factors of the peaks of gear-mesh forces, and others beside each: with little damping a
+    peak is narrower than the distance of equally spaced factors (s,)."""
+    size = [np.abs(_over_speed(train, excited, spaced, n + 1)[0]) for n in range(orders)]
+    least, more = LEAST_PEAK * np.max(size, initial=0.0), list[float]()
+    for n, forces in enumerate(size):
+        peaks = {k: g for g, row in enumerate(forces.T) for k in _peaks(row) if row[k] > least}
+        for k, g in peaks.items():
+            near = spaced[k - 1 : k + 2]
+            for _ in range(ZOOMS):
+                near = np.linspace(near[0], near[-1], ZOOM)
+                top = int(np.argmax(np.abs(_over_speed(train, excited, near, n + 1)[0][:, g])))
+                at, near = near[top], near[max(top - 1, 0) : top + 2]
+            beside = (spaced[k] - spaced[k - 1]) * CROWD
+            more += [at, *(at - beside), *(at + beside)]
+    return more
 
 
 def _over_speed(

@@ -65,8 +65,23 @@ def test_response_says_that_the_period_doubles_outside_its_range(flexgear, tmp_p
 
 def test_response_of_linear_contact_says_that_teeth_pull(flexgear, tmp_path):
     path = write(tmp_path, gears_text(model="per_pair", law="linear"))
-    text = flexgear.quiet("response", path, "--speed-range", 0.9, 1.1, "--harmonics", 4, "--quiet")
+    command = ("response", path, "--speed-range", 0.9, 1.1, "--harmonics", 4, "--quiet")
+    code, text, warning = flexgear(*command)
     assert "teeth pull, as contact is linear: nowhere" in text and "lose contact" not in text
+    # four harmonics of 10 Hz do not reach the resonance of the pair
+    assert code == 0 and "too few harmonics" in warning and "(they end at 36 Hz" in warning
+
+
+def test_linear_response_has_a_line_for_all_planets_and_warns_of_lost_contact(flexgear, tmp_path):
+    wave = STAGE.replace('"constant"', '"rectangular"\ndamping_ratio = 0.001')
+    path = write(tmp_path, wave.format(planets=4, helix=0, sun=1e8))
+    code, text, warning = flexgear("response", path, "--linear", "--speed-range", 3, 9, "--quiet")
+    assert code == 0 and "stage sun 1, 2, 3, 4, order " in text and "sun 2, order" not in text
+    force = 3000 / 4 / (94 + 26) * 26 / (0.052 * np.cos(np.radians(20)))
+    peaks = flexgear.json("response", path, "--linear", "--speed-range", 3, 9)["peaks"]
+    assert [peak["mean_force_n"] for peak in peaks] == pytest.approx([force] * len(peaks), rel=1e-3)
+    assert max(peak["force_n"] for peak in peaks) > force
+    assert "exceeds the mean force of 3.326 kN: teeth lose contact" in warning
 
 
 def test_rigid_ring_does_not_bend(flexgear):
