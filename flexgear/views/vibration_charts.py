@@ -34,6 +34,7 @@ MARKERS: Any = {"marker": "o", "ms": 2.2, "markevery": 0.025}  # of curves of lo
 COUNTS = {2: "two", 4: "four", 8: "eight"}
 FORCE, ERROR = "response_gear_mesh_force", "response_transmission_error"
 MAX_GEAR_MESHES = len(PLANET_COLOURS)
+SAME = 1e-3  # difference of the forces of equal planets, over the largest force
 MAX_SENSORS = 4  # with a panel
 HIGHEST = 20.0  # times the median of stable states, at which a panel ends, with a note
 
@@ -50,15 +51,17 @@ def response_chart(data: xr.Dataset) -> Figure:
     height, ratios = 150 + 40 * len(sensors), [1.6, 1.0, *[0.7] * len(sensors)]
     figure, axes = panels(len(ratios), 1, height_mm=height, sharex=True, height_ratios=ratios)
     force, error, *of_sensors = axes[:, 0]
-    names = [str(n) for n in data["gear_mesh"].to_numpy()][:MAX_GEAR_MESHES]
-    top, bottom = (KILO * _measure(data, FORCE, m)[:, : len(names)] for m in ("maximum", "minimum"))
-    swing = _measure(data, ERROR, "maximum") - _measure(data, ERROR, "minimum")
-    swing = MICRO * swing[:, : len(names)]
+    drawn = _distinct(data)
+    names = list(drawn.values())
+    of_drawn = data.isel(gear_mesh=list(drawn))
+    top, bottom = (KILO * _measure(of_drawn, FORCE, m) for m in ("maximum", "minimum"))
+    swing = _measure(of_drawn, ERROR, "maximum") - _measure(of_drawn, ERROR, "minimum")
+    swing = MICRO * swing
     for k, colour in enumerate(PLANET_COLOURS[: len(names)]):
         for ax, y, width in ((force, top, 1.4), (force, bottom, 0.8), (error, swing, 1.2)):
             _curve(ax, data, x, y[:, k], colour, width)
         for ax, y in ((force, top), (error, swing)):
-            _contact(ax, data, x, y[:, k], k)
+            _contact(ax, of_drawn, x, y[:, k], k)
     for ax, sensor in zip(of_sensors, sensors, strict=True):
         signal = data["response_sensor"].sel(sensor=sensor, measure="rms").to_numpy()
         _curve(ax, data, x, signal, NEUTRAL, 1.2)
@@ -72,8 +75,24 @@ def response_chart(data: xr.Dataset) -> Figure:
     force.set_ylabel("gear-mesh force (kN),\nlargest and smallest")
     error.set_ylabel("transmission error (µm),\npeak to peak")
     axes[-1, 0].set_xlabel(f"{data.attrs['over']} over rated {data.attrs['over']} (–)")
-    legend_below(figure, _legend(data, names), 3)
+    legend_below(figure, _legend(of_drawn, names), 3)
     return figure
+
+
+def _distinct(data: xr.Dataset) -> dict[int, str]:
+    """Indices of the gear meshes that have lines of their own, with labels: planets with the same
+    forces in every state have one line."""
+    names = [str(n) for n in data["gear_mesh"].to_numpy()]
+    forces = np.stack([_measure(data, FORCE, m) for m in ("maximum", "minimum")])
+    off = SAME * np.abs(forces).max()
+    drawn = dict[int, str]()
+    for k, name in enumerate(names):
+        group, planet = name.rsplit(" ", 1)
+        same = (j for j in drawn if names[j].rsplit(" ", 1)[0] == group
+                and np.abs(forces[..., j] - forces[..., k]).max() <= off)  # fmt: skip
+        first = next(same, k)
+        drawn[first] = f"{drawn[first]}, {planet}" if first in drawn else name
+    return dict(list(drawn.items())[:MAX_GEAR_MESHES])
 
 
 def _measure(data: xr.Dataset, name: str, measure: str) -> Array:

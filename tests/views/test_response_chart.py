@@ -122,3 +122,16 @@ def test_marks_of_jumps_and_changes_are_on_the_page(curve):
     }
     arrows = [a for a in force["layout"]["annotations"] if a["showarrow"]]
     assert [(a["x"], a["ay"], a["y"]) for a in arrows] == [(1.2, 5.0, 4.0), (1.2, 5.0, 7.0)]
+
+
+def test_planets_with_the_same_forces_have_one_line(curve):
+    names = ["stage ring 1", "stage ring 2", "stage sun 1", "stage sun 2"]
+    four = curve.isel(gear_mesh=[0] * 4).assign_coords(gear_mesh=names)
+    force = four["response_gear_mesh_force"]
+    other = four.assign(response_gear_mesh_force=force * np.array([1, 1, 1, 1.1])[:, None])
+    for data, lines in (
+        (four, ["stage ring 1, 2", "stage sun 1, 2"]),
+        (other, ["stage ring 1, 2", "stage sun 1", "stage sun 2"]),
+    ):
+        labels = [text.get_text() for text in response_chart(data).legends[0].get_texts()]
+        assert [label for label in labels if label.startswith("stage")] == lines
