@@ -38,7 +38,7 @@ from flexgear.results.stage_part import (
 ORDERS = 21  # radial harmonics 0 … 20
 CENTRAL = ("sun", "carrier", "ring", "pinion", "gear")
 MICRO = 1e6
-DISTANCE_ROUNDING = 1e-9  # of the largest distance of any body
+DISTANCE_ROUNDING = 1e-7  # of the largest distance of any body; films leave 3e-8
 HISTORIES = (  # variables of a run that ``stage_histories`` needs
     "stage_speed", "gear_mesh_force", "rated_gear_mesh_force", "load_sharing", "pair_load",
     "pair_tooth",

@@ -252,3 +252,12 @@ def test_distance_from_the_axis_is_the_largest_of_central_members():
         {"body": ["s.sun", "s.ring_left", "s.planet_1"]},
     )
     assert displacement_summary(data) == {"s.sun": pytest.approx(5.0), "s.ring_left": 0.0}
+
+
+def test_a_centred_sun_beside_planets_on_oil_films_stays_at_zero():
+    """Films are iterated to 1e-8 of their planets' displacement, which is no orbit of the sun."""
+    motion = np.zeros((2, 2, 6))
+    motion[1, :, 0] = 5.65e-13, 2e-5
+    labels = {"body": ["s.sun", "s.planet_1"]}
+    data = labelled_dataset("position", [0, 1], {"body_displacement": motion}, {}, labels)
+    assert displacement_summary(data) == {"s.sun": 0.0}
