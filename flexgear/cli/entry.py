@@ -201,6 +201,14 @@ class _Stop:
             self._last = now
             raise KeyboardInterrupt
 
+    @staticmethod
+    def recent() -> bool:
+        """Whether a signal was raised less than ``CLOSING`` ago: calls of compiled loops make other
+        errors of it, as it meets them while they pass their arguments."""
+        handlers = (signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM))
+        now = time.monotonic()
+        return any(isinstance(h, _Stop) and now - h._last < CLOSING for h in handlers)
+
 
 def run(arguments: list[str]) -> int:
     """Run a command line and print its errors to stderr; returns the exit code."""
@@ -232,7 +240,7 @@ def _report(error: Exception) -> int:
         return _say(str(error), 2)
     if isinstance(error, FlexgearError):
         return _say(str(error), 1)
-    if isinstance(error, typer.Abort):  # Ctrl-C in older versions of click
+    if isinstance(error, typer.Abort) or _Stop.recent():  # Abort: Ctrl-C in older versions of click
         return _say(STOPPED, 1)
     if hasattr(error, "format_message"):  # a wrong command line
         text = shortened(error.format_message()).rstrip(".")

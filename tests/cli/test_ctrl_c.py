@@ -1,5 +1,6 @@
 """Ctrl-C before there is anything to stop, and pressed more than once."""
 
+import contextlib
 import signal
 import subprocess
 import sys
@@ -70,6 +71,16 @@ def test_a_second_interrupt_while_the_first_one_closes(monkeypatch):
     now[0] += 0.2 * entry.CLOSING  # whatever swallowed the first
     with pytest.raises(KeyboardInterrupt):
         press(2, None)
+
+
+def test_an_error_that_a_compiled_loop_makes_of_an_interrupt_is_a_stop(monkeypatch, capsys):
+    press = entry._Stop()
+    monkeypatch.setattr(signal, "getsignal", lambda number: press)
+    for says in ("internal error", "flexgear: stopped; nothing half-written was left\n"):
+        assert entry._report(TypeError("missing 1 required positional argument: 'sig'")) == 1
+        assert says in capsys.readouterr().err
+        with contextlib.suppress(KeyboardInterrupt):
+            press(signal.SIGTERM, None)
 
 
 def test_a_signal_that_another_thread_receives_ends_the_wait():
