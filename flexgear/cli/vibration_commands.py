@@ -228,6 +228,11 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
     over = figures["over"]
     share = f"{over}_share"
     yield ""
+    largest = figures["largest"]
+    highest = max((row["force_n"] for row in figures["peaks"]), default=0.0)
+    if largest and largest["force_n"] > highest:
+        force = with_unit(largest["force_n"], "N")
+        yield f"  largest gear-mesh force of stable states: {force} at {largest[share]:.4g}"
     for row in figures["peaks"]:
         force = with_unit(row["force_n"], "N")
         period = f", {period_words(row['period'])}" if row["period"] > 1 else ""

@@ -25,6 +25,7 @@ def response_figures(data: xr.Dataset) -> dict[str, Any]:
     doubled = ~stable & (data["multiplier_real"] < -1.0) & (data["multiplier_imag"] == 0.0)
     doubled &= DOUBLED not in data["stability_change_kind"]
     edges = np.diff(branch, prepend=0, append=0) != 0
+    largest = int(np.argmax(np.where(stable, force, -np.inf)))
     changes = list(_rows(data, "stability_change", "parameter", "curve"))
     places, curves, holds = _with_changes(parameter, branch, stable, changes)
     contact = {
@@ -45,6 +46,9 @@ def response_figures(data: xr.Dataset) -> dict[str, Any]:
             {share: float(parameter[k]), "force_n": float(force[k]), "period": int(period[k])}
             for k in _peaks(force, branch, stable)
         ],
+        "largest": {share: float(parameter[largest]), "force_n": float(force[largest])}
+        if stable.any()
+        else None,
         "jumps": [
             {
                 share: at,

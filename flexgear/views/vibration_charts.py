@@ -172,22 +172,18 @@ def _changes(ax: Axes, data: xr.Dataset) -> None:
 
 def _legend(data: xr.Dataset, names: list[str]) -> list[Any]:
     """Entries of the legend: lines, marks and shades."""
-    handles: list[Any] = []
-    if len(names) > 1:
-        handles += [
-            Line2D([], [], color=PLANET_COLOURS[k], lw=1.4, label=name)
-            for k, name in enumerate(names)
-        ]
-    colour = PLANET_COLOURS[0] if len(names) == 1 else NEUTRAL
+    handles: list[Any] = [
+        Line2D([], [], color=PLANET_COLOURS[k], lw=1.4, label=name) for k, name in enumerate(names)
+    ]
     stable = data["stable"].to_numpy() == 1
     if stable.any():
-        handles.append(Line2D([], [], color=colour, lw=1.4, label="stable"))
+        handles.append(Line2D([], [], color=NEUTRAL, lw=1.4, label="stable"))
     if not stable.all():
         dashes = (0, (3, 1.6))
-        handles.append(Line2D([], [], color=colour, lw=0.9, ls=dashes, label="unstable"))
+        handles.append(Line2D([], [], color=NEUTRAL, lw=0.9, ls=dashes, label="unstable"))
     handles += [
         Line2D(
-            [], [], color=colour, lw=1.4, label=period_words(period), **MARKERS | {"markevery": 1}
+            [], [], color=NEUTRAL, lw=1.4, label=period_words(period), **MARKERS | {"markevery": 1}
         )
         for period in np.unique(_periods(data)).astype(int).tolist()
         if period > 1

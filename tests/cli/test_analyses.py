@@ -66,7 +66,14 @@ def test_response_says_that_the_period_doubles_outside_its_range(flexgear, tmp_p
 def test_response_of_linear_contact_says_that_teeth_pull(flexgear, tmp_path):
     path = write(tmp_path, gears_text(model="per_pair", law="linear"))
     command = ("response", path, "--speed-range", 0.9, 1.1, "--harmonics", 4, "--quiet")
-    code, text, warning = flexgear(*command)
+    code, text, warning = flexgear(*command, "--out", tmp_path / "states.nc")
+    states = load(tmp_path / "states.nc")
+    force = states["response_gear_mesh_force"].sel(measure="maximum").max("gear_mesh")
+    at = states["response_speed_share"][int(force.argmax())].item()
+    says = (
+        f"largest gear-mesh force of stable states: {force.max().item() / 1e3:.4g} kN at {at:.4g}\n"
+    )
+    assert says in text and "peak at" not in text
     assert "teeth pull, as contact is linear: nowhere" in text and "lose contact" not in text
     # four harmonics of 10 Hz do not reach the resonance of the pair
     assert code == 0 and "too few harmonics" in warning and "(they end at 36 Hz" in warning
