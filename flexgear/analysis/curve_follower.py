@@ -82,8 +82,8 @@ class _CurvePoint:
 
 
 class CurveFollower:
-    """Follows one curve from one of its states over a wide range; within the narrow range steps are
-    finer, and there are states at its edges."""
+    """Computes the states of one curve, step by step from one of them, over a wide range of λ. In
+    the narrow range inside it steps are shorter, and its two ends are states."""
 
     def __init__(
         self, train: CondensedTrain, span: Range, wide: Range, start: Orbit,
@@ -218,7 +218,8 @@ class CurveFollower:
         return weight
 
     def _curve_point(self, orbit: Orbit, balance: Balance, before: Array | None) -> _CurvePoint:
-        """The state with its unit tangent, in the sense of the previous tangent ``before``."""
+        """The state with the unit tangent of the curve there; its sense is that of ``before``, the
+        tangent at the previous state."""
         size, weight = len(orbit.unknown), self._weight(orbit)
         right = np.zeros(size + 1)
         right[-1] = 1.0
@@ -235,7 +236,8 @@ class CurveFollower:
     def _corrected(
         self, current: _CurvePoint, bend: Array, step: float
     ) -> tuple[Orbit, Balance, int] | None:
-        """The state one step ahead, its equations and number of Newton steps, if convergent."""
+        """The state one step ahead, its equations and the number of Newton steps; None where
+        Newton's method does not converge."""
         size = len(current.orbit.unknown)
         predicted = np.r_[current.orbit.unknown, self.span.value(current.orbit.point)]
         predicted += step * current.tangent + 0.5 * step**2 * bend

@@ -147,7 +147,7 @@ def _show_linear(model: Model, peaks: list[dict[str, Any]]) -> None:
         typer.echo(f"  and {len(alike) - MAX_LINES} lower ones (--json lists all)")
     lost = [peak for peak in peaks if peak["force_n"] > peak["mean_force_n"]]
     if lost:
-        worst = max(lost, key=lambda p: p["force_n"] / p["mean_force_n"])
+        worst = max(lost, key=lambda p: p["force_n"] - p["mean_force_n"])
         warn([
             f"{worst['gear_mesh']}: amplitude {with_unit(worst['force_n'], 'N')} at "
             f"{worst['speed_share']:.4g} of rated speed exceeds the mean force of "

@@ -205,8 +205,8 @@ def _causes(of_flank: xr.Dataset) -> dict[str, float]:
 
 
 def misalignment_by_cause(data: xr.Dataset) -> xr.DataArray:
-    """Misalignment over the face, m, of flanks by the causes that are more than rounding beside
-    their largest transmission error under load."""
+    """Misalignment over the face, m, by flank and cause; without causes whose share is rounding,
+    that is below ``TILT_ROUNDING`` of the largest transmission error under load."""
     shares = data["gear_mesh_misalignment_by_cause"]
     least = TILT_ROUNDING * float(abs(data[TRANSMISSION]).max())
     others = [dim for dim in shares.dims if dim != "cause"]

@@ -88,7 +88,7 @@ class Table:
 
     @property
     def heading(self) -> str:
-        """Title and window."""
+        """The title, followed by the window of time if the figures have one."""
         return f"{self.title}, {self.window}" if self.window else self.title
 
 
