@@ -12,6 +12,7 @@ import xarray as xr
 from flexgear.cli import options
 from flexgear.cli.analysis import Analysis
 from flexgear.cli.display import columns, table, warn
+from flexgear.model.names import GearMeshName
 from flexgear.model.units import RPM
 from flexgear.results.report.wording import with_unit, words
 from flexgear.solve.linear_response import linear_response
@@ -161,16 +162,13 @@ def _alike_planets(peaks: list[dict[str, Any]]) -> list[tuple[dict[str, Any], st
     alike = dict[tuple[str, ...], list[dict[str, Any]]]()
     for peak in peaks:
         figures = (f"{peak['speed_share']:.4g}", f"{peak['force_n']:.4g}", str(peak["order"]))
-        alike.setdefault((peak["gear_mesh"].rsplit(" ", 1)[0], *figures), []).append(peak)
-    return [
-        (of[0], f"{group} {', '.join(sorted(p['gear_mesh'].rsplit(' ', 1)[1] for p in of))}")
-        for (group, *_), of in alike.items()
-    ]
+        alike.setdefault((peak["gear_mesh"].group, *figures), []).append(peak)
+    return [(of[0], GearMeshName.joined([p["gear_mesh"] for p in of])) for of in alike.values()]
 
 
 def _linear_peak(model: Model, row: xr.Dataset) -> dict[str, Any]:
     """A peak with its three largest modal shares."""
-    name = str(row["peak_gear_mesh"].values)
+    name = GearMeshName.parse(row["peak_gear_mesh"].item())
     share = row["peak_mode_share"].to_numpy()
     largest = np.argsort(-np.abs(share))[:3]
     numbers = row["kept_mode"].to_numpy()

@@ -1,6 +1,7 @@
 """Names of members, bodies, nodes and gear meshes: text with fields."""
 
 import re
+from collections.abc import Sequence
 from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator
@@ -169,6 +170,19 @@ class GearMeshName(_Name):
         """Name of the gear mesh of one planet."""
         group = GroupName.of(stage, kind, side)
         return cls(f"{group} {planet}", **vars(group), group=group, planet=planet)
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """Name from a label of a result."""
+        group, _, planet = str(text).rpartition(" ")
+        of = GroupName.parse(group)
+        return cls.of(of.stage, of.kind, of.side, int(planet))
+
+    @staticmethod
+    def joined(names: Sequence["GearMeshName"]) -> str:
+        """Label of gear meshes of one group: "<group> <planet>, <planet>"."""
+        planets = sorted(name.planet for name in names)
+        return f"{names[0].group} {', '.join(map(str, planets))}"
 
 
 class FlankName(_Name):

@@ -14,6 +14,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from flexgear.arrays import Array
+from flexgear.model.names import GearMeshName
 from flexgear.views.style import (
     KILO,
     MICRO,
@@ -82,17 +83,16 @@ def response_chart(data: xr.Dataset) -> Figure:
 def _distinct(data: xr.Dataset) -> dict[int, str]:
     """Indices of the gear meshes that have lines of their own, with labels: planets with the same
     forces in every state have one line."""
-    names = [str(n) for n in data["gear_mesh"].to_numpy()]
+    names = [GearMeshName.parse(n) for n in data["gear_mesh"].to_numpy()]
     forces = np.stack([_measure(data, FORCE, m) for m in ("maximum", "minimum")])
     off = SAME * np.abs(forces).max()
-    drawn = dict[int, str]()
+    drawn = dict[int, list[GearMeshName]]()
     for k, name in enumerate(names):
-        group, planet = name.rsplit(" ", 1)
-        same = (j for j in drawn if names[j].rsplit(" ", 1)[0] == group
+        same = (j for j in drawn if names[j].group == name.group
                 and np.abs(forces[..., j] - forces[..., k]).max() <= off)  # fmt: skip
-        first = next(same, k)
-        drawn[first] = f"{drawn[first]}, {planet}" if first in drawn else name
-    return dict(list(drawn.items())[:MAX_GEAR_MESHES])
+        drawn.setdefault(next(same, k), []).append(name)
+    lines = itertools.islice(drawn.items(), MAX_GEAR_MESHES)
+    return {k: GearMeshName.joined(of) for k, of in lines}
 
 
 def _measure(data: xr.Dataset, name: str, measure: str) -> Array:
