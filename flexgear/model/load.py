@@ -15,6 +15,7 @@ from flexgear.model.input_file import read_text
 from flexgear.model.load_cases import take_spectrum
 from flexgear.model.names import MemberName
 from flexgear.model.read import (
+    UNKNOWN,
     Written,
     changed,
     match_key,
@@ -24,8 +25,9 @@ from flexgear.model.read import (
     override_data,
     parse_toml,
     to_si,
+    with_places,
 )
-from flexgear.model.section import accepted_keys, is_list, section_of
+from flexgear.model.section import accepted_keys
 from flexgear.model.stage import Stage
 from flexgear.model.upgrade import refuse_earlier_file, refuse_earlier_key
 
@@ -141,7 +143,8 @@ def _overridden(case: Case, overrides: Mapping[str, object]) -> Case:
             data = _override(data, key, value, written)
         resolve_files(data, Path(), earlier)
         return validated_case(data, case.source, written)
-    except InputError as fault:
+    except InputError as error:
+        fault = with_places(Case, error)
         raise (of_only_stage(fault) if case.stages[0].name == "stage" else fault) from None
 
 
@@ -158,7 +161,8 @@ def case_of_toml(
     refuse_earlier_file(raw, where)
     try:
         return _case(with_list(raw, where), overrides or {}, where, folder, name)
-    except InputError as fault:
+    except InputError as error:
+        fault = with_places(Case, error)
         raise (of_only_stage(fault) if "stage" in raw else fault) from None
 
 
@@ -199,15 +203,9 @@ def whole_key(key: str, data: Mapping[str, Any], where: str) -> str:
         try:
             match_key(Stage, first, where, key)
         except InputError as of_stage:
-            faults = [f for f in (of_case, of_stage) if f.problem != "is not a known key"]
-            keys = [*accepted_keys(Stage), *accepted_keys(Case)]
-            within = [
-                f"{name}{'.0' * is_list(Case, name)}.{first}"
-                for name in Case.model_fields
-                if (section := section_of(Case, name)) and first in accepted_keys(section)
-            ]
-            remedy = f"write {' or '.join(within)}" if within else nearest(first, keys)
-            unknown = InputError(where, key, "is not a known key", remedy)
+            faults = [f for f in (of_case, of_stage) if f.problem != UNKNOWN]
+            remedy = nearest(first, [*accepted_keys(Stage), *accepted_keys(Case)])
+            unknown = InputError(where, key, UNKNOWN, remedy)
             raise (faults or [unknown])[0] from None
         if len(stages) != 1:
             remedy = f"write stages.NAME.{key} or stages.0.{key}"

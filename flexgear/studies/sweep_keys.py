@@ -21,6 +21,7 @@ from flexgear.model.read import (
     field_path,
     is_index,
     of_only_stage,
+    with_places,
 )
 from flexgear.model.section import is_list, takes
 from flexgear.model.units import unit_name
@@ -101,12 +102,13 @@ def parse_values(key: str, text: str) -> Values:
 def swept_key(base: Case, key: str, values: Values) -> SweptKey:
     """The key with its field of the case; InputError for an unknown key or unsuitable values."""
     data = base.model_dump()
-    full = whole_key(key, data, WHERE)
     try:
+        full = whole_key(key, data, WHERE)
         field = field_path(Case, full, WHERE)
         if field.is_element:  # raises InputError unless the case has this element
             changed(data, field.path, 0.0, WHERE, key)
-    except InputError as fault:
+    except InputError as error:
+        fault = with_places(Case, error)
         raise fault if key.startswith("stages") else of_only_stage(fault) from None
     if field.is_section:
         raise InputError(WHERE, key, "is a section, not a key", f"name a key of it: {key}.…")

@@ -35,6 +35,14 @@ def one_line(err: str) -> str:
         (["check", "wind-5mw", "--set", "stage.planet=4"], ["did you mean planets?", "section"]),
         (["check", "wind-5mw", "--set", "fidelity=quick"], ["write solver.fidelity"]),
         (
+            ["check", "nrel-5mw", "--set", "stages.1.sun.plate_gap_mm=3"],
+            ["write stages.1.carrier.fe.plate_gap_mm"],
+        ),
+        (
+            ["sweep", "wind-5mw", "plate_gap_mm=3,4", "--measure", "modes"],
+            ["did you mean half_gap_mm? Or write stage.carrier.fe.plate_gap_mm"],
+        ),
+        (
             ["check", "wind-5mw", "--set", "stage.backlash_sun_umx=4"],
             ["did you mean backlash_sun_um?"],
         ),

@@ -268,6 +268,9 @@ def test_bad_trains_are_one_clear_line(tmp_path, old, new, words):
         ),
         ("carrier = {}", "", "stage.carrier: is missing in a planetary stage"),
         ("[stage]", "[stage.x]", "stage.x: is not a known key"),
+        ("[stage]", 'fidelity = "quick"\n[stage]', "fidelity: .* write solver.fidelity"),
+        ("planets = 3", "teeth = 3", "stage.teeth: .* write stage.sun.teeth, stage.planet.teeth"),
+        ("[stage]", "planets = 3\n[stage]", "planets: .* write stage.planets$"),
         ('member = "stage.sun"', 'member = "stage_1.sun"', "did you mean stage.sun"),
     ],
 )
