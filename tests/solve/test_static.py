@@ -50,6 +50,17 @@ def test_a_bearing_without_load_has_no_life_to_tell():
     assert figures["planet_load_factor"] == {}
 
 
+def test_rounding_of_a_planets_body_is_no_axial_force():
+    """An FE planet on helical teeth leaves 2e-8 of the radial force along the axis."""
+    model = bundled("nrel-5mw")
+    data = static(model, [0.0]).isel(position=0)
+    force = data["bearing_force"]
+    for share, rounding in ((2e-8, True), (1e-5, False)):
+        force[:, 2] = share * np.hypot(force[:, 0], force[:, 1])
+        for load in position_figures(model, data)["planet_bearing"].values():
+            assert (load["axial_n"] == 0.0) is rounding
+
+
 def test_clearance_does_not_change_what_a_bearing_carries(tmp_path):
     free = one_stage(tmp_path, planets=3)
     gap = one_stage(tmp_path, planets=3, **{"stage.planet_bearing.clearance_um": "50"})
