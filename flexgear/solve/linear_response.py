@@ -156,8 +156,9 @@ def _near_peaks(train: PeriodicTrain, excited: _Excited, spaced: Array, orders: 
     size = [np.abs(_over_speed(train, excited, spaced, n + 1)[0]) for n in range(orders)]
     least, more = LEAST_PEAK * np.max(size, initial=0.0), list[float]()
     for n, forces in enumerate(size):
-        peaks = {k: g for g, row in enumerate(forces.T) for k in _peaks(row) if row[k] > least}
-        for k, g in peaks.items():
+        high = ((k, g) for g, row in enumerate(forces.T) for k in _peaks(row) if row[k] > least)
+        peaks = {(k, *np.round(forces[k - 1 : k + 2, g] / forces[k, g], 6)): g for k, g in high}
+        for (k, *_), g in peaks.items():  # one of gear meshes that pass a peak alike
             near = spaced[k - 1 : k + 2]
             for _ in range(ZOOMS):
                 near = np.linspace(near[0], near[-1], ZOOM)

@@ -201,6 +201,24 @@ def test_peaks_narrower_than_the_distance_of_speeds_have_their_height(tmp_path):
         assert data.linear_force_amplitude[:, 0, order - 1].max() == peak
 
 
+def test_peaks_of_two_gear_meshes_between_the_same_speeds_have_their_heights():
+    """Beside heavy planets sun and ring vibrate by themselves, here at √(2k/m) and 0.6 % above."""
+    keys = {"planets": "2", "gear_mesh.model": '"fourier"', "gear_mesh.damping_ratio": "1e-3"}
+    keys |= {f"gear_mesh.{g}_harmonic_shares": "[1e-3]" for g in ("sun", "ring")}
+    keys |= {"planet.mass_kg": "1000", "planet.equivalent_mass_kg": "1000"}
+    keys |= {"sun.equivalent_mass_kg": "0.4", "ring.equivalent_mass_kg": "0.79"}
+    case = {f"stage.{key}": text for key, text in keys.items()}
+    case |= {"inputs.0.speed_rpm": "30000", "damping.ratio": "1e-3"}
+    model = fg.load_case("lin-parker", case).assemble()
+    force = {
+        count: model.linear_response((0.2, 1.9), count=count, orders=1, limit_hz=3e4)
+        .linear_force_amplitude.max("speed_factor")
+        .to_numpy()
+        for count in (18, 20001)
+    }
+    assert force[18] == pytest.approx(force[20001], rel=0.01)
+
+
 def test_constant_stiffness_without_errors_excites_nothing(tmp_path):
     case = pair(tmp_path).case.with_(**{"stages.stage_1.gear_mesh.model": "constant"})
     data = case.assemble().linear_response((0.2, 2.0), count=9)
