@@ -197,6 +197,7 @@ print(len(advance.signatures), sorted(name for name, _ in signatures() - before)
 """
 
 
+@pytest.mark.slow
 def test_loops_compiled_ahead_are_those_of_flexible_bodies():
     """Rigid bodies have arrays of the same types, so that nothing is left to compile."""
     run = subprocess.run([sys.executable, "-c", AHEAD], capture_output=True, text=True, check=True)

@@ -16,6 +16,7 @@ SPAN = 4e-3  # s: teeth part, cross the backlash and hammer on the other flank
 EVERY = 2e-5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["constant", "per_pair"])
 def test_loads_converge_to_an_integration_that_stops_at_every_event(tmp_path, model):
     """Torque reverses: teeth part, cross the backlash, meet behind, bounce. Second order."""

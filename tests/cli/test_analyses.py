@@ -36,6 +36,7 @@ def test_static_closes_and_balances(flexgear, tmp_path):
     assert load(out).sizes["position"] == 2
 
 
+@pytest.mark.slow
 def test_response_says_where_motion_of_twice_the_period_begins(flexgear, tmp_path):
     """Where the pair grows by itself at half of the gear-mesh frequency, by the linear command."""
     path = write(tmp_path, case_text(damping=0.02, error=0.0))

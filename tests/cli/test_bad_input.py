@@ -126,6 +126,7 @@ def test_short_form_of_help(flexgear, command):
     assert flexgear(*command, "-h") == flexgear(*command, "--help")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "number",
     [

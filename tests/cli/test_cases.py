@@ -77,6 +77,7 @@ FLANKS = ("--set", "stage.planet.modifications.ring.lead_crowning_um=20",
           "--set", "stage.sun.modifications.coast.helix_slope_um=12")  # fmt: skip
 
 
+@pytest.mark.slow
 def test_check_says_and_draws_what_flanks_lack(flexgear, tmp_path):
     """Pictures of an earlier check go with the modifications; another case's stay."""
     folder = tmp_path / "checked"
@@ -168,6 +169,7 @@ def test_cases_lists_prints_and_copies(flexgear, tmp_path):
     assert flexgear("check", copy)[0] == 0
 
 
+@pytest.mark.slow
 def test_schema_is_printed_or_written_once(flexgear, tmp_path):
     out = tmp_path / "flexgear.schema.json"
     assert "#:schema ./flexgear.schema.json" in flexgear("schema", "--out", out)[1]

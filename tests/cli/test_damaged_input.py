@@ -207,6 +207,7 @@ def test_a_run_of_damaged_files_is_one_line(tmp_path):
         summary["realtime_factor"] / 2.0
 
 
+@pytest.mark.slow
 def test_runs_with_a_wrong_figure_are_compared_in_one_line(flexgear, tmp_path):
     """The page reads figures that no picture does."""
     short = {"solver.duration": 0.01, "solver.settle": 0.002}

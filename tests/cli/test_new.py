@@ -147,6 +147,7 @@ def test_gears_that_turn_slowly_pass_a_gear_mesh_period_in_a_transient(stage_req
     assert 1 <= span <= 8.1
 
 
+@pytest.mark.slow
 @settings(max_examples=4, phases=PHASES)
 @given(st.lists(any_stage_request(), min_size=2, max_size=3), ends)
 def test_any_chain_is_computed(stage_requests, rated):
@@ -234,6 +235,7 @@ def test_new_writes_a_case_once_with_the_schema_beside_it(flexgear, tmp_path):
     assert flexgear("check", case)[::2] == (0, "")
 
 
+@pytest.mark.slow
 def test_each_member_may_be_held_and_either_end_drive(flexgear, tmp_path):
     case = tmp_path / "mine.toml"
     seen = {}
@@ -264,6 +266,7 @@ def test_two_halves_are_helical_by_themselves(flexgear, tmp_path):
     assert flexgear("check", case)[::2] == (0, "")
 
 
+@pytest.mark.slow
 def test_stages_in_series_pass_their_torque_on(flexgear, tmp_path):
     case = tmp_path / "mine.toml"
     code, out, _ = flexgear("new", case, *flags(ratio="6,5.2,3.4", planets="3,4,5"))

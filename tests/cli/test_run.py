@@ -59,6 +59,7 @@ def test_run_writes_results_and_summary(finished, content):
     assert [p.name for p in out.parent.iterdir()] == ["mine"]  # no stage left behind
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("broken", ["draw", "write_report"])
 def test_pictures_that_fail_cost_no_results(monkeypatch, tmp_path, capsys, broken):
     """Whatever the drawing does, a bug of its own included: the work before it is not lost."""

@@ -52,6 +52,7 @@ def test_two_bearings_of_every_shaft_carry_what_statics_says(
             assert at["life_h"] == pytest.approx(hours, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_run_reports_the_bearings_of_shafts(flexgear, tmp_path):
     path, out = write(tmp_path, text()), tmp_path / "out"
     quick = ["--set", "solver.settle_s=0.01", "--set", "solver.duration_s=0.03"]

@@ -101,6 +101,7 @@ def test_rollers_are_let_down_as_circles_are(tmp_path, kind):
     assert (sound - expected).max() > 0.2 * scale  # rollers under load do pass the defect
 
 
+@pytest.mark.slow
 def test_motion_of_a_run_has_the_lines_of_the_bearing(tmp_path):
     """An outer race that turns with its planet: lines at the rollers' pass beside the planet's
     turns, expected by the catalogue's formula; without depth rollers pass a load that stands as

@@ -69,6 +69,7 @@ def places():
     return places_of(bodies, shaft.position("end"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gap", [{}, {"stage.carrier.bearing_far.clearance_um": "60"}])
 def test_a_stiff_fe_housing_is_the_lumped_one(tmp_path, places, gap):
     """What its joints yield falls as one over their stiffness."""

@@ -210,6 +210,7 @@ def slices(result):
     return forces
 
 
+@pytest.mark.slow
 def test_load_along_the_face_is_mirrored_slice_by_slice(tmp_path, face):
     original, image = turned_image(tmp_path, **face)
     assert_mirrored(original, image)

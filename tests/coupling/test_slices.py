@@ -235,6 +235,7 @@ RELIEF = {
 }
 
 
+@pytest.mark.slow
 def test_tips_touch_off_the_path_unless_they_are_relieved(many_slices):
     """Sharp tips share the load with pairs that have not come onto the path yet; relieved by more
     than teeth give way, they do as if they ended there."""

@@ -114,6 +114,7 @@ def test_stiffened_flexible_stage_is_the_lumped_train(model):
     assert [g.kind for g in system.gear_meshes] == [g.kind for g in build_system(twin).gear_meshes]
 
 
+@pytest.mark.slow
 def test_two_flexible_stages_follow_each_other(tmp_path):
     """Ring and carrier of both bend; the joint between sun and carrier is a spring in space."""
     weight = {"gravity_m_per_s2": "[0, -9.81, 0]"}

@@ -186,6 +186,7 @@ def test_coasting_by_intent_is_taken(case_with):
     assert load_bin.torque[OUT] == pytest.approx(-300 / 8)
 
 
+@pytest.mark.slow
 @settings(
     max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )

@@ -21,6 +21,7 @@ YOUNG, POISSON = 210e9, 0.3
 PLANE = (1 - POISSON**2) / YOUNG
 
 
+@pytest.mark.slow
 def test_the_deflection_does_not_depend_on_the_fe_mesh_or_on_the_width_of_the_load():
     case = load_case("wind-5mw", {"stage.helix_angle_deg": "0"}).view()
     g, module = stage_geometry(case), case.stage.normal_module

@@ -61,6 +61,7 @@ def edge(low, high):
     return low
 
 
+@pytest.mark.slow
 def test_curves_of_planets_that_differ_leave_where_their_mode_grows(tmp_path):
     """The wave of stiffness has the second harmonic alone, so equal planets have even orders; the
     motion of a planet mode has odd ones, as strong in all planets and their sum without any."""

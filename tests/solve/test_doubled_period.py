@@ -50,6 +50,7 @@ def test_amplitudes_of_half_orders_are_those_in_time(data, speed):
     np.testing.assert_allclose(error[0], spectrum, rtol=0, atol=1e-4 * spectrum[0])
 
 
+@pytest.mark.slow
 def test_the_period_doubles_once_more_where_motion_in_time_repeats_after_four(data):
     """On either side of the change of stability of the curve of two periods; the curve of four
     that leaves there comes back to it, and has its motion."""

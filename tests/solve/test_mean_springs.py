@@ -136,6 +136,7 @@ def test_pairs_of_an_ideal_stage_do_not_split(tmp_path, planets):
     assert np.sum(at_angle < 1e-6) < np.sum(close)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("sun", "planet", "ring", "bolts"), [("30", "30", "90", 25), ("27", "33", "93", 93)]
 )

@@ -116,6 +116,7 @@ def test_a_long_response_first_says_how_long_it_takes(pair, monkeypatch):
     assert not any(re.search("a steady state takes", line) for line in stages[3:])
 
 
+@pytest.mark.slow
 def test_a_curve_that_creeps_ends_with_its_reason(pair, monkeypatch):
     """As where the tangent turns in every step, which keeps steps short: it stops after as many as
     would have led from the shortest step to the longest and back."""
@@ -141,6 +142,7 @@ direction = "tangential"
 """
 
 
+@pytest.mark.slow
 def test_sensors_measure_the_motion_of_steady_states(tmp_path):
     """Of two gears alike each has half of the transmission error, as rotation over r_b: order by
     order its rate, and 20 mm from the axis its acceleration."""
@@ -179,6 +181,7 @@ def test_a_bad_range_of_a_response_is_one_line(pair, asked, problem):
         pair.response(**asked)
 
 
+@pytest.mark.slow
 def test_a_torque_that_is_turned_round_loads_the_other_flanks_alike(tmp_path):
     """Teeth are symmetric, and this wave has every flank at once."""
     forces = []
@@ -190,6 +193,7 @@ def test_a_torque_that_is_turned_round_loads_the_other_flanks_alike(tmp_path):
     np.testing.assert_allclose(forces[1], forces[0], rtol=1e-4)
 
 
+@pytest.mark.slow
 def test_a_gear_of_given_speed_vibrates_as_one_of_enormous_inertia(tmp_path):
     """Its equivalent mass is twice that of two gears alike: a smaller ratio is the same damper."""
     forces = []
@@ -252,6 +256,7 @@ def forces_at(data, over, value):
     return np.sort((1 - w) * force[at] + w * force[at + 1])
 
 
+@pytest.mark.slow
 def test_a_range_within_the_hysteresis_has_all_branches(parting):
     """Curves that join only beyond the range are in it: over speed; over torque at one speed, where
     states without errors and back contact are as large as the torque."""

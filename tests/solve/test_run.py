@@ -102,6 +102,7 @@ def test_every_stage_says_when_it_is_done(run, seen):
     assert set(run.summary["timing_s"]) >= {"coupled_systems", "equilibria", "transients"}
 
 
+@pytest.mark.slow
 def test_interrupt_stops_every_thread(case):
     def stop(stage, share):
         if stage.startswith("torque drop") and share > 0.2:

@@ -220,6 +220,7 @@ def test_tolerance_studies_scale(stages, tmp_path):
         assert apart([tolerance(c, workers=1) for c in (similar(small, 1 / FACTOR), small)]) == {}
 
 
+@pytest.mark.slow
 def test_a_small_stage_runs_with_the_defaults(stages):
     """No supported mode of its ring lies below the 2 000 Hz that once were everybody's limit."""
     model = stages[1]

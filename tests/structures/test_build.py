@@ -90,6 +90,7 @@ def test_errors_are_estimated_and_small(ring, carrier):
         assert body.report["frequencies_below_limit"] > 10
 
 
+@pytest.mark.slow
 def test_flank_tie_meets_its_bound(case):
     flank = case.with_(**{"stage.ring.fe.tie": "flank", "stage.ring.fe.fixed_interface_modes": 0})
     assert 0 < ring_source(flank).reduced().report["static_error"] < 0.03
@@ -124,6 +125,7 @@ def test_a_body_without_a_stated_number_has_as_many_modes_as_the_band_needs(case
     assert short.n_modes == usual.n_modes and short.report["frequency_limit_hz"] < limit
 
 
+@pytest.mark.slow
 def test_a_ring_with_more_modes_is_the_ring_of_that_stated_number(case, monkeypatch):
     monkeypatch.setattr(type(case.ring), "usual_modes", 8)
     left_out = {"stage.ring.fe.fixed_interface_modes": None, "stage.gear_mesh.model": "face_load",

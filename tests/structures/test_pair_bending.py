@@ -73,6 +73,7 @@ def test_symmetric_definite_and_reflected(slot):
     assert np.abs(middle - middle[::-1, ::-1]).max() > 1e-3 * middle.max()  # a helix leans
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slot", ["sun", "ring"])
 def test_right_halves_have_the_other_hand(slot):
     """Paths of the other hand on a case's right half are those of a case of that hand."""

@@ -174,6 +174,7 @@ def self_equilibrated(teeth: tuple[int, int], angle: float) -> list[tuple[str, n
 CASES = [self_equilibrated(teeth, radians(70)) for teeth in ((0, 17), (5, 21), (8, 9))]
 
 
+@pytest.mark.slow
 def test_two_gear_meshes_on_a_planet_in_its_bearing_act_as_on_its_unreduced_model() -> None:
     """Compliances of the elastic body for forces in the middle of base sections, spread evenly, and
     the pressure ~ cos of the bearing; the moment of both forces about the axis is zero but for the

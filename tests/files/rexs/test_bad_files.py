@@ -96,6 +96,7 @@ def boxes(tmp_path_factory):
     return [make().write(folder / f"{make.__name__}.rexs") for make in (planetary, three_stages)]
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None, derandomize=True)
 @given(st.integers(0, 1), st.randoms(use_true_random=False))
 def test_whatever_is_missing_or_odd_is_said_in_one_line(boxes, box, random):

@@ -184,6 +184,7 @@ def test_the_carrier_drives_right_flanks_of_the_ring(tmp_path):
         assert sum("no datum_face_orientation" in line for line in conversion.assumed) == 3
 
 
+@pytest.mark.slow
 def test_the_other_datum_face_swaps_sides_and_ends(tmp_path):
     """The same machine with its datum faces on the other side, or with gears' own u axes turned."""
     left = [tip(30.0), slope(6.0), end("datum_face", 20.0)]
