@@ -81,6 +81,7 @@ class ReducedMatrices:
         return replace(self, stiffness=self.stiffness * factor, mass=self.mass * factor)
 
 
+@np.errstate(over="ignore")  # what overflows is refused by name
 def check(body: ReducedMatrices, where: str) -> dict[str, Any]:
     """Check that the matrices are those of a free elastic body in SI; returns its properties.
 
