@@ -102,9 +102,9 @@ def show_equilibria(
 ) -> None:
     """Print the figures of every position and the notes."""
     member = str(data["input_coordinate"][0].item())
-    typer.echo(f"{model.case.name}, {model.variant}: equilibrium, {member} turned by")
+    typer.echo(f"{model.case.name}, {model.variant}: equilibrium")
     for angle, figures in positions.items():
-        typer.echo(f"\n{angle}")
+        typer.echo(f"\n{member} turned by {angle}")
         for section, rows in figures.items():
             if rows:
                 typer.echo("")
