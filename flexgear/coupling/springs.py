@@ -20,9 +20,8 @@ ANY_VISCOSITY = 1.0  # Pa·s, where only names of laws are used
 
 def invariant_part(matrix: Array) -> Array:
     """Mean of R(θ)ᵀ K R(θ) over a turn; harmonics up to 2θ, so eight angles are exact."""
-    angles = np.arange(8) * np.pi / 4
-    turned = np.array([turn(a).T @ matrix @ turn(a) for a in angles])
-    return np.asarray(turned.mean(axis=0))
+    turns = turn(np.arange(8) * np.pi / 4)
+    return np.asarray((turns.swapaxes(1, 2) @ matrix @ turns).mean(axis=0))
 
 
 def joint_parts(matrix: Array) -> tuple[Array, Array]:

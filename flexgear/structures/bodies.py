@@ -39,9 +39,13 @@ def rotation(angle: Array | float) -> Array:
     return out
 
 
-def turn(angle: float) -> Array:
-    """Rotation (6, 6) about z, rad, of the six components of a node's motion or of a wrench."""
-    return np.asarray(np.kron(np.eye(2), rotation(angle)), dtype=np.float64)
+def turn(angle: Array | float) -> Array:
+    """Rotations (..., 6, 6) about z by angles (...), rad, of the six components of a node's motion
+    or of a wrench."""
+    block = rotation(angle)
+    out = np.zeros((*block.shape[:-2], 6, 6))
+    out[..., :3, :3] = out[..., 3:, 3:] = block
+    return out
 
 
 def rigid_motion(arms: Array) -> Array:
