@@ -12,7 +12,7 @@ RPM = 30.0 / math.pi  # r/min per rad/s
 _DEG = math.pi / 180.0
 
 # suffix -> (factor, divisor): one of the two is 1, so that 430 mm is exactly 0.43
-_SUFFIXES: dict[str, dict[str, tuple[float, float]]] = {
+SUFFIXES: dict[str, dict[str, tuple[float, float]]] = {
     "length": {"mm": (1, 1e3), "m": (1, 1), "um": (1, 1e6), "cm": (1, 1e2)},
     "angle": {"deg": (_DEG, 1), "rad": (1, 1), "mrad": (1, 1e3)},
     "time": {"s": (1, 1), "ms": (1, 1e3), "us": (1, 1e6)},
@@ -59,21 +59,21 @@ class Quantity:
     @property
     def suffixes(self) -> tuple[str, ...]:
         """Unit suffixes of keys, the usual one first."""
-        return tuple(_SUFFIXES[self.dimension])
+        return tuple(SUFFIXES[self.dimension])
 
     def to_si(self, value: float, suffix: str) -> float:
         """A value in the unit ``suffix`` converted to SI."""
-        times, over = _SUFFIXES[self.dimension][suffix]
+        times, over = SUFFIXES[self.dimension][suffix]
         return value * times / over + _OFFSET.get(suffix, 0.0)
 
     def from_si(self, value: float, suffix: str) -> float:
         """A value in SI converted to the unit ``suffix``."""
-        times, over = _SUFFIXES[self.dimension][suffix]
+        times, over = SUFFIXES[self.dimension][suffix]
         return (value - _OFFSET.get(suffix, 0.0)) * over / times
 
 
-DIMENSIONS = frozenset(_SUFFIXES)
-ALL_SUFFIXES = frozenset(s for units in _SUFFIXES.values() for s in units)
+DIMENSIONS = frozenset(SUFFIXES)
+ALL_SUFFIXES = frozenset(s for units in SUFFIXES.values() for s in units)
 
 _PRINTED = {  # parts of suffixes, "_per_" and "_" between them
     "um": "µm", "us": "µs", "hz": "Hz", "khz": "kHz", "gpa": "GPa", "mpa": "MPa", "pa": "Pa",

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import flexgear
 from flexgear.model.names import BodyName, FlankName, GearMeshName, GroupName, MemberName, NodeName
-from flexgear.model.units import _SUFFIXES, Quantity, unit_name
+from flexgear.model.units import SUFFIXES, Quantity, unit_name
 
 MESH = GearMeshName.of("stage_1", "ring", "left", 2)
 NAMES = [
@@ -50,7 +50,7 @@ def test_layers_between_input_and_output_take_no_name_apart(layer):
     assert [f.name for f in files if pattern.search(f.read_text(encoding="utf-8"))] == []
 
 
-@given(dimension=st.sampled_from(sorted(_SUFFIXES)), value=st.floats(-1e12, 1e12))
+@given(dimension=st.sampled_from(sorted(SUFFIXES)), value=st.floats(-1e12, 1e12))
 def test_a_value_survives_a_change_of_unit_and_back(dimension, value):
     q = Quantity(dimension)
     for suffix in q.suffixes:
@@ -84,6 +84,6 @@ def test_factors_by_hand(dimension, suffix, value, si):
 
 
 def test_every_suffix_has_a_printed_name():
-    for units in _SUFFIXES.values():
+    for units in SUFFIXES.values():
         for suffix in units:
             assert "_" not in unit_name(suffix)

@@ -27,52 +27,38 @@ from typing import Any, Literal
 
 from flexgear.model.modifications import LARGEST as LARGEST_M
 from flexgear.model.section import Section
-from flexgear.model.units import unit_name
+from flexgear.model.units import SUFFIXES, unit_name
+
+_SIGNS = {"°": "deg", "µ": "mu", "μ": "mu", "²": "^2", "³": "^3", "rpm": "1/min"}
+
+
+def _plain(name: str) -> str:
+    """A unit's name without spaces and with the signs of the table."""
+    text = "".join(name.split())
+    for sign, word in _SIGNS.items():
+        text = text.replace(sign, word)
+    return text
+
 
 # name without spaces -> (dimension, factor, divisor) for SI; two numbers make the result exact
 _UNITS: dict[str, tuple[str, float, float]] = {
+    **{
+        _plain(unit_name(suffix)): (dimension, *factors)
+        for dimension, units in SUFFIXES.items()
+        for suffix, factors in units.items()
+    },
     "none": ("number", 1, 1),
     "": ("number", 1, 1),
     "%": ("number", 1, 1e2),
-    "mm": ("length", 1, 1e3),
-    "mum": ("length", 1, 1e6),
     "um": ("length", 1, 1e6),
-    "m": ("length", 1, 1),
-    "cm": ("length", 1, 100),
     "h": ("time", 3600, 1),
     "min": ("time", 60, 1),
-    "s": ("time", 1, 1),
     "deg": ("angle", math.pi, 180),
-    "rad": ("angle", 1, 1),
-    "1/min": ("speed", 2 * math.pi, 60),
-    "rad/s": ("speed", 1, 1),
-    "N": ("force", 1, 1),
-    "kN": ("force", 1e3, 1),
-    "Nm": ("torque", 1, 1),
-    "kNm": ("torque", 1e3, 1),
-    "kW": ("power", 1e3, 1),
-    "MW": ("power", 1e6, 1),
-    "W": ("power", 1, 1),
-    "N/m": ("stiffness", 1, 1),
-    "N/mm": ("stiffness", 1e3, 1),
-    "N/mum": ("stiffness", 1e6, 1),
-    "kN/mm": ("stiffness", 1e6, 1),
-    "kNm/rad": ("rotational stiffness", 1e3, 1),
     "Nmm/rad": ("rotational stiffness", 1, 1e3),
-    "Nm/rad": ("rotational stiffness", 1, 1),
-    "N/(mmmum)": ("stiffness per face width", 1e9, 1),
-    "MPa": ("stress", 1e6, 1),
     "N/mm^2": ("stress", 1e6, 1),
-    "Pa": ("stress", 1, 1),
-    "kg": ("mass", 1, 1),
     "GPa": ("stress", 1e9, 1),
-    "t": ("mass", 1e3, 1),
-    "g/cm^3": ("density", 1e3, 1),
     "kg/dm^3": ("density", 1e3, 1),
-    "kg/m^3": ("density", 1, 1),
-    "kgm^2": ("inertia", 1, 1),
     "kgmm^2": ("inertia", 1, 1e6),
-    "m/s^2": ("acceleration", 1, 1),
     "MRev": ("revolutions", 1_000_000, 1),
 }
 
@@ -128,17 +114,6 @@ _ATTRIBUTES_BY_UNIT = {
 }
 # units of the attributes that are read or written; files of any version may omit units
 SCHEMA_UNITS = {name: unit for unit, names in _ATTRIBUTES_BY_UNIT.items() for name in names.split()}
-
-
-_SIGNS = {"°": "deg", "µ": "mu", "μ": "mu", "²": "^2", "³": "^3", "rpm": "1/min"}
-
-
-def _plain(name: str) -> str:
-    """A unit's name without spaces and with the signs of the table."""
-    text = "".join(name.split())
-    for sign, word in _SIGNS.items():
-        text = text.replace(sign, word)
-    return text
 
 
 def from_si(unit: str) -> float:
