@@ -60,7 +60,8 @@ def read_channels(path: Path, channels: dict[str, tuple[Channel, str]]) -> dict[
         values = channel.sign * table.values[:, k]
         wrong = np.flatnonzero(~np.isfinite(values))
         if len(wrong):
-            problem = f"sample {wrong[0] + 1} is {values[wrong[0]]}, and {len(wrong) - 1} more"
+            more = f", and {len(wrong) - 1} more" if len(wrong) > 1 else ""
+            problem = f"sample {wrong[0] + 1} is {values[wrong[0]]}{more}"
             raise InputError(str(path), channel.name, problem, "run the simulation again")
         result[key] = Quantity(dimension).to_si(1.0, suffix) * values
     if len(result["time"]) < 2 or np.any(np.diff(result["time"]) <= 0.0):
