@@ -30,18 +30,13 @@ from flexgear.results.report.study_tables import (
     tolerance_verdicts,
 )
 from flexgear.results.report.wording import number, words
-from flexgear.results.tolerance_dataset import tolerance_summary
+from flexgear.results.tolerance_dataset import SPREADS, tolerance_summary
 from flexgear.results.version import version
 from flexgear.studies import rating as ratings
 from flexgear.studies import tolerance as tolerances
 from flexgear.views.report import saved_picture, write_study
 from flexgear.views.study_charts import rating_charts, tolerance_chart
 
-PICTURES = {  # name of the statistics and of the file, by key of the summary
-    "load_sharing": ("load_sharing", "tolerance"),
-    "k_h_beta": ("k_h_beta", "face_load_factor"),
-    "largest_line_load_n_per_mm": ("largest_line_load", "largest_line_load"),
-}
 SAMPLES_SENTENCE = "Distribution over sets of parts. Left: number; right: share up to a value."
 
 
@@ -135,11 +130,11 @@ def _write_tolerance_page(
     """Write the page of a study, with histogram and distribution of each of its figures."""
     drawn = [
         saved_picture(
-            tolerance_chart(data, name), folder, file, TOLERANCE,
-            file.replace("_", " ").capitalize(), SAMPLES_SENTENCE,
+            tolerance_chart(data, name), folder, spread.file, TOLERANCE,
+            spread.file.replace("_", " ").capitalize(), SAMPLES_SENTENCE,
         )
-        for figures, (name, file) in PICTURES.items()
-        if pictures and figures in summary
+        for name, spread in SPREADS.items()
+        if pictures and spread.key in summary
     ]  # fmt: skip
     lead = f"{summary['samples']} sets of parts with random errors. Bodies: {summary['variant']}."
     verdicts = tolerance_verdicts(summary)

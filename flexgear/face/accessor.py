@@ -141,15 +141,16 @@ class Plots:
         """Pictures by name that need no other dataset: measures of a sweep over its keys,
         distributions of random samples, pictures of a run."""
         from flexgear.results.run_orders import case_of
+        from flexgear.results.tolerance_dataset import SPREADS
         from flexgear.views.chart import planned
         from flexgear.views.run_charts import RUN_CHARTS
-        from flexgear.views.study_charts import DRAWN, tolerance_chart
+        from flexgear.views.study_charts import tolerance_chart
         from flexgear.views.sweep_charts import drawn_variables, sweep_chart
 
         if swept := drawn_variables(self._data):
             return {name: partial(sweep_chart, self._data, name) for name in swept}
         if "load_sharing_max" in self._data:
-            drawn = [name for name, (of, *_) in DRAWN.items() if of in self._data]
+            drawn = [name for name, spread in SPREADS.items() if spread.variable in self._data]
             return {name: partial(tolerance_chart, self._data, name) for name in drawn}
         case = case_of(self._data)
         summary = {"variant": self._data.attrs["variant"]}

@@ -200,15 +200,20 @@ def harmonics(shape: ArrayLike) -> NDArray[np.complex128]:
     return np.asarray(c)
 
 
-def radial_harmonics(displacement: ArrayLike) -> NDArray[np.complex128]:
-    """``harmonics``, m, of the radial component of tooth-node displacements (..., z, 2 or 3) in
+def radial(displacement: ArrayLike) -> Array:
+    """Radial part u_x cos φ + u_y sin φ (..., z) of tooth-node displacements (..., z, 2 or 3) in
     fixed axes, the first tooth at angle 0; InputError for another shape."""
     u = np.asarray(displacement, dtype=float)
     if u.ndim < 2 or u.shape[-1] not in (2, 3):
         remedy = "give (..., teeth, 2 or 3), as tooth_displacement of a dataset"
         raise InputError("--displacement", str(u.shape), "is not the shape of tooth nodes", remedy)
     phi = 2 * np.pi * np.arange(u.shape[-2]) / u.shape[-2]
-    return harmonics(u[..., 0] * np.cos(phi) + u[..., 1] * np.sin(phi))
+    return np.asarray(u[..., 0] * np.cos(phi) + u[..., 1] * np.sin(phi))
+
+
+def radial_harmonics(displacement: ArrayLike) -> NDArray[np.complex128]:
+    """``harmonics``, m, of the ``radial`` part of tooth-node displacements (..., z, 2 or 3)."""
+    return harmonics(radial(displacement))
 
 
 def star_angle(coefficients: NDArray[np.complex128], order: int) -> Array:

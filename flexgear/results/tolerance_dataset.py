@@ -27,24 +27,30 @@ PARTS = (("", "value"), ("_low", "low"), ("_high", "high"))  # of an estimate
 class Spread(NamedTuple):
     """A figure whose scatter is evaluated.
 
-    variable, unit: variable of its samples and its unit; key: key in summaries; printed, factor:
-    unit in summaries ("" for none) and the factor to it.
+    variable, unit: variable of its samples and its unit; key: key in summaries; label, digits: of
+    its axis and of its quantiles in a picture; file: of the picture; printed, factor: unit in
+    summaries ("" for none) and the factor to it.
     """
 
     variable: str
     unit: str
     key: str
     meaning: str
+    label: str
+    digits: int
+    file: str
     printed: str = ""
     factor: float = 1.0
 
 
 SPREADS = {  # by prefix of the names of their statistics
     "load_sharing": Spread("load_sharing_max", "1", "load_sharing",
-        "largest load sharing factor K over one turn of the carrier against the ring"),
-    "k_h_beta": Spread("k_h_beta", "1", "k_h_beta", "largest face load factor K_Hβ"),
+        "largest load sharing factor K over one turn of the carrier against the ring",
+        "largest $K_γ$ over one turn", 4, "tolerance"),
+    "k_h_beta": Spread("k_h_beta", "1", "k_h_beta", "largest face load factor K_Hβ",
+        "face load factor $K_{Hβ}$ over one turn", 3, "face_load_factor"),
     "largest_line_load": Spread("largest_line_load", "N/m", "largest_line_load_n_per_mm",
-        "largest line load", "N/mm", 1e-3),
+        "largest line load", "largest line load (N/mm)", 0, "largest_line_load", "N/mm", 1e-3),
 }  # fmt: skip
 NO_VALUE = "for a sample without equilibrium, or whose planets at times carry no common load"
 TOO_FEW = "with too few samples"

@@ -43,7 +43,7 @@ def completed(
 
     with _client(scheduler) as client:
         # a task, which Dask repeats if its worker is lost; scattered data would be lost with it
-        common = client.submit(_same, pickle.dumps((function, shared)), pure=False)
+        common = client.submit(bytes, pickle.dumps((function, shared)), pure=False)
         futures = {
             client.submit(_run, common, pickle.dumps(job), version(), pure=False): k
             for k, job in enumerate(jobs)
@@ -139,11 +139,6 @@ def _error_text(error: Exception) -> str:
 
 
 # --- on a worker ---------------------------------------------------------------------------------
-
-
-def _same(common: bytes) -> bytes:
-    """The argument, as the result of a task."""
-    return common
 
 
 def _run(common: bytes, job: bytes, expected: str) -> bytes:

@@ -6,7 +6,7 @@ begun is known and is begun again, at most three times. Workers ignore Ctrl-C, w
 of this process, and end when this process ends for any reason.
 
 Finished parts of a study are stored, so that an interrupted study continues with the next part. A
-folder of the cache, named by the content of the study, holds a file for each part, written as a
+folder of the cache, named by the content of the study, holds a pickle of each part, written as a
 whole. It is removed after the results of the study are written.
 """
 
@@ -199,23 +199,28 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class StudyStore(Generic[T]):
-    """Stored parts of one study by file name. pack, unpack: convert a part to bytes and back."""
+    """Stored parts of one study by file name."""
 
     folder: Path
-    pack: Callable[[T], bytes]
-    unpack: Callable[[bytes], T]
+
+    @classmethod
+    def of(cls, kind: str, **content: Any) -> Self:
+        """Store of a study of a kind (``structures.cache``); content: all inputs that its parts
+        share."""
+        return cls(cache_directory() / kind / content_hash({"version": version(), **content}))
 
     def get(self, name: str) -> T | None:
-        """The stored part; None if it is missing, damaged or not readable."""
+        """The stored part; None if it is missing, damaged or of other versions of libraries."""
         try:
-            return self.unpack(unsealed(read_kept(self.folder / name)))
-        except (OSError, ValueError):
+            part: T = pickle.loads(unsealed(read_kept(self.folder / name)))
+        except Exception:  # unpickling raises any
             return None
+        return part
 
     def put(self, name: str, part: T) -> None:
         """Store a part; FlexgearWarning if it cannot be written, as the study can continue."""
         try:
-            write_bytes(self.folder / name, sealed(self.pack(part)))
+            write_bytes(self.folder / name, sealed(pickle.dumps(part)))
         except FlexgearError as error:
             text = f"cannot store finished parts, so a stopped study would start anew: {error}"
             warnings.warn(text, FlexgearWarning, stacklevel=2)
@@ -256,8 +261,3 @@ def stored_or_run(
             store.put(files[left[at]], outcome.value)
             progress(len(finished) / len(files))
     return finished, faults
-
-
-def study_folder(kind: str, content: dict[str, Any]) -> Path:
-    """Folder of the stored parts of a study; content: all inputs that its parts share."""
-    return cache_directory() / kind / content_hash({"version": version(), **content})

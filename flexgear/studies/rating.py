@@ -15,11 +15,9 @@ the bearings of a stage the forces of the train with the largest force.
 """
 
 import itertools
-import json
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
-from io import BytesIO
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -40,9 +38,8 @@ from flexgear.results.rating import NOT_COVERED, RatedPart, Rating
 from flexgear.solve.bin_loads import BinLoads, GroupLoads, SpectrumTrain, loads_in_bin
 from flexgear.solve.bodies import Progress, reduced_bodies, silent
 from flexgear.solve.load_series import load_bins
-from flexgear.solve.stresses import GroupStresses
 from flexgear.studies.dask_pool import reach
-from flexgear.studies.job_pool import StudyStore, stored_or_run, study_folder
+from flexgear.studies.job_pool import StudyStore, stored_or_run
 from flexgear.studies.rating_bearings import rate_bearings
 from flexgear.studies.rating_gears import pairs_of, rate_gears
 from flexgear.studies.tolerance_samples import (
@@ -52,7 +49,7 @@ from flexgear.studies.tolerance_samples import (
     with_sample,
 )
 
-FORMAT = 2  # of the files, and of the numerics behind them; raise it when either changes
+FORMAT = 3  # of the files, and of the numerics behind them; raise it when either changes
 CLOSED_FORM = "flanks, roots and bearings"  # label of progress
 NO_SPECTRUM = "no load case has a duration, so that there is neither"
 
@@ -180,14 +177,13 @@ def _solved(
 
 def bin_store(case: Case) -> StudyStore[BinLoads]:
     """Store of the solved bins of a case, under a key of all that they depend on."""
-    content = {"format": FORMAT, "case": case.content_hash()}
-    return StudyStore(study_folder("rating", content), _packed, _unpacked)
+    return StudyStore.of("rating", format=FORMAT, case=case.content_hash())
 
 
 def finished(case: Case) -> int:
     """Bins that an interrupted rating has left on disk."""
     folders = [bin_store(each).folder for each in deviated_cases(case)]
-    return sum(len(list(folder.glob("bin_*.npz"))) for folder in folders)
+    return sum(len(list(folder.glob("bin_*.pickle"))) for folder in folders)
 
 
 def forget(case: Case) -> None:
@@ -197,38 +193,7 @@ def forget(case: Case) -> None:
 
 
 def _file(number: int) -> str:
-    return f"bin_{number}.npz"
-
-
-def _packed(loads: BinLoads) -> bytes:
-    """Loads of a bin as an .npz file: numbers as JSON text, in which names refer to arrays."""
-    arrays: list[Array] = []
-
-    def name_of(array: Array) -> str:
-        arrays.append(array)
-        return f"arr_{len(arrays)}"  # name given by savez; arr_0 is the text
-
-    text = json.dumps(asdict(loads), default=name_of)
-    stream = BytesIO()
-    np.savez_compressed(stream, np.array(text), *arrays)
-    return stream.getvalue()
-
-
-def _unpacked(stored: bytes) -> BinLoads:
-    with np.load(BytesIO(stored), allow_pickle=False) as file:
-        plain = json.loads(str(file["arr_0"]))
-        return BinLoads(
-            {GroupName.parse(name): _group(group, file) for name, group in plain["groups"].items()},
-            {name: file[at] for name, at in plain["supports"].items()},
-            {stage: file[at] for stage, at in plain["carrier_angle"].items()},
-            plain["closure"],
-        )
-
-
-def _group(plain: dict[str, Any], arrays: Mapping[str, Array]) -> GroupLoads:
-    places = plain.pop("stresses")
-    stresses = places and GroupStresses(**{name: arrays[at] for name, at in places.items()})
-    return GroupLoads(**plain, stresses=stresses)
+    return f"bin_{number}.pickle"
 
 
 def deviated_cases(case: Case) -> tuple[Case, ...]:

@@ -7,7 +7,6 @@ written, so that an interrupted sweep continues with the next point.
 
 from __future__ import annotations
 
-import json
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -27,7 +26,7 @@ from flexgear.results.quantities import MISSING
 from flexgear.solve.bodies import Progress, named, reduction_limit, silent, stage_bodies
 from flexgear.studies.dask_pool import reach
 from flexgear.studies.early_workers import Outcome
-from flexgear.studies.job_pool import StudyStore, stored_or_run, study_folder
+from flexgear.studies.job_pool import StudyStore, stored_or_run
 from flexgear.studies.measures import MeasuredValues, chosen_measures, measured
 from flexgear.studies.sweep_keys import (
     WHERE,
@@ -41,20 +40,12 @@ from flexgear.studies.sweep_keys import (
     values_of,
 )
 
-FORMAT = 3  # of the files, and of the numerics behind them; raise it when either changes
-
-
-def _packed(figures: MeasuredValues) -> bytes:
-    return json.dumps({name: array.to_dict() for name, array in figures.items()}).encode()
-
-
-def _unpacked(stored: bytes) -> MeasuredValues:
-    return {name: xr.DataArray.from_dict(array) for name, array in json.loads(stored).items()}
+FORMAT = 4  # of the files, and of the numerics behind them; raise it when either changes
 
 
 def _file(case: Case) -> str:
     """Name of the file that stores a point."""
-    return f"{case.content_hash()}.json"
+    return f"{case.content_hash()}.pickle"
 
 
 @dataclass(frozen=True)
@@ -72,14 +63,10 @@ class Sweep:
     @property
     def store(self) -> StudyStore[MeasuredValues]:
         """Store of finished points, under a key of all inputs that the points share."""
-        content = {
-            "format": FORMAT,
-            "model": self.base.content_hash(),
-            "keys": [k.key for k in self.keys],
-            "measures": list(self.measures),
-            "modes": self.modes,
-        }
-        return StudyStore(study_folder("sweep", content), _packed, _unpacked)
+        return StudyStore.of(
+            "sweep", format=FORMAT, model=self.base.content_hash(), modes=self.modes,
+            keys=[k.key for k in self.keys], measures=list(self.measures),
+        )  # fmt: skip
 
     @property
     def workable(self) -> list[Case]:

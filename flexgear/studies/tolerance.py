@@ -8,7 +8,6 @@ number, not on batches or workers.
 
 from __future__ import annotations
 
-import io
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -48,7 +47,7 @@ from flexgear.solve.face_load import along_face, largest_line_load, sections
 from flexgear.solve.model import Model, assemble, rated_rotations
 from flexgear.studies.dask_pool import reach
 from flexgear.studies.flank_amounts import UNIT, gap_coefficients
-from flexgear.studies.job_pool import StudyStore, stored_or_run, study_folder
+from flexgear.studies.job_pool import StudyStore, stored_or_run
 from flexgear.studies.tolerance_samples import (
     DrawnError,
     StagePaths,
@@ -283,31 +282,20 @@ def _positions(system: System, turns: dict[str, Array]) -> tuple[Array, dict[str
 
 
 BATCH = 100  # samples solved together
-FORMAT = 4  # of the files, and of the numerics behind them; raise it when either changes
-
-
-def _packed(batch: Batch) -> bytes:
-    data = io.BytesIO()
-    np.savez(data, **batch)  # type: ignore[arg-type]
-    return data.getvalue()
-
-
-def _unpacked(stored: bytes) -> Batch:
-    with np.load(io.BytesIO(stored), allow_pickle=False) as data:
-        return {name: data[name] for name in data.files}
+FORMAT = 5  # of the files, and of the numerics behind them; raise it when either changes
 
 
 def batch_store(case: Case) -> StudyStore[Batch]:
     """Store of finished batches, under a key of all inputs of a sample. The number of samples is
     not among them, so a larger study uses the batches of a smaller one."""
     drawn = case.tolerance.model_dump(exclude={"samples", "confidence"})
-    content = {"format": FORMAT, "model": case.content_hash(), "tolerance": drawn}
-    return StudyStore(study_folder("tolerance", content), _packed, _unpacked)
+    model = case.content_hash()
+    return StudyStore.of("tolerance", format=FORMAT, model=model, tolerance=drawn)
 
 
 def _file(numbers: range) -> str:
     """Name of the file that stores a batch."""
-    return f"samples_{numbers.start}_{numbers.stop}.npz"
+    return f"samples_{numbers.start}_{numbers.stop}.pickle"
 
 
 def tolerance(

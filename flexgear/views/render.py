@@ -119,11 +119,6 @@ def working_window() -> tuple[bool, str | None, str]:
     return False, None, first
 
 
-def rendering_available() -> bool:
-    """Whether offscreen pictures can be rendered, by EGL, GLX or OSMesa."""
-    return working_window()[0]
-
-
 def require_rendering() -> None:
     """Set the render window that works for VTK; FlexgearError with a remedy if there is none."""
     works, window, reason = working_window()
@@ -158,7 +153,7 @@ class Snapshot:
 
 def load_renderer() -> None:
     """Import pyvista, which takes seconds, if this machine can render."""
-    if rendering_available():
+    if working_window()[0]:
         require_rendering()
         import pyvista  # noqa: F401
 
@@ -307,12 +302,7 @@ def render_deformed(
     return framed(shot, f"{title}\n{head}" if title else head, label, limits)
 
 
-def framed(
-    shot: Snapshot,
-    title: str,
-    label: str,
-    limits: tuple[float, float],
-) -> Figure:
+def framed(shot: Snapshot, title: str, label: str, limits: tuple[float, float]) -> Figure:
     """Figure of the pixels with title, colour bar, scale bar and axes."""
     rows, columns = shot.pixels.shape[:2]
     figure = new_figure(FULL_WIDTH_MM * 0.86 * rows / columns + 10)

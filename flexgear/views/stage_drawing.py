@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.patches import Circle, Patch
 
 from flexgear.arrays import Array
 from flexgear.gears.geometry import StageGeometry, stage_geometry
@@ -161,8 +161,7 @@ def _sun_rotation(g: StageGeometry, angle: float, planet: float) -> float:
 
 
 def _ring(ax: Axes, g: StageGeometry, outside: float) -> None:
-    circle = outside * np.column_stack([np.cos(t := np.linspace(0, -2 * np.pi, 181)), np.sin(t)])
-    _fill(ax, circle, STEEL)
+    _circle(ax, (0.0, 0.0), outside, STEEL)
     _fill(ax, gear_outline(g.ring, 0.0), "white")
 
 
@@ -187,10 +186,9 @@ def _carrier_circles(ax: Axes, view: StageView) -> None:
     body = _fe_carrier(view)
     if body is None:
         return
-    turn = np.linspace(0, 2 * np.pi, 121)
     for diameter in (body.plate_diameter, body.hub_outer_diameter):
-        radius = MILLI * diameter / 2
-        ax.plot(radius * np.cos(turn), radius * np.sin(turn), color=HIDDEN, ls="--", lw=0.8)
+        dashes: Any = {"ec": HIDDEN, "ls": "--", "lw": 0.8}
+        ax.add_patch(Circle((0.0, 0.0), MILLI * diameter / 2, fill=False, **dashes))
 
 
 def _gear_boxes(view: StageView) -> Iterator[Box]:
@@ -264,9 +262,8 @@ def _fill(ax: Axes, points: Array, colour: str, alpha: float = 1.0) -> None:
 
 def _circle(ax: Axes, centre: Array | tuple[float, float], radius: float, fill: str) -> None:
     if radius > 0:
-        turn = np.linspace(0, 2 * np.pi, 49)
-        edge = np.column_stack([np.cos(turn), np.sin(turn)])
-        _fill(ax, np.asarray(centre) + radius * edge, fill)
+        x, y = MILLI * np.asarray(centre)
+        ax.add_patch(Circle((x, y), MILLI * radius, fc=fill, **LINE))
 
 
 FLANK_POINTS = 201  # along each axis

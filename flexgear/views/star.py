@@ -26,6 +26,7 @@ from PIL import Image
 
 from flexgear.arrays import Array
 from flexgear.files.atomic import atomic_file
+from flexgear.results.time_figures import radial
 from flexgear.views.style import (
     DEFORMED_COLOUR,
     MICRO,
@@ -63,12 +64,6 @@ def ring_points(displacement: Array, radius: float, factor: float) -> Array:
     angles = 2 * pi * np.arange(displacement.shape[0]) / displacement.shape[0]
     circle = radius * np.column_stack([np.cos(angles), np.sin(angles)])
     return circle + factor * displacement[:, :2]
-
-
-def radial(displacement: Array) -> Array:
-    """Radial part u_x cos φ + u_y sin φ of (…, z, 2 or 3) tooth displacements."""
-    angles = 2 * pi * np.arange(displacement.shape[-2]) / displacement.shape[-2]
-    return displacement[..., 0] * np.cos(angles) + displacement[..., 1] * np.sin(angles)
 
 
 def _largest(displacement: Array) -> float:

@@ -17,7 +17,7 @@ from flexgear.model.names import GroupName
 from flexgear.results.rating import Rating
 from flexgear.results.report.study_tables import RATING, SPECTRUM
 from flexgear.results.report.wording import rounded, words
-from flexgear.results.tolerance_dataset import distribution_band
+from flexgear.results.tolerance_dataset import SPREADS, distribution_band
 from flexgear.solve.load_series import SeriesBins
 from flexgear.views.select import variable
 from flexgear.views.style import (
@@ -222,11 +222,6 @@ LINE = PLANET_COLOURS[0]
 MAX_BINS = 40  # of a histogram
 EQUAL = 1e-9  # relative spread of equal samples
 STYLES = ("-", "--", "-.", ":")  # of the quantiles
-DRAWN = {  # variable, label, digits and factor by name of the statistics
-    "load_sharing": ("load_sharing_max", "largest $K_γ$ over one turn", 4, 1.0),
-    "k_h_beta": ("k_h_beta", "face load factor $K_{Hβ}$ over one turn", 3, 1.0),
-    "largest_line_load": ("largest_line_load", "largest line load (N/mm)", 0, 1e-3),
-}
 STATISTICS = [f"{one}{end}" for one in ("average", "quantile") for end in ("", "_low", "_high")]
 STATISTICS.append("as_stated")
 
@@ -235,17 +230,18 @@ STATISTICS.append("as_stated")
 def tolerance_chart(data: xr.Dataset, name: str = "load_sharing") -> Figure:
     """A row for each group: histogram of the samples, and their distribution with its band.
 
-    name: of ``DRAWN``. Marks: mean, quantiles and their intervals, the value of the errors that the
-    case states, the value that IEC 61400-4 assumes. Groups with equal values are drawn once; groups
-    with one value in all samples are only named if there are others.
+    name: of ``SPREADS``. Marks: mean, quantiles and their intervals, the value of the errors that
+    the case states, the value that IEC 61400-4 assumes. Groups with equal values are drawn once;
+    groups with one value in all samples are only named if there are others.
     """
-    of, label, digits, factor = DRAWN[name]
+    spread = SPREADS[name]
+    of = spread.variable
     variable(data, of)
     plain = {of: "values"} | {f"{name}_{statistic}": f"its_{statistic}" for statistic in STATISTICS}
-    chosen = factor * data[list(plain)].rename(plain)
+    chosen = spread.factor * data[list(plain)].rename(plain)
     if name == "load_sharing":
         chosen = chosen.assign(mesh_load_factor=data["mesh_load_factor"])
-    chosen.attrs = {**data.attrs, "digits": digits}
+    chosen.attrs = {**data.attrs, "digits": spread.digits}
     groups = _groups(chosen)
     equal = {title: x for title, (x, _) in groups.items() if _constant(x)}
     drawn = {title: group for title, group in groups.items() if title not in equal} or groups
@@ -255,7 +251,7 @@ def tolerance_chart(data: xr.Dataset, name: str = "load_sharing") -> Figure:
         _histogram(row[0], values, of_group)
         _distribution(row[1], values, of_group)
         for ax in row:
-            ax.set_xlabel(label)
+            ax.set_xlabel(spread.label)
             _span(ax, values)
     legend_of(figure, axes, 3)
     lines = [f"{data.attrs['case']}: {data.sizes['sample']} samples of its manufacturing errors"]

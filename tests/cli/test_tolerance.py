@@ -97,7 +97,7 @@ def test_ctrl_c_while_workers_work(tmp_path, cache):
     kept."""
     command = ("tolerance", "lin-parker", "--samples", 200000, "--workers", 2, "--set", PIN,
                "--out", tmp_path / "out")  # fmt: skip
-    code, err = interrupted(command, cache, "tolerance/*/*.npz", presses=3)
+    code, err = interrupted(command, cache, "tolerance/*/*.pickle", presses=3)
     assert code == 1
     lines = [line for line in err.splitlines() if not line.startswith("samples")]  # progress
     assert len(lines) == 1, err

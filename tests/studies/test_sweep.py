@@ -1,6 +1,7 @@
 """Parameter studies: physics of what they give, gaps where points fail, the same in any order."""
 
 import contextlib
+import pickle
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from flexgear.model.load import load_case
 from flexgear.solve import bodies as solve_bodies
 from flexgear.solve.model import assemble
 from flexgear.solve.static import stages_sharing
+from flexgear.structures.cache import sealed
 from flexgear.studies import sweep
 from flexgear.studies.measures import measures_of
 from flexgear.studies.sweep import failures, finished, planned, run_sweep
@@ -49,11 +51,12 @@ def bearings():
     )  # fmt: skip
 
 
-def file_with_another_digit(file):
-    """Text of a finished point whose last digit is another: still JSON, but not what was found."""
-    text = file.read_text()
-    at = max(k for k, letter in enumerate(text) if letter.isdigit())
-    return text[:at] + str((int(text[at]) + 1) % 10) + text[at + 1 :]
+def with_another_frequency(stored):
+    """A finished point whose first frequency differs in its last bit: not what was computed."""
+    seal, _, part = stored.partition(b"\n")
+    number = pickle.loads(part)["frequency"].to_numpy()[0].tobytes()
+    assert number in part
+    return seal + b"\n" + part.replace(number, bytes([number[0] ^ 1]) + number[1:])
 
 
 def test_the_force_of_a_pair_is_that_of_its_power_flow(tmp_path):
@@ -163,12 +166,10 @@ class TestInterrupted:
     def test_damaged_points_are_made_again(self, monkeypatch):
         plan = self.plan("stage.planets=3,4,5,6,7")
         whole = run_sweep(plan, workers=1, keep_points=True)
-        for file, text in zip(
-            sorted(plan.store.folder.iterdir()),
-            ("", "{", '{"a": 1}', file_with_another_digit),
-            strict=False,
-        ):
-            file.write_text(text if isinstance(text, str) else text(file))  # fmt: skip
+        damaged = (b"", b"{", sealed(b"no pickle"), with_another_frequency)
+        for file, content in zip(sorted(plan.store.folder.iterdir()), damaged, strict=False):
+            stored = file.read_bytes()
+            file.write_bytes(content if isinstance(content, bytes) else content(stored))
         assert finished(plan) == 1
         data, measured = self.run(monkeypatch, plan, 99)
         assert measured == 4

@@ -10,7 +10,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.views import render
 
 needs_gl = pytest.mark.skipif(
-    not render.rendering_available(), reason="no OpenGL library for offscreen rendering"
+    not render.working_window()[0], reason="no OpenGL library for offscreen rendering"
 )
 
 
@@ -27,7 +27,7 @@ def fresh_probe(monkeypatch):
 
 def test_segfault_in_the_probe_becomes_the_apt_line(fresh_probe):
     fresh_probe.setattr(render, "PROBE", "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
-    assert not render.rendering_available()
+    assert not render.working_window()[0]
     with pytest.raises(FlexgearError, match="signal 11") as caught:
         render.require_rendering()
     line = (
@@ -66,8 +66,8 @@ def test_probe_runs_once_a_process(fresh_probe):
     real = subprocess.run
     fresh_probe.setattr(render, "PROBE", "raise SystemExit(0)")
     fresh_probe.setattr(subprocess, "run", lambda *a, **k: calls.append(1) or real(*a, **k))
-    assert render.rendering_available()
-    assert render.rendering_available()
+    assert render.working_window()[0]
+    assert render.working_window()[0]
     assert len(calls) == 1
 
 

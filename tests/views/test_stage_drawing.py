@@ -47,7 +47,7 @@ def test_teeth_of_all_planets_stand_in_the_spaces_of_ring_and_sun(view):
 def test_a_drawing_shows_bolts_planets_and_bearings(view):
     front = front_drawing(view).axes[0]
     bolts = view.ring.bolt_circles[0].number
-    sizes = [np.ptp(p.get_xy()[:, 0]) for p in front.patches]
+    sizes = [p.get_path().get_extents(p.get_patch_transform()).width for p in front.patches]
     drawn = [s for s in sizes if s == pytest.approx(1e3 * view.ring.bolt_circles[0].diameter)]
     assert len(drawn) == bolts
     assert {t.get_text() for t in front.texts} == {str(k + 1) for k in range(view.stage.planets)}
