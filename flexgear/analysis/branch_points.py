@@ -20,15 +20,10 @@ import numpy as np
 from flexgear.analysis.continuation import SAME
 from flexgear.analysis.curve_follower import state_between
 from flexgear.analysis.harmonic_balance import Balance, Factors, Orbit
-from flexgear.analysis.orbit_receptance import CondensedTrain, Range, condensed_train
+from flexgear.analysis.orbit_receptance import CondensedTrain, Range
 from flexgear.arrays import Array
 
 ITERATIONS = 3  # of inverse iteration
-
-
-def over_two_periods(train: CondensedTrain) -> CondensedTrain:
-    """The train with twice the period and twice as many harmonics."""
-    return condensed_train(train.elements.repeated(2), 2 * train.harmonics)
 
 
 def leaving_branch(

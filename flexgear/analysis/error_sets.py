@@ -20,7 +20,7 @@ rows: such trains are solved for one set after the other.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -93,18 +93,18 @@ class ErrorSets:
         return pairs._replace(largest_error=largest_errors(pairs))
 
 
-_ERRORS, _RUNOUT = (
-    ("amplitude", "phase", "offset", "slope", "gear", "planet"),
-    ("amplitude", "phase"),
-)
 # fields of ``PairData`` by those of ``ErrorSets``
-_PAIR_DATA = {n: f"error_{n}" for n in _ERRORS} | {f"runout_{n}": f"runout_{n}" for n in _RUNOUT}
+_PAIR_DATA = {
+    n: n if n.startswith("runout_") else f"error_{n}"
+    for n in (field.name for field in fields(ErrorSets))
+    if n != "gaps"
+}
 
 
-def no_errors(base: PairData) -> ErrorSets:
-    """One set without errors."""
-    shapes = {name: getattr(base, field).shape for name, field in _PAIR_DATA.items()}
-    return ErrorSets(**{name: np.zeros((1, *shape)) for name, shape in shapes.items()}, gaps=None)
+def no_errors(base: PairData, count: int = 1) -> ErrorSets:
+    """Sets without errors."""
+    shapes = {name: (count, *getattr(base, field).shape) for name, field in _PAIR_DATA.items()}
+    return ErrorSets(**{name: np.zeros(shape) for name, shape in shapes.items()}, gaps=None)
 
 
 def _waves(sets: ErrorSets) -> Waves:

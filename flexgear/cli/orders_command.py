@@ -25,7 +25,7 @@ from flexgear.results.dataset_file import reopened, write_netcdf
 from flexgear.results.orders import PADDING, SOURCE, order_map, order_spectrum, side_lobes
 from flexgear.results.origin import origin_of_case
 from flexgear.results.report.wording import number, scale, words
-from flexgear.results.run_folder import complete
+from flexgear.results.run_folder import complete, transient_file
 from flexgear.results.run_orders import (
     case_of,
     expected_orders,
@@ -40,7 +40,6 @@ from flexgear.results.synchronous_average import planet_averages, synchronous_av
 
 Lines = Sequence[tuple[ExpectedLine, float]]  # with their orders
 FILES = ("orders.nc", "orders.png", "report.html")
-TRANSIENT = "transient.nc"
 USUAL = "gear_mesh_force"
 MAX_CURVES = 12  # of a picture
 MAX_LINES = 12  # that are printed, the strongest
@@ -150,7 +149,7 @@ def orders(analysis: OrderAnalysis) -> None:
     """Order analysis of a transient at any speed: spectrum over the turns of a member with expected
     lines, run-up maps, envelopes, averages over turns."""
     analysis.refuse_unused()
-    data, out = _opened(analysis.file), analysis.out
+    data, out = reopened(transient_file(analysis.file)), analysis.out
     with complete(analysis.file):
         case, against = case_of(data), analysis.against
         if out is not None:
@@ -171,16 +170,6 @@ def orders(analysis: OrderAnalysis) -> None:
         figures = {"of": analysis.of, "member": member, "against": against or None,
                    "turns": result.attrs["turns"], "lines": rows}  # fmt: skip
         show(figures, lambda: _print(case, result, rows), analysis.as_json, out)
-
-
-def _opened(file: Path) -> xr.Dataset:
-    """The transient in a file or in the folder of a run; InputError if there is none."""
-    path = file / TRANSIENT if file.is_dir() else file
-    if not path.is_file():
-        raise InputError(
-            SOURCE, str(path), "is no file", "name a transient, or the folder of a run"
-        )
-    return reopened(path)
 
 
 def columns_of(history: xr.DataArray, text: str) -> xr.DataArray:

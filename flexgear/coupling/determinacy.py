@@ -153,15 +153,11 @@ def loose_fault(bodies: Sequence[Body], source: str, free: Array, allowed: int) 
     if tilts:
         alternative = 'gear_mesh.model = "face_load", whose slices resist tilting'
     remedy = f"give a stiffness there{others}, or {alternative}"
-    if all(d in ("axial", "tilt") for _, d in loose) and all(_is_lumped(key) for key in keys):
+    lumped = all("support." in key or "planet_bearing." in key for key in keys)
+    if lumped and all(d in ("axial", "tilt") for _, d in loose):
         remedy += ', or take kinematics = "planar"'
     moving = _and([f"{name} {_and(list(directions))}" for name, directions in motions.items()])
     return InputError(source, keys[0], f"nothing holds {moving}", remedy)
-
-
-def _is_lumped(key: str) -> bool:
-    """Whether a key belongs to a lumped member, whose kinematics can be chosen."""
-    return "support." in key or "planet_bearing." in key
 
 
 def _possible_springs(bodies: Sequence[Body]) -> list[tuple[Body, str, Array]]:

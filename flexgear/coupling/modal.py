@@ -382,6 +382,6 @@ def chosen_modal(system: System, pace: Pace) -> ModalSystem:
     """Second reduction by the options of a case. Without limit and accuracy in the case, systems of
     rigid bodies keep all modes; with flexible bodies the accuracy is 0.01, as thousands of modes
     would make every step slow."""
-    if pace.modes_by_default and all(body.rigid for body in system.bodies):
+    if "modes_accuracy" in pace.reasons and all(body.rigid for body in system.bodies):
         return modal_system(system)
     return modal_system(system, pace.modes_to, accuracy=pace.modes_accuracy, band_hz=pace.band)

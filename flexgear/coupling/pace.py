@@ -92,11 +92,6 @@ class Pace:
         return values
 
     @property
-    def modes_by_default(self) -> bool:
-        """Whether the case has no option for the number of modes."""
-        return "modes_accuracy" in self.reasons
-
-    @property
     def summary(self) -> dict[str, Any]:
         """Figures, and reasons of derived values."""
         return {**self.figures, "reasons": self.reasons}

@@ -315,14 +315,6 @@ def _by_label(sizes: xr.DataArray, by: float = 1.0) -> dict[str, Any]:
     return {str(n): float(v) * by if np.isfinite(v) else None for n, v in pairs}
 
 
-def energy_residual(data: xr.Dataset) -> NDArray[np.float64]:
-    """Residual (t,) of the energy balance over the peak elastic energy, of a dataset with energy_*,
-    J."""
-    balance = energy_balance(data)
-    left = balance["left"].to_numpy()
-    return np.asarray((left - left[0]) / _peak(balance["elastic"]))
-
-
 def energy_balance(data: xr.Dataset) -> xr.Dataset:
     """ "left", stored energy less work done on the train, and "elastic", energy of structure and
     tooth pairs, J, over the samples of a dataset with energy_*."""
@@ -335,7 +327,8 @@ def energy_balance(data: xr.Dataset) -> xr.Dataset:
 
 
 def largest_residual(ranges: Ranges) -> float:
-    """Largest absolute ``energy_residual``, from ``Ranges(energy_balance)``."""
+    """Largest change of "left" since the start over the peak elastic energy, from
+    ``Ranges(energy_balance)``."""
     first = float(ranges.first["left"])
     largest = max(float(ranges.largest["left"]) - first, first - float(ranges.least["left"]))
     return largest / _peak(ranges.largest["elastic"])

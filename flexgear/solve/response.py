@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexgear.analysis.branch_points import ends_at, leaving_branch, over_two_periods
+from flexgear.analysis.branch_points import ends_at, leaving_branch
 from flexgear.analysis.continuation import Curve, branch, curves
 from flexgear.analysis.curve_follower import Cut
 from flexgear.analysis.harmonic_balance import SAMPLES, Balance, Orbit, converge
@@ -196,7 +196,7 @@ class _Record:
 def _add_doubled(figures: Figures, record: _Record) -> Figures:
     """Add to ``record`` the curves of twice the period that branch off those of ``figures``;
     returns the figures of the train over twice the period."""
-    train = over_two_periods(figures.train)
+    train = condensed_train(figures.train.elements.repeated(2), 2 * figures.train.harmonics)
     longer = Figures(figures.model, train, figures.span, figures.progress, figures.curve)
     _add_leaving(figures, longer, record)
     return longer

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from flexgear.analysis.error_sets import ErrorSets
+from flexgear.analysis.error_sets import ErrorSets, no_errors
 from flexgear.arrays import Array
 from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.coupling.pair_data import PairData
@@ -183,14 +183,6 @@ def nominal(case: Case, drawn: Sequence[DrawnError]) -> Values:
     return values
 
 
-PAIR_FIELDS = {  # field of ``PairData`` by field of ``ErrorSets``
-    **{
-        name: f"error_{name}"
-        for name in ("amplitude", "phase", "offset", "slope", "gear", "planet")
-    },
-    "runout_amplitude": "runout_amplitude",
-    "runout_phase": "runout_phase",
-}
 StagePaths = tuple[Mapping[PathKey, GearMeshPath], ...]
 
 
@@ -208,10 +200,7 @@ def error_sets(
 ) -> ErrorSets:
     """Errors of all cases, in arrays of the shapes of ``base``: pair data of a case that has errors
     of the same bodies as each of ``cases``."""
-    empty: dict[str, Any] = {
-        name: np.zeros((len(cases), *getattr(base, of).shape)) for name, of in PAIR_FIELDS.items()
-    }
-    sets = ErrorSets(**empty)
+    sets = no_errors(base, len(cases))
     groups: dict[tuple[int, GearMeshKind, str], tuple[list[int], list[int]]] = {}
     for m, label in enumerate(gear_meshes):
         places, planets = groups.setdefault((label.stage, label.kind, label.side), ([], []))

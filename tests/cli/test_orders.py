@@ -303,7 +303,7 @@ def test_a_damaged_transient_is_one_line(flexgear, transient, tmp_path, name, te
 
 def test_orders_of_a_missing_file_are_refused(flexgear, tmp_path):
     code, _, err = flexgear("orders", tmp_path / "none.nc", "-q")
-    assert code == 2 and err.count("\n") == 1 and "is no file" in err
+    assert code == 2 and err.count("\n") == 1 and "there is no such file" in err
 
 
 @pytest.fixture(scope="module")

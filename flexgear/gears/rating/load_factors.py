@@ -204,8 +204,9 @@ def dynamic_factor(pair: GearPair, load: PairLoad, ratio: float) -> tuple[float,
 
 
 def root_face_factor(pair: GearPair, face_flank: float) -> float:
-    """Face load factor K_Fβ of the root for K_Hβ of the flank."""
-    ratio = max(gear.tooth_height / gear.face_width for gear in pair.gears.values())
+    """Face load factor K_Fβ of the root for K_Hβ of the flank, by tooth height over width."""
+    gears = pair.gears.values()
+    ratio = max(abs(g.tooth.tip_radius - g.tooth.root_radius) / g.face_width for g in gears)
     ratio = min(ratio, 1.0 / 3.0)
     return float(face_flank ** (1.0 / (1.0 + ratio + ratio**2)))
 

@@ -78,11 +78,6 @@ class RatedGear:
         """Reference diameter d, m."""
         return 2.0 * self.tooth.reference_radius
 
-    @property
-    def tooth_height(self) -> float:
-        """Tooth height h from root to tip circle, m."""
-        return abs(self.tooth.tip_radius - self.tooth.root_radius)
-
 
 @dataclass(frozen=True)
 class GearPair:
