@@ -15,7 +15,8 @@ from typer import Argument, Option
 
 from flexgear.cli import options
 from flexgear.cli.display import columns, present, progress, warn
-from flexgear.cli.pictures import drawn_side, import_renderer
+from flexgear.cli.pictures import drawn_side
+from flexgear.cli.run_commands import import_renderer
 from flexgear.coupling.system import variant_label
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError

@@ -162,16 +162,14 @@ def reduce(
             name: body.reduced(named(label, report), limit) for label, (name, body) in parts.items()
         }
     warn(reduction_warnings(source, bodies, rigid_bodies(source)))
-    figures = {
-        label: {k: v for k, v in body.report.items() if not isinstance(v, list)}
-        for label, body in zip(parts, bodies.values(), strict=True)
-    }
-    rows = (
-        figures
-        if as_json
-        else {name: _rows_of(body_report) for name, body_report in figures.items()}
-    )
-    present(f"{source.name}: reductions, {source.solver.fidelity}", rows, as_json)
+    figures = {}
+    for label, body in zip(parts, bodies.values(), strict=True):
+        figures[label] = {k: v for k, v in body.report.items() if not isinstance(v, list)}
+        if not as_json:
+            seconds = sum(body.report.get("seconds", {}).values())
+            printed = {k: v for k, v in figures[label].items() if k in PRINTED}
+            figures[label] = {**printed, "time_s": seconds}
+    present(f"{source.name}: reductions, {source.solver.fidelity}", figures, as_json)
     if not as_json:
         typer.echo(f"\nstored in {cache_directory()}")
 
@@ -181,12 +179,6 @@ PRINTED = (  # figures of a reduction; the others are only in --json
     "static_error", "static_error_cases", "frequency_error", "frequency_limit_hz",
     "frequency_error_on_these_supports",
 )  # fmt: skip
-
-
-def _rows_of(report: dict[str, Any]) -> dict[str, Any]:
-    """Printed figures of a reduction: sizes, errors relative to the full FE mesh, duration."""
-    rows = {key: report[key] for key in PRINTED if key in report}
-    return {**rows, "time_s": sum(report.get("seconds", {}).values())}
 
 
 def import_rexs(

@@ -139,13 +139,6 @@ def _picture(folders: tuple[Path, Path], name: str) -> Picture:
     return _of_folders[folders].picture(name)
 
 
-def import_renderer() -> None:
-    """Import this module and the renderer in a worker."""
-    from flexgear.views import render, scenes  # noqa: F401
-
-    render.load_renderer()
-
-
 def _title(figure: Any, caption: str) -> None:
     """Set the title of a picture: its caption, and the note that the chart has as title."""
     title = figure.get_suptitle()

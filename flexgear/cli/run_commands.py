@@ -38,7 +38,7 @@ def run(
     with (
         EarlyWorkers(
             pictures or compiles,
-            _import_renderer if pictures and source.flexible_stages else bool,
+            import_renderer if pictures and source.flexible_stages else bool,
         ) as workers,
         staged_folder(folder, options.earlier(options.RUN)) as stage,
         progress(common.quiet) as report,
@@ -87,11 +87,12 @@ def _show(title: str, case: Case, summary: dict[str, Any]) -> None:
     ])  # fmt: skip
 
 
-def _import_renderer() -> None:
-    """Import the modules for pictures, which other commands do not need."""
-    from flexgear.cli.pictures import import_renderer
+def import_renderer() -> None:
+    """Import the modules for pictures in a worker; other commands do not need them."""
+    from flexgear.cli import pictures  # noqa: F401
+    from flexgear.views import render, scenes  # noqa: F401
 
-    import_renderer()
+    render.load_renderer()
 
 
 def save_run(result: Run, stage: Path, report: Report) -> None:
@@ -127,7 +128,7 @@ def draw_again(
 ) -> list[str]:
     """Draw pictures and report of the run in ``folder`` into ``target``; returns notes on omitted
     pictures."""
-    from flexgear.cli.pictures import draw, import_renderer
+    from flexgear.cli.pictures import draw
 
     with (
         EarlyWorkers(True, import_renderer) as workers,

@@ -117,7 +117,7 @@ def tolerance(
         write_netcdf(data, stage / "tolerance.nc")
         write_json(stage / "summary.json", summary)
         _write_tolerance_page(case, data, summary, stage, study.pictures)
-    tolerances.forget(case)
+    tolerances.batch_store(case).clear()
     show(summary, lambda: _show_tolerance(summary), study.as_json, folder)
     if summary["failed"]:
         count = f"{summary['failed']} of {summary['samples']} samples"

@@ -194,8 +194,34 @@ class Rating:
         return parts
 
     def dataset(self) -> xr.Dataset:
-        """Labelled results of all bins (``rating_dataset``)."""
-        return rating_dataset(self)
+        """Dataset with the variables of ``PARTS`` and ``BINS``."""
+        parts = self.parts
+        coords: dict[str, Any] = {
+            "bin": [b.name for b in self.bins],
+            "part": [p.name for p in parts],
+            "port": [p.member for p in self.case.ports],
+            "member": list(map(str, self.case.member_names())),
+            "gear_mesh": [g.name for g in self.gear_meshes],
+            "factor": _symbols(self),
+            "ring_tooth": [k + 1 for _, k in _teeth(self)],
+        }
+        values = {n: np.array([d.of(p) for p in parts]).T for n, d in PARTS.items()}
+        values |= {n: np.array(d.of(self)) for n, d in BINS.items()}
+        variables = {}
+        for name, declared in (PARTS | BINS).items():
+            quantity = declared.quantity
+            shape = [len(coords[dim]) for dim in quantity.dims]  # for arrays without entries
+            variables[name] = (quantity.dims, values[name].reshape(shape), quantity.attrs)
+        for label in ("stage", "kind", "alike", "missing"):
+            coords[f"part_{label}"] = ("part", [getattr(p, label) for p in parts])
+        coords["ring_tooth_part"] = ("ring_tooth", [part.name for part, _ in _teeth(self)])
+        coords["extreme"] = ("bin", [b.extreme for b in self.bins])
+        case = self.case
+        attrs = provenance(
+            case=case.name, variant=self.variant, content_hash=case.content_hash(),
+            parameters=case.to_dict(), closure_max=self.closure,
+        )  # fmt: skip
+        return xr.Dataset(variables, coords, attrs)
 
     def __repr__(self) -> str:
         return f"<flexgear rating of {self.case.name}: {len(self.bins)} bins, {self.hours:g} h>"
@@ -305,34 +331,3 @@ def _symbols(rating: Rating) -> list[str]:
     sheets = (sheet for g in rating.gear_meshes for sheet in g.factors)
     every = dict.fromkeys(symbol for sheet in sheets for symbol in sheet)
     return [symbol for symbol in every if symbol.startswith("K_")]
-
-
-def rating_dataset(rating: Rating) -> xr.Dataset:
-    """Dataset of a rating with the variables of ``PARTS`` and ``BINS``."""
-    parts = rating.parts
-    coords: dict[str, Any] = {
-        "bin": [b.name for b in rating.bins],
-        "part": [p.name for p in parts],
-        "port": [p.member for p in rating.case.ports],
-        "member": list(map(str, rating.case.member_names())),
-        "gear_mesh": [g.name for g in rating.gear_meshes],
-        "factor": _symbols(rating),
-        "ring_tooth": [k + 1 for _, k in _teeth(rating)],
-    }
-    values = {n: np.array([d.of(p) for p in parts]).T for n, d in PARTS.items()}
-    values |= {n: np.array(d.of(rating)) for n, d in BINS.items()}
-    variables = {}
-    for name, declared in (PARTS | BINS).items():
-        quantity = declared.quantity
-        shape = [len(coords[dim]) for dim in quantity.dims]  # for arrays without entries
-        variables[name] = (quantity.dims, values[name].reshape(shape), quantity.attrs)
-    for label in ("stage", "kind", "alike", "missing"):
-        coords[f"part_{label}"] = ("part", [getattr(p, label) for p in parts])
-    coords["ring_tooth_part"] = ("ring_tooth", [part.name for part, _ in _teeth(rating)])
-    coords["extreme"] = ("bin", [b.extreme for b in rating.bins])
-    case = rating.case
-    attrs = provenance(
-        case=case.name, variant=rating.variant, content_hash=case.content_hash(),
-        parameters=case.to_dict(), closure_max=rating.closure,
-    )  # fmt: skip
-    return xr.Dataset(variables, coords, attrs)

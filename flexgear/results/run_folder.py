@@ -30,8 +30,13 @@ _MAX_BYTES = 256 * MEGABYTE  # of a case with a long torque series
 
 
 def transient_file(path: Path) -> Path:
-    """The file of a transient: ``path``, or the file of steady running in the folder of a run."""
-    return path / "transient.nc" if path.is_dir() else path
+    """The file of a transient: ``path``, or the file of steady running in the folder of a run;
+    InputError if there is none."""
+    file = path / "transient.nc" if path.is_dir() else path
+    if not file.is_file():
+        remedy = "name a transient, or the folder of a run"
+        raise InputError(str(file), "dataset", "there is no such file", remedy)
+    return file
 
 
 @dataclass(frozen=True)

@@ -309,9 +309,9 @@ def tolerance(
     """Dataset of the study that the section ``tolerance`` of a case describes.
 
     workers: number of processes (1: this process; None: chosen by the length of the study);
-    scheduler: address of a Dask cluster instead; keep_batches: leave finished batches on disk until
-    ``forget``. InputError where no error is drawn or no planets share a load, FlexgearError where
-    batches failed.
+    scheduler: address of a Dask cluster instead; keep_batches: leave finished batches on disk, in
+    ``batch_store``. InputError where no error is drawn or no planets share a load, FlexgearError
+    where batches failed.
     """
     if scheduler is not None:
         reach(scheduler)
@@ -329,11 +329,6 @@ def tolerance(
 def batches_of(samples: int) -> list[range]:
     """Numbers of the samples of every batch."""
     return [range(first, min(first + BATCH, samples)) for first in range(0, samples, BATCH)]
-
-
-def forget(case: Case) -> None:
-    """Remove the finished batches of a study."""
-    batch_store(case).clear()
 
 
 def finished(case: Case) -> int:
