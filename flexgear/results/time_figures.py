@@ -331,11 +331,7 @@ def largest_residual(ranges: Ranges) -> float:
     ``Ranges(energy_balance)``."""
     first = float(ranges.first["left"])
     largest = max(float(ranges.largest["left"]) - first, first - float(ranges.least["left"]))
-    return largest / _peak(ranges.largest["elastic"])
-
-
-def _peak(elastic: xr.DataArray) -> float:
-    peak = float(elastic.max())
+    peak = float(ranges.largest["elastic"])
     if peak <= 0:
         raise FlexgearError("no energy balance: the run has no elastic energy")
-    return peak
+    return largest / peak

@@ -10,6 +10,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from flexgear.arrays import Array
 from flexgear.results import quantities as declared
+from flexgear.results import time_figures
 from flexgear.results.report.parts import row
 from flexgear.results.report.wording import number, scale, words
 from flexgear.views.select import variable
@@ -66,23 +67,20 @@ def radial_harmonics(harmonics: Array, planets: int) -> Figure:
 def energy_balance(dataset: xr.Dataset) -> Figure:
     """Changes of energy and work since the start over time, and the residual of their balance.
 
-    residual = Δ(kinetic + elastic + pair_elastic) − (input − brake − damping − pair damping
-    + parametric work), in percent of the peak elastic energy in the lowest panel. Brake and damping
-    work are positive in the dataset where energy leaves the system, and drawn negative.
+    The residual is that of ``time_figures.energy_balance``, in percent of the peak elastic energy
+    in the lowest panel. Brake and damping work are positive in the dataset where energy leaves the
+    system, and drawn negative.
     """
-    terms = [t for t in ENERGY_LABELS if f"energy_{t}" in dataset]
+    balance, outer = time_figures.energy_balance(dataset), ("input_work", "brake_work")
+    left = balance["left"].to_numpy()
+    residual = (left - left[0]) / float(balance["elastic"].max())
     time = np.asarray(variable(dataset, "time"), dtype=float)
-    energies = {t: np.asarray(dataset[f"energy_{t}"], dtype=float) for t in terms}
+    energies = {t: np.asarray(dataset[f"energy_{t}"], dtype=float) for t in ENERGY_LABELS}
     changes = {t: (-1 if t in OUTGOING else 1) * (v - v[0]) for t, v in energies.items()}
-    outer = [t for t in terms if t in ("input_work", "brake_work")]
-    groups = [g for g in (outer, [t for t in terms if t not in outer]) if g]
-    residual = np.asarray(sum(v if t in STORED else -v for t, v in changes.items()))
-    elastic = sum(energies[t] for t in STORED[1:] if t in energies)
-    peak = float(np.max(elastic))
-    balanced = peak > 0 and float(np.abs(residual).max()) <= BALANCED * peak
-    rows = len(groups) + int(not balanced)
+    balanced = float(np.abs(residual).max()) <= BALANCED
+    rows = 2 + int(not balanced)
     figure, axes = panels(rows, 1, height_mm=26 + 42 * rows, sharex=True)
-    for ax, group in zip(axes[:, 0], groups, strict=False):
+    for ax, group in zip(axes[:, 0], (outer, [t for t in changes if t not in outer]), strict=False):
         unit, factor = scale([float(np.max(np.abs(changes[t]))) for t in group], "J")
         for term in group:
             line = "-" if term in STORED else "--"
@@ -94,10 +92,8 @@ def energy_balance(dataset: xr.Dataset) -> Figure:
         text = f"balanced to {100 * BALANCED:g} % of the largest elastic energy"
         last.set_title(text, weight="normal", fontsize=8)
     else:
-        last.plot(
-            time, 100 * residual / peak if peak > 0 else residual, color=DEFORMED_COLOUR, lw=1
-        )
-        last.set_ylabel("residual (% of\npeak elastic)" if peak > 0 else "residual (J)")
+        last.plot(time, 100 * residual, color=DEFORMED_COLOUR, lw=1)
+        last.set_ylabel("residual (% of\npeak elastic)")
     for ax in axes[:, 0]:
         ax.axhline(0, color=NEUTRAL, lw=0.7)
     last.set_xlabel("time (s)")
