@@ -61,12 +61,11 @@ class TrainTurn:
 class AngleSamples:
     """Sampled angles of θ or of the input coordinate, in whole gear-mesh cycles. angles: (w ·
     per_gear_mesh,) rad, rising, cycle after cycle; gear_mesh: (w,) numbers of the cycles in the
-    error cycle; complete: whether all cycles of the error cycle are sampled."""
+    error cycle."""
 
     angles: Array
     gear_mesh: NDArray[np.int64]
     per_gear_mesh: int
-    complete: bool
 
 
 def error_cycle(
@@ -135,11 +134,10 @@ def sample_train_angles(
         count = max(MAX_CYCLES // sampled.cycle.gear_meshes, 1) * sampled.cycle.gear_meshes
     if per_gear_mesh < 1 or most < 1:
         raise FlexgearError("sampling needs at least one position and one gear-mesh cycle")
-    complete = count <= most
-    chosen = np.arange(count) if complete else spread(count, most)
+    chosen = np.arange(count) if count <= most else spread(count, most)
     within = np.arange(per_gear_mesh) / per_gear_mesh
     angles = 2 * math.pi * float(step) * (chosen[:, None] + within).ravel()
-    return AngleSamples(angles, chosen.astype(np.int64), per_gear_mesh, complete)
+    return AngleSamples(angles, chosen.astype(np.int64), per_gear_mesh)
 
 
 def spread(count: int, most: int) -> NDArray[np.int64]:

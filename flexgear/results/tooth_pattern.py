@@ -15,6 +15,7 @@ from scipy.interpolate import griddata
 from scipy.stats import binned_statistic_dd
 
 from flexgear.arrays import Array
+from flexgear.model.names import FlankName, GroupName
 
 CELLS = (10, 16)  # numbers of cells of a flank over diameter and face
 
@@ -32,39 +33,28 @@ class ToothPattern(NamedTuple):
     line_load: Array
 
 
-def carrying_sets(data: xr.Dataset, stage: str) -> list[tuple[str, str]]:
-    """Kind and side of the loaded gear meshes of a stage."""
-    of_stage = data.isel(flank=data["flank_stage"].to_numpy() == stage)
-    carries = of_stage["face_line_load"].max(["position", "face"]).to_numpy() > 0
-    flanks = zip(of_stage["flank_kind"].to_numpy(), of_stage["flank_side"].to_numpy(), strict=True)
-    return list(
-        dict.fromkeys((str(k), str(s)) for (k, s), c in zip(flanks, carries, strict=True) if c)
-    )
+def loaded_flanks(data: xr.Dataset) -> dict[GroupName, list[FlankName]]:
+    """Names of loaded flanks by group of gear meshes."""
+    groups: dict[GroupName, list[FlankName]] = {}
+    for name in map(FlankName.parse, data["flank"].to_numpy().tolist()):
+        if float(data["face_line_load"].sel(flank=name).max()) > 0:
+            groups.setdefault(name.group, []).append(name)
+    return groups
 
 
-def gear_pattern(data: xr.Dataset, stage: str, kind: str, side: str) -> ToothPattern:
+def gear_pattern(data: xr.Dataset, group: GroupName) -> ToothPattern:
     """Pattern on all teeth of ring, sun or pinion from all planets."""
-    flanks = [_at_gear(flank) for flank in _flanks(data, stage, kind, side)]
-    return _pattern(f"{stage} {kind} {side}", "pair_tooth", flanks)
+    flanks = [_at_gear(data.sel(flank=name)) for name in loaded_flanks(data)[group]]
+    return _pattern(group, "pair_tooth", flanks)
 
 
-def planet_pattern(data: xr.Dataset, stage: str, kind: str, side: str) -> ToothPattern:
+def planet_pattern(data: xr.Dataset, group: GroupName) -> ToothPattern:
     """Pattern of planet 1, or the gear of a parallel stage, on flanks towards ring, sun or
     pinion."""
-    flanks = [
-        _places(flank, _path(flank), float(flank["planet_base_diameter"]))
-        for flank in _flanks(data, stage, kind, side)[:1]
-    ]
-    title = f"{stage} planet 1, flanks towards {kind} {side}"
-    return _pattern(title, "pair_planet_tooth", flanks)
-
-
-def _flanks(data: xr.Dataset, stage: str, kind: str, side: str) -> list[xr.Dataset]:
-    """Loaded flanks of one kind and side, by planet."""
-    labels = {"flank_stage": stage, "flank_kind": kind, "flank_side": side}
-    matches = np.all([data[name].to_numpy() == label for name, label in labels.items()], axis=0)
-    every = [data.isel(flank=int(m)) for m in np.flatnonzero(matches)]
-    return [flank for flank in every if float(flank["face_line_load"].max()) > 0]
+    flank = data.sel(flank=loaded_flanks(data)[group][0])
+    places = _places(flank, _path(flank), float(flank["planet_base_diameter"]))
+    title = f"{group.stage} planet 1, flanks towards {group.part}"
+    return _pattern(title, "pair_planet_tooth", [places])
 
 
 class _Places(NamedTuple):
@@ -111,7 +101,7 @@ def _pattern(title: str, which: str, flanks: list[_Places]) -> ToothPattern:
     edges = [np.arange(0.5, teeth.max() + 1.0)]
     edges += [np.linspace(x.min(), x.max(), n + 1) for x, n in zip(cells[1:], CELLS, strict=True)]
     pattern = binned_statistic_dd(np.column_stack(cells), load, "max", edges).statistic
-    return ToothPattern(title.strip(), edges[1], edges[2], np.array(list(map(filled, pattern))))
+    return ToothPattern(title, edges[1], edges[2], np.array(list(map(filled, pattern))))
 
 
 def filled(cells: Array) -> Array:

@@ -13,7 +13,7 @@ from flexgear.results.report.wording import of_stage, window_words, with_unit
 from flexgear.results.run_folder import Run, StageOfRun, prefix_of
 from flexgear.results.settling import window_of
 from flexgear.results.time_figures import displacement_summary
-from flexgear.results.tooth_pattern import carrying_sets
+from flexgear.results.tooth_pattern import loaded_flanks
 
 MODIFICATION_POINTS = 101  # along each axis, at which flanks of a gear are compared
 
@@ -152,15 +152,14 @@ def flanks(run: Run) -> Iterator[Subject]:
 
 
 def tooth_sets(run: Run) -> Iterator[Subject]:
-    """Groups of loaded gear meshes whose pairs have slices: stage, kind and side."""
+    """Groups of loaded gear meshes whose pairs have slices."""
     equilibria = run.datasets["equilibrium"]
     if "gear_mesh_misalignment_by_cause" not in equilibria:
         return
-    for stage in run.case.stages:
-        for kind, side in carrying_sets(equilibria, stage.name):
-            teeth = f"{kind}_{side}".rstrip("_")
-            more = {"teeth": teeth, "teeth_words": f"{stage.name}_{teeth}".replace("_", " ")}
-            yield Subject(_words(run, stage.name) | more, (stage.name, kind, side))
+    for group in loaded_flanks(equilibria):
+        teeth = group.part.replace(" ", "_")
+        more = {"teeth": teeth, "teeth_words": group.replace("_", " ")}
+        yield Subject(_words(run, group.stage) | more, (group,))
 
 
 def rings(run: Run) -> Iterator[Subject]:

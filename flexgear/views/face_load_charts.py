@@ -20,7 +20,7 @@ from flexgear.gears.slices import factor_along, mean_along
 from flexgear.model.names import FlankName
 from flexgear.results.face_load import misalignment_by_cause
 from flexgear.results.stage_figures import gears_of
-from flexgear.results.tooth_pattern import ToothPattern, filled
+from flexgear.results.tooth_pattern import ToothPattern, filled, loaded_flanks
 from flexgear.views.style import (
     MEGA,
     MICRO,
@@ -42,14 +42,14 @@ ALONG_FACE = "along the face over its width, −z to +z (–)"
 CELLS = 60  # of a contact pattern along the path; half as many along the face
 
 
-Row = tuple[Any, str, list[str]]  # axes, title and flanks of a row of a figure
+Row = tuple[Any, str, list[FlankName]]  # axes, title and flanks of a row of a figure
 
 
 def _rows(
     data: xr.Dataset, height_mm: float, columns: int = 1, **options: Any
 ) -> tuple[Figure, Array, list[Row]]:
     """Figure with a row of axes, ``height_mm`` high, for each group of loaded gear meshes."""
-    groups = _loaded_flanks(data)
+    groups = {group.replace("_", " "): flanks for group, flanks in loaded_flanks(data).items()}
     height = 14 + height_mm * len(groups)
     figure, axes = panels(len(groups), columns, height_mm=height, **options)
     rows = axes[:, 0] if columns == 1 else axes
@@ -144,15 +144,6 @@ def misalignment_chart(data: xr.Dataset) -> Figure:
         ax.set_ylabel("closer at +z than at −z (µm)")
     legend_of(figure, axes)
     return figure
-
-
-def _loaded_flanks(data: xr.Dataset) -> dict[str, list[str]]:
-    """Names of loaded flanks by group of gear meshes (stage, kind and side)."""
-    groups: dict[str, list[str]] = {}
-    for name in map(FlankName.parse, data["flank"].to_numpy().tolist()):
-        if float(data["face_line_load"].sel(flank=name).max()) > 0:
-            groups.setdefault(name.group.replace("_", " "), []).append(name)
-    return groups
 
 
 def _binned(x: Array, z: Array, w: Array) -> tuple[Array, ...]:

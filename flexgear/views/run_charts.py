@@ -13,7 +13,7 @@ import xarray as xr
 from flexgear.gears.expected_lines import TOOTH_FAULT, expected_lines
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import FlexgearError, InputError
-from flexgear.model.names import GEAR_MESH, SHAFT
+from flexgear.model.names import GEAR_MESH, SHAFT, GroupName
 from flexgear.results.report.wording import with_unit
 from flexgear.results.run_folder import StageOfRun
 from flexgear.results.run_orders import HIGHEST_ORDER, case_of, gear_mesh_orders
@@ -199,8 +199,8 @@ def _rendered(scene: Sequence[Mapping[str, Any]], *shape: Any, **options: Any) -
     return Drawing(partial(style.save_figure, render_deformed(*shape, **options), dpi=DPI), scene)
 
 
-def _rows(pattern: Callable[..., ToothPattern], data: xr.Dataset, *teeth: str) -> Any:
-    return tooth_rows_chart(pattern(data, *teeth))
+def _rows(pattern: Callable[..., ToothPattern], data: xr.Dataset, group: GroupName) -> Any:
+    return tooth_rows_chart(pattern(data, group))
 
 
 FLANK = Chart(

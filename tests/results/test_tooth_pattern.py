@@ -6,7 +6,8 @@ from train_contexts import rigid_stage
 
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.load import load_case
-from flexgear.results.tooth_pattern import carrying_sets, gear_pattern, planet_pattern
+from flexgear.model.names import GroupName
+from flexgear.results.tooth_pattern import gear_pattern, loaded_flanks, planet_pattern
 from flexgear.solve.static import static
 from flexgear.views.face_load_charts import tooth_rows_chart
 
@@ -22,11 +23,11 @@ def data():
 
 
 def test_every_tooth_shows_its_largest_line_load(data):
-    assert carrying_sets(data, "stage") == [("ring", ""), ("sun", "")]
+    assert list(loaded_flanks(data)) == ["stage ring", "stage sun"]
     for kind, teeth in (("ring", 93), ("sun", 27)):
         gear = data.isel(flank=data["flank_kind"].to_numpy() == kind)
         load, tooth = gear["line_load"].max("slice").to_numpy(), gear["pair_tooth"].to_numpy()
-        pattern = gear_pattern(data, "stage", kind, "")
+        pattern = gear_pattern(data, GroupName.of("stage", kind))
         assert len(pattern.line_load) == teeth
         for number in (1, 7, teeth):
             largest = np.nanmax(load[tooth == number])
@@ -37,8 +38,8 @@ def test_diameters_lie_between_form_and_tip(data):
     """On involutes ends of the path are where one of both gears has its tip."""
     g = stage_geometry(CASE.view())
     for kind, gear in (("ring", g.ring), ("sun", g.sun)):
-        planet = planet_pattern(data, "stage", kind, "")
-        other = gear_pattern(data, "stage", kind, "")
+        planet = planet_pattern(data, GroupName.of("stage", kind))
+        other = gear_pattern(data, GroupName.of("stage", kind))
         assert planet.diameter[-1] == pytest.approx(2 * g.planet.tip_radius, rel=1e-3)
         tip = 0 if kind == "ring" else -1
         assert other.diameter[tip] == pytest.approx(2 * gear.tip_radius, rel=1e-3)
@@ -59,6 +60,6 @@ def test_a_tooth_of_the_planet_meets_the_ring_in_steps_of_its_teeth(data):
 
 
 def test_the_pattern_of_a_planet_is_drawn(data):
-    figure = tooth_rows_chart(planet_pattern(data, "stage", "sun", ""))
+    figure = tooth_rows_chart(planet_pattern(data, GroupName.of("stage", "sun")))
     assert "33 teeth" in figure.axes[0].get_title(loc="left")
     assert figure.axes[0].get_ylabel() == "diameter (mm)"
