@@ -198,7 +198,12 @@ def _expected(case: Case, flow: PowerFlow) -> Sections:
 
 def _running(case: Case, flow: PowerFlow) -> Sections:
     """Sections of the printout from torques and speeds: members, stages, the whole train."""
-    motions, sections = stage_motions(case, flow), _members(flow)
+    motions = stage_motions(case, flow)
+    sections: Sections = {
+        "torques_on_the_stages_nm": dict(flow.branch_torque),
+        "powers_into_the_stages_w": dict(flow.branch_power),
+        "torques_from_outside_nm": dict(flow.torque),
+    }
     for stage, motion in zip(flow.stages, motions, strict=True):
         before = f"{stage.name} " if len(flow.stages) > 1 else ""
         rows = _stage(stage, motion)
@@ -224,15 +229,6 @@ def _running(case: Case, flow: PowerFlow) -> Sections:
         rates = {"band_hz": clock.band, "sampling_rate_hz": clock.rate}
         sections["recorder"] = {"sensors": len(case.sensors), **rates}
     return sections
-
-
-def _members(flow: PowerFlow) -> Sections:
-    """Torques and powers of all members, on the stages and from outside."""
-    return {
-        "torques_on_the_stages_nm": dict(flow.branch_torque),
-        "powers_into_the_stages_w": dict(flow.branch_power),
-        "torques_from_outside_nm": dict(flow.torque),
-    }
 
 
 def _stage(stage: StageFlow, motion: StageMotion) -> dict[str, Any]:

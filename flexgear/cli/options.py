@@ -17,8 +17,9 @@ from typing import Annotated, Any, get_type_hints
 import typer
 from typer import Argument, Option
 
+from flexgear.cli.display import Report, progress
 from flexgear.coupling.build import require_workable
-from flexgear.files.atomic import file_target, folder_target, try_file
+from flexgear.files.atomic import file_target, folder_target, staged_folder, try_file
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import load_case
@@ -266,6 +267,34 @@ def _named(folder: Path, names: Sequence[str]) -> list[Path]:
     """Files in ``folder`` that match a pattern of ``names``, without hidden ones."""
     files = (f for name in names for f in sorted(folder.glob(name)))
     return [f for f in files if not f.name.startswith(".")]
+
+
+@dataclass(frozen=True)
+class Study(CaseOptions):
+    """Options of a study."""
+
+    workers: Workers = None
+    scheduler: Scheduler = None
+    out: OutFolder = None
+    pictures: Annotated[bool, Option(help="Draw pictures, and the report if any.")] = True
+
+    @property
+    def where(self) -> dict[str, Any]:
+        """Arguments ``workers`` and ``scheduler`` of the functions of ``studies``."""
+        return {"workers": self.workers, "scheduler": self.scheduler}
+
+    @contextmanager
+    def results(
+        self, folder: Path, files: Sequence[str], origin: Origin
+    ) -> Iterator[tuple[Path, Report]]:
+        """Context with a temporary folder, whose files replace those of earlier results of the same
+        case in ``folder`` (patterns ``files``), and a function that reports progress."""
+        claim_folder(folder, files, origin, self.force)
+        with (
+            staged_folder(folder, earlier(files)) as stage,
+            progress(self.quiet) as report,
+        ):
+            yield stage, report
 
 
 def save_or_rescue(save: Callable[[Path], object], path: Path) -> None:

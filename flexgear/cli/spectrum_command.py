@@ -7,9 +7,9 @@ import numpy as np
 import typer
 from typer import Option
 
+from flexgear.cli import options
 from flexgear.cli.display import as_json_text, columns, evenly_spaced, progress
-from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, file_option, settings_of
-from flexgear.files.atomic import file_target, write_bytes
+from flexgear.files.atomic import write_bytes
 from flexgear.files.load_files import table_of_bins
 from flexgear.gears.load_bins import LoadBin
 from flexgear.model.case import Case
@@ -25,23 +25,23 @@ COLUMNS = ("bin", "hours", "turns", "speed, r/min", "torque, kN m", "force, kN",
 
 
 def spectrum(
-    case: CaseName,
+    case: options.CaseName,
     out: Annotated[
-        Path | None, file_option("--out", "Table for [spectrum] (CSV); a picture goes beside it.")
+        Path | None,
+        options.file_option("--out", "Table for [spectrum] (CSV); a picture goes beside it."),
     ] = None,
-    settings: Settings = None,
+    settings: options.Settings = None,
     force: Annotated[bool, Option("--force", help="Replace files that are there.")] = False,
-    as_json: AsJson = False,
-    quiet: Quiet = False,
+    as_json: options.AsJson = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Load bins of a case's load cases, table and series; how long each load lasts."""
-    source = load_case(case, settings_of(settings))
+    source = load_case(case, options.settings_of(settings))
     picture = None if out is None else out.with_suffix(".png")
     for path in filter(None, (out, picture)):
         if path.suffix.lower() not in (".csv", ".png"):
             raise InputError("--out", str(path), "does not end in .csv", "use this suffix")
-        if file_target(path).exists() and not force:
-            raise InputError("--out", str(path), "is there already", "name another, or --force")
+        options.require_new(path, "--out", force)
     with progress(quiet) as report:
         series = bins_of_series(source, report)
     bins = bins_with_series(source, series)

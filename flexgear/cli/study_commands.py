@@ -12,7 +12,6 @@ from typer import Option
 
 from flexgear.cli import options
 from flexgear.cli.display import resumable, show, show_table, show_verdicts, warn
-from flexgear.cli.study import Study
 from flexgear.files.atomic import write_bytes, write_json
 from flexgear.files.rexs.from_case import model_of_case
 from flexgear.model.case import Case
@@ -40,7 +39,7 @@ from flexgear.views.study_charts import rating_charts, tolerance_chart
 SAMPLES_SENTENCE = "Distribution over sets of parts. Left: number; right: share up to a value."
 
 
-def rate(study: Study) -> None:
+def rate(study: options.Study) -> None:
     """Safety, damage and life of gears and bearings under the load cases of a case."""
     case = study.read_case()
     folder = study.out or Path("results") / f"rating-{case.name}"
@@ -98,7 +97,7 @@ def _show_rating(rating: Rating) -> None:
 
 
 def tolerance(
-    study: Study,
+    study: options.Study,
     samples: Annotated[int | None, Option(min=2, help="Sets of parts; tolerance.samples.")] = None,
     seed: Annotated[int | None, Option(min=0, help="A seed always gives the same samples.")] = None,
 ) -> None:

@@ -12,7 +12,6 @@ from typer import Argument, Option
 
 from flexgear.cli import options
 from flexgear.cli.display import Report, columns, evenly_spaced, resumable, show, value_text, warn
-from flexgear.cli.study import Study
 from flexgear.files.atomic import file_target
 from flexgear.model.errors import InputError
 from flexgear.results.dataset_file import write_netcdf
@@ -44,7 +43,7 @@ Measures = Annotated[
 
 
 def sweep(
-    study: Study,
+    study: options.Study,
     keys: Keys,
     measure: Measures = None,
     modes: Annotated[int, Option(min=1, help="Natural modes to list.")] = 10,
