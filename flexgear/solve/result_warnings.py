@@ -82,11 +82,6 @@ def largest_motions(histories: xr.Dataset) -> dict[str, float]:
     return motions
 
 
-def motions_of_summary(summary: Mapping[str, Any]) -> dict[str, float]:
-    """Largest motions from the summary of a run, m."""
-    return {name: 1e-6 * size for name, size in summary["motion_um_max"].items()}
-
-
 @dataclass(frozen=True)
 class MotionShare:
     """Displacement of a body, m, with the limit for small displacements, m, and the quantity to

@@ -185,14 +185,10 @@ class Spring:
     angle: float = 0.0
 
     @property
-    def axes(self) -> Array:
-        """Rotation (6, 6) of a motion from the body's axes to the spring's."""
-        return turn(self.angle).T
-
-    @property
     def in_body(self) -> Array:
         """Stiffness (6, 6) in the body's axes."""
-        return self.axes.T @ self.matrix @ self.axes
+        to_body = turn(self.angle)
+        return to_body @ self.matrix @ to_body.T
 
 
 def stiffness_at(springs: list[Spring], node_names: tuple[str, ...]) -> Array:

@@ -33,7 +33,6 @@ from flexgear.studies.sweep_keys import (
     Point,
     SweptKey,
     Values,
-    label_of,
     overrides_at,
     points,
     swept_key,
@@ -141,7 +140,8 @@ def run_sweep(
     bodies, broken = _prepared(plan.workable, progress)
     outcomes = _outcomes(plan, broken, workers, scheduler, progress)
     if all(o.value is None for o in outcomes):
-        first = f"{label_of(plan.keys, plan.grid[0])}: {outcomes[0].message}"
+        sets = overrides_at(plan.keys, plan.grid[0]).items()
+        first = f"{', '.join(f'{key} = {text}' for key, text in sets)}: {outcomes[0].message}"
         start = f"all {len(plan.grid)} points failed; the first, " if len(plan.grid) > 1 else ""
         raise FlexgearError(start + first)
     data = collected(plan.keys, plan.grid, outcomes)

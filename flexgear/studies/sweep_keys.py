@@ -144,11 +144,6 @@ def overrides_at(keys: Sequence[SweptKey], point: Point) -> dict[str, str]:
     return {key.key: key.values.texts[k] for key, k in zip(keys, point, strict=True)}
 
 
-def label_of(keys: Sequence[SweptKey], point: Point) -> str:
-    """A point in words: "stage.planets = 4, stage.face_width_mm = 30"."""
-    return ", ".join(f"{k.key} = {k.values.texts[i]}" for k, i in zip(keys, point, strict=True))
-
-
 def _require_apart(key: SweptKey, other: SweptKey) -> None:
     """InputError if both keys set the same field or one sets an element of the other."""
     short, long = sorted((key.path, other.path), key=len)

@@ -21,7 +21,6 @@ from flexgear.solve.result_warnings import (
     EFFECTS,
     effects_of,
     motion_shares,
-    motions_of_summary,
     transmission_errors,
 )
 
@@ -237,7 +236,7 @@ LOAD_SHARING = Headline(
 
 def _deflections(findings: Findings) -> Iterator[Answer]:
     summary = findings.summary
-    motions = motions_of_summary(summary)
+    motions = {name: 1e-6 * size for name, size in summary["motion_um_max"].items()}  # m
     window = f"in equilibria and {window_words(summary['transient'])}"
     for stage, shares in motion_shares(findings.case, motions).items():
         if not any(share.size for share in shares):
