@@ -154,11 +154,14 @@ def compare(folder: Path, names: list[str]) -> int:
 
 
 def level_of(stored: xr.Dataset, name: str) -> float:
-    """What a standard deviation is small against: the largest mean of its variable."""
-    mean = f"{name.removesuffix('_std')}_mean"
-    if not name.endswith("_std") or mean not in stored:
+    """What a figure is small against: a standard deviation, the largest mean of its variable; an
+    inertia torque, which constant speed leaves to rounding, the largest torque at the ports."""
+    against = name.replace("inertia_torque", "port_torque")
+    if against.endswith("_std"):
+        against = f"{against.removesuffix('_std')}_mean"
+    if against == name or against not in stored:
         return 0.0
-    return float(np.nan_to_num(np.abs(stored[mean].to_numpy())).max(initial=0.0))
+    return float(np.nan_to_num(np.abs(stored[against].to_numpy())).max(initial=0.0))
 
 
 def difference(
