@@ -284,6 +284,18 @@ class PeriodicTrain:
             self.gyroscopic[one, one], self.centripetal[one, one], self.rate,
         )  # fmt: skip
 
+    def with_following(self, count: int) -> PeriodicTrain:
+        """The train in its first modes; the others follow without inertia, as far as the stiffness
+        of each part of the cycle lets them."""
+        keep, follow = slice(None, count), slice(count, None)
+        k, n = self.stiffness, len(self.omega)
+        motion = np.zeros((len(k), n, count))  # of all modes per kept one
+        motion[:, keep] = np.eye(count)
+        motion[:, follow] = -np.linalg.solve(k[:, follow, follow], k[:, follow, keep])
+        stiffness, damping = (motion.swapaxes(1, 2) @ a @ motion for a in (k, self.damping))
+        turning = self.gyroscopic[keep, keep], self.centripetal[keep, keep]
+        return PeriodicTrain(self.omega[keep], stiffness, damping, *turning, self.rate)
+
     def monodromy(self, factor: float) -> Array:
         """Monodromy matrix (2n, 2n) of (Ω q, q̇) at ``factor`` times rated speed."""
         n = len(self.omega)

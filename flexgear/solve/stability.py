@@ -52,14 +52,22 @@ def stability(
 
     For each stage the stiffness of its gear meshes varies over their cycle, with the tooth pairs
     that touch under rated torque without errors, and all other gear meshes have their mean
-    stiffness; contact is not lost. At most ``MAX_MODES`` modes are used. Arguments: see
+    stiffness; contact is not lost. At most ``MAX_MODES`` modes vibrate; further ones of a lumped
+    train follow the forces of its gear meshes without inertia. Arguments: see
     ``face.model.Model.stability``. InputError for an invalid range or limit.
     """
     model.case.require_load()
     first, last = speed_range(model, speeds)
     numbers, shapes, omega = kept_modes(model, limit_hz)
     stages = [s for s in model.flow.stages if s.gear_mesh_frequency > 0.0]
-    trains = [train_in_modes(model, s.name, shapes, omega) for s in stages]
+    if all(body.rigid for body in model.system.bodies):
+        rest = model.natural_modes()
+        elastic = rest.frequencies > 0.0
+        every = rest.shapes[:, elastic], 2 * np.pi * rest.frequencies[elastic]
+        whole = [train_in_modes(model, s.name, *every) for s in stages]
+        trains = [train.with_following(len(omega)) for train in whole]
+    else:
+        trains = [train_in_modes(model, s.name, shapes, omega) for s in stages]
     in_bands = (_in_bands(train, first, last, count) for train in trains)
     factors = np.unique(np.concatenate([np.linspace(first, last, count), *in_bands]))
     growth = np.zeros((len(factors), len(trains)))

@@ -156,6 +156,22 @@ def test_damping_beyond_what_varying_stiffness_feeds_leaves_no_band(tmp_path):
     assert np.all(data["largest_multiplier"] < 1.0)
 
 
+def test_modes_above_the_limit_follow_the_gear_meshes():
+    """Modes 2 and 4 by themselves grow at speeds up to 0.3 % higher."""
+    keys = {"gear_mesh.model": '"fourier"', "gear_mesh.sun_harmonic_shares": "[0.6]"}
+    keys |= {"gear_mesh.damping_ratio": "0.2"}
+    keys = {f"stage.{key}": text for key, text in keys.items()}
+    model = fg.load_case(
+        "lin-parker", keys | {"inputs.0.speed_rpm": "5000", "damping.ratio": "1e-4"}
+    ).assemble()
+    edges = []
+    for limit in (1200.0, None):
+        data = model.stability(speeds=(1.0, 1.1), count=41, limit_hz=limit)
+        assert data.band_modes.to_numpy().tolist() == [[2, 4]]
+        edges.append([float(data.band_lower_factor[0]), float(data.band_upper_factor[0])])
+    assert edges[0] == pytest.approx(edges[1], rel=2e-4)
+
+
 def test_constant_stiffness_grows_nothing(tmp_path):
     data = pair(tmp_path).case.with_(**{"stages.stage_1.gear_mesh.model": "constant"})
     assert data.assemble().stability(speeds=(0.3, 3.0)).sizes["band"] == 0
