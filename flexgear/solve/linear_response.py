@@ -8,7 +8,7 @@ with its mean stiffness; in modes
 
 v_m the mean row of gear mesh m, s speed over rated speed. The force of gear mesh m varies by
 
-    F_{m,l} = (k̄_m + iω c̄_m) v_mᵀ q_l − p_{m,l},
+    F_{m,l} = (k̄_m + iω c̄_m) (v_mᵀ q_l + Σ_n R_mn p_{n,l}) − p_{m,l},   R = Vᵀ K̄⁻¹ V of other modes,
 
 which vanishes at low speed in a train that is free to follow. The share of mode j is its term in
 v_mᵀ q_l (Özgüven & Houser 1988, J. Sound Vib. 125:71, for one gear pair). Contact is not lost,
@@ -41,10 +41,12 @@ ORDERS = 5  # number of orders of the gear-mesh frequency
 @dataclass(frozen=True)
 class _Excited:
     """The loaded gear meshes of a stage. indices (g,): among all gear meshes; rows (g, n): in
-    modes; stiffness, damping (g,): k̄, c̄; closing, error (g, orders): x_l and e_l, m."""
+    modes; residual (g, g): closing of one by a force of another in all other modes, m/N;
+    stiffness, damping (g,): k̄, c̄; closing, error (g, orders): x_l and e_l, m."""
 
     indices: list[int]
     rows: Array
+    residual: Array
     stiffness: Array
     damping: Array
     closing: Complex
@@ -67,11 +69,11 @@ def linear_response(
     speeds, limit_hz: see ``stability``."""
     model.case.require_load()
     first, last = speed_range(model, speeds)
-    numbers, shapes, omega = kept_modes(model, limit_hz)
+    numbers, shapes, omega = kept_modes(model, limit_hz, None)
     names = model.gear_meshes.names
     stages = [s.name for s in model.flow.stages if s.gear_mesh_frequency > 0.0]
     excitations = [
-        (train_in_modes(model, stage, shapes, omega), _excited(model, stage, shapes, orders))
+        (train_in_modes(model, stage, shapes, omega), _excited(model, stage, shapes, omega, orders))
         for stage in stages
     ]
     spaced, more = np.linspace(first, last, count), list[float]()
@@ -114,7 +116,7 @@ def linear_response(
     return labelled_dataset("speed_factor", factors, arrays, result_attrs(model), labels, names)
 
 
-def _excited(model: Model, stage: str, shapes: Array, orders: int) -> _Excited:
+def _excited(model: Model, stage: str, shapes: Array, omega: Array, orders: int) -> _Excited:
     """Loaded gear meshes of a stage, with their static transmission errors."""
     cycles, pairs = model.mean_springs.cycles, model.system.pairs
     indices = [
@@ -130,7 +132,7 @@ def _excited(model: Model, stage: str, shapes: Array, orders: int) -> _Excited:
     for k, (g, m) in enumerate(zip(indices, flanks, strict=True)):
         cycle = cycles[m]
         mean = cycle.force.mean(axis=0) @ cycle.blocks
-        rows.append(mean @ shapes / cycle.stiffness.mean())
+        rows.append(mean / cycle.stiffness.mean())
         closing = 2 * np.fft.rfft(model.mean_forces[g] / cycle.stiffness) / len(cycle.stiffness)
         closings[k] = closing[1 : orders + 1]
         phase = 2 * np.pi * pairs.s0[m] / pairs.pitch[m] + pairs.error_phase[m]
@@ -139,9 +141,12 @@ def _excited(model: Model, stage: str, shapes: Array, orders: int) -> _Excited:
     stiffness = np.array([cycles[m].stiffness.mean() for m in flanks])
     damping = np.array([cycles[m].damping.mean() for m in flanks])
     waves = [closings - error, error] if speed >= 0.0 else np.conj([closings - error, error])
-    return _Excited(
-        indices, np.reshape(rows, (len(indices), len(shapes.T))), stiffness, damping, *waves
-    )
+    whole = np.reshape(rows, (len(indices), len(shapes)))
+    matrix = system.stiffness + model.mean_springs.stiffness
+    static = np.linalg.lstsq(matrix, whole.T, rcond=None)[0]  # rigid motion closes no gear mesh
+    in_modes = whole @ shapes
+    residual = whole @ static - (in_modes / omega**2) @ in_modes.T
+    return _Excited(indices, in_modes, residual, stiffness, damping, *waves)
 
 
 def _peaks(forces: Array) -> list[int]:
@@ -189,4 +194,6 @@ def _over_speed(
     modes = np.linalg.solve(matrices, (excitation @ excited.rows)[..., None])[..., 0]
     complex_stiffness = excited.stiffness + 1j * np.multiply.outer(w, excited.damping)
     parts = complex_stiffness[:, :, None] * excited.rows * modes[:, None, :]
-    return parts.sum(axis=2) - excitation, parts, modes @ excited.rows.T
+    at_once = excitation @ excited.residual
+    force = parts.sum(axis=2) + complex_stiffness * at_once - excitation
+    return force, parts, modes @ excited.rows.T + at_once

@@ -112,9 +112,11 @@ def speed_range(model: Model, speeds: tuple[float, float] | None) -> tuple[float
     return share_range("speed", speeds)
 
 
-def kept_modes(model: Model, limit_hz: float | None) -> tuple[Ints, Array, Array]:
+def kept_modes(
+    model: Model, limit_hz: float | None, most: int | None = MAX_MODES
+) -> tuple[Ints, Array, Array]:
     """Numbers (n,) from 1, shapes (d, n) and ω (n,), rad/s, of the elastic modes up to a limit, or
-    by default up to the band of interest. InputError for an invalid limit."""
+    by default up to the band of interest, and at most ``most``. InputError for an invalid limit."""
     flexible = not all(body.rigid for body in model.system.bodies)
     highest = model.pace.reduction_limit if flexible else math.inf
     if limit_hz is not None and not 0.0 < limit_hz <= highest:
@@ -128,7 +130,7 @@ def kept_modes(model: Model, limit_hz: float | None) -> tuple[Ints, Array, Array
     if limit_hz is None and flexible:
         limit_hz = model.pace.band
     rest = model.natural_modes(limit_hz)
-    elastic = np.flatnonzero(rest.frequencies > 0.0)[:MAX_MODES]
+    elastic = np.flatnonzero(rest.frequencies > 0.0)[:most]
     if not len(elastic) or (limit_hz is not None and rest.frequencies[elastic[0]] > limit_hz):
         raise InputError(
             "--limit-hz", f"{limit_hz:g}", "no natural mode lies below", "raise it, see modes"
