@@ -28,7 +28,12 @@ from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import result_attrs, result_labels
 from flexgear.solve.model import Model
-from flexgear.solve.stability import kept_modes, speed_range, train_in_modes
+from flexgear.solve.stability import (
+    following_shapes,
+    kept_modes,
+    speed_range,
+    train_in_modes,
+)
 
 SPEEDS = 401  # number of equally spaced speeds
 ZOOMS, ZOOM = 5, 9  # passes towards a peak between two speeds, and speeds of each
@@ -142,11 +147,8 @@ def _excited(model: Model, stage: str, shapes: Array, omega: Array, orders: int)
     damping = np.array([cycles[m].damping.mean() for m in flanks])
     waves = [closings - error, error] if speed >= 0.0 else np.conj([closings - error, error])
     whole = np.reshape(rows, (len(indices), len(shapes)))
-    matrix = system.stiffness + model.mean_springs.stiffness
-    static = np.linalg.lstsq(matrix, whole.T, rcond=None)[0]  # rigid motion closes no gear mesh
-    in_modes = whole @ shapes
-    residual = whole @ static - (in_modes / omega**2) @ in_modes.T
-    return _Excited(indices, in_modes, residual, stiffness, damping, *waves)
+    residual = whole @ following_shapes(model, whole, shapes, omega)
+    return _Excited(indices, whole @ shapes, residual, stiffness, damping, *waves)
 
 
 def _peaks(forces: Array) -> list[int]:

@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
+from scipy import linalg
 
 from flexgear.analysis.excitation import PeriodicTrain, acting_modes
 from flexgear.arrays import Array, Ints
+from flexgear.coupling.system import orthonormal_rigid
 from flexgear.model.errors import InputError
 from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.solve.angles import share_range
@@ -23,6 +25,7 @@ LOWEST = 0.1  # lowest over highest speed of the default range
 ORDERS = 8  # highest order of the gear-mesh frequency with expected bands
 EDGE = 1e-5  # relative accuracy of the ends of a band
 STRONG = 0.1  # variation of a mode's stiffness over its mean, above which the mode is tried alone
+LEAST_YIELD = 1e-6  # flexibility of further modes times gear-mesh stiffness that is not neglected
 AROUND = np.linspace(0.95, 1.05, 101)  # of l ω_z = 2 ω_i, where it is tried
 
 
@@ -52,22 +55,15 @@ def stability(
 
     For each stage the stiffness of its gear meshes varies over their cycle, with the tooth pairs
     that touch under rated torque without errors, and all other gear meshes have their mean
-    stiffness; contact is not lost. At most ``MAX_MODES`` modes vibrate; further ones of a lumped
-    train follow the forces of its gear meshes without inertia. Arguments: see
+    stiffness; contact is not lost. At most ``MAX_MODES`` modes vibrate; all others follow the
+    forces of the stage's gear meshes without inertia. Arguments: see
     ``face.model.Model.stability``. InputError for an invalid range or limit.
     """
     model.case.require_load()
     first, last = speed_range(model, speeds)
     numbers, shapes, omega = kept_modes(model, limit_hz)
     stages = [s for s in model.flow.stages if s.gear_mesh_frequency > 0.0]
-    if all(body.rigid for body in model.system.bodies):
-        rest = model.natural_modes()
-        elastic = rest.frequencies > 0.0
-        every = rest.shapes[:, elastic], 2 * np.pi * rest.frequencies[elastic]
-        whole = [train_in_modes(model, s.name, *every) for s in stages]
-        trains = [train.with_following(len(omega)) for train in whole]
-    else:
-        trains = [train_in_modes(model, s.name, shapes, omega) for s in stages]
+    trains = [_with_following(model, s.name, shapes, omega) for s in stages]
     in_bands = (_in_bands(train, first, last, count) for train in trains)
     factors = np.unique(np.concatenate([np.linspace(first, last, count), *in_bands]))
     growth = np.zeros((len(factors), len(trains)))
@@ -139,6 +135,37 @@ def kept_modes(
         elastic.astype(np.int64) + 1,
         rest.shapes[:, elastic],
         2 * np.pi * rest.frequencies[elastic],
+    )
+
+
+def following_shapes(model: Model, rows: Array, shapes: Array, omega: Array) -> Array:
+    """Static motion (d, r) of a train with mean gear-mesh stiffness under unit forces on rows
+    (r, d), which rolling does not move, in all modes but ``shapes`` (d, n) of ω (n,), rad/s:
+
+        Ψ = (K̄⁻¹ − Φ ω⁻² Φᵀ) Vᵀ,  M-orthogonal to the rolling of the train and to Φ.
+    """
+    system = model.system
+    rolling = omega[0] * system.mass @ orthonormal_rigid(system.mass, system.rolling)
+    stiffness = system.stiffness + model.mean_springs.stiffness + rolling @ rolling.T
+    static = linalg.solve(stiffness, rows.T, assume_a="sym")
+    return np.asarray(static - (shapes / omega**2) @ (rows @ shapes).T)
+
+
+def _with_following(model: Model, stage: str, shapes: Array, omega: Array) -> PeriodicTrain:
+    """The train in modes (see ``train_in_modes``), the others of which follow the gear meshes of
+    the stage statically."""
+    number = model.case.stage_index(stage)
+    springs = zip(model.system.gear_meshes, model.mean_springs.gear_meshes, strict=True)
+    of_stage = [s for label, s in springs if label.stage == number]
+    rows = np.concatenate([np.sqrt(np.diag(s.matrix))[:, None] * s.rows for s in of_stage])
+    follow = following_shapes(model, rows, shapes, omega)
+    yields = rows @ follow  # share of the closing of the gear meshes, of mean stiffness
+    values, vectors = np.linalg.eigh(0.5 * (yields + yields.T))
+    yielding = values > LEAST_YIELD
+    follow = follow @ (vectors[:, yielding] / np.sqrt(values[yielding]))
+    every = np.concatenate([omega, np.ones(follow.shape[1])])  # Ψᵀ K̄ Ψ = 1
+    return train_in_modes(model, stage, np.hstack([shapes, follow]), every).with_following(
+        len(omega)
     )
 
 

@@ -172,6 +172,28 @@ def test_modes_above_the_limit_follow_the_gear_meshes():
     assert edges[0] == pytest.approx(edges[1], rel=2e-4)
 
 
+@pytest.mark.slow
+def test_modes_of_flexible_bodies_above_the_limit_follow_the_gear_meshes():
+    """13 modes by themselves grow by a fifth less, at speeds 0.04 % higher, than 60."""
+    keys = {"solver.fidelity": '"quick"', "damping.ratio": "1e-4"}
+    keys |= {"stage.gear_mesh.damping_ratio": "1e-3"}
+    model = fg.load_case("star-ring", keys).assemble()
+    few, many = (
+        model.stability(speeds=(1.122, 1.128), count=13, limit_hz=limit)
+        for limit in (1500.0, 10_000.0)
+    )
+    rates = [np.interp(1.1243, d.speed_factor, d.growth_rate[:, 0]) for d in (few, many)]
+    assert few.sizes["kept_mode"] < many.sizes["kept_mode"] / 4
+    assert rates[0] == pytest.approx(rates[1], rel=0.03)
+    assert _edges(few) == pytest.approx(_edges(many), rel=5e-5)
+
+
+def _edges(data):
+    """Ends of the band in which mode 13 grows."""
+    at = data.band_modes.to_numpy().tolist().index([13, 13])
+    return [float(data.band_lower_factor[at]), float(data.band_upper_factor[at])]
+
+
 def test_constant_stiffness_grows_nothing(tmp_path):
     data = pair(tmp_path).case.with_(**{"stages.stage_1.gear_mesh.model": "constant"})
     assert data.assemble().stability(speeds=(0.3, 3.0)).sizes["band"] == 0
