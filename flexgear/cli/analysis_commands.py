@@ -42,7 +42,7 @@ from flexgear.solve.result_warnings import large_motions, largest_motions, motio
 from flexgear.solve.static import static as equilibria
 from flexgear.solve.transient import (
     cut_short,
-    lost_contacts,
+    fault_warnings,
     settled_duration,
     stepping_of,
     train_histories,
@@ -178,7 +178,7 @@ def simulate(
         rings = {s: ranges(partial(views.ring_histories, s)) for s in case.fe_ring_stages}
         watching = [whole, motions, sensors, *rings.values(), *([account] if energy else [])]
         short = [] if duration_s is not None else cut_short(case, flow)
-        warn([*too_coarse(model.pace, case.solver), *lost_contacts(model), *short])
+        warn([*too_coarse(model.pace, case.solver), *fault_warnings(model, duration_s), *short])
         run = run_transient(
             model, duration=span, torque_share=torque_share, energy=energy, progress=report,
             start=start, sink=SinkGroup([*watching, *sinks]),

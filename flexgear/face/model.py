@@ -181,7 +181,7 @@ class Model(model.Model):
         of this train, also under other machines, from whose last state this one continues.
         InputError where the run would be too long, FlexgearError where the motion diverges.
         """
-        for text in transient.lost_contacts(self):
+        for text in transient.fault_warnings(self, duration):
             warnings.warn(text, FlexgearWarning, stacklevel=2)
         if isinstance(drive, Mapping):
             drive = load_case(self.case, {"drive": drive}).drive

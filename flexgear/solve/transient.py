@@ -14,10 +14,12 @@ from flexgear.coupling.machines import Brake
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pace import case_pace, timed_drops
 from flexgear.gears.power_flow import PowerFlow
-from flexgear.gears.tooth_faults import lost_contact
+from flexgear.gears.tooth_faults import faults_of_stage, lost_contact
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.model.faults import Fault
 from flexgear.model.machine import Machine, TorqueHistory, machine_of, machines_of
+from flexgear.model.stage_view import StageView
 from flexgear.model.train import MemberLoad, load_histories
 from flexgear.results.settling import Settling, Window, window_edges
 from flexgear.results.sinks import DatasetSink, MemorySink
@@ -259,11 +261,32 @@ def stepping_of(
     )
 
 
-def lost_contacts(model: Model) -> list[str]:
-    """Warnings for all stages in which faulty teeth leave no tooth pair in contact, see
-    ``lost_contact``."""
-    views = ((model.case.view(stage.name), stage) for stage in model.flow.stages)
-    return [text for view, flow in views for text in lost_contact(view, flow.gear_mesh_forces)]
+def fault_warnings(model: Model, duration: float | None = None) -> list[str]:
+    """Warnings about faulty teeth in a transient of a duration, s: of those that leave no tooth
+    pair in contact, see ``lost_contact``, and of those that may not come into contact. None: the
+    duration of the case, or the default one, which is long enough."""
+    texts, span = list[str](), duration or model.case.solver.duration or math.inf
+    for flow in model.flow.stages:
+        view = model.case.view(flow.name)
+        texts += lost_contact(view, flow.gear_mesh_forces)
+        for _, fault in faults_of_stage(view) if flow.gear_mesh_frequency else ():
+            every = _longest_pitch(view, fault) / flow.gear_mesh_frequency
+            if fault.tooth is not None and span < every:
+                texts.append(
+                    f"{fault.words}: the tooth is in contact every {every:.3g} s, so that a run of "
+                    f"{span:.3g} s may not contain the fault"
+                )
+    return texts
+
+
+def _longest_pitch(view: StageView, fault: Fault) -> float:
+    """Largest number of gear-mesh cycles between two contacts of a tooth at rated speed: of a sun's
+    or ring's with one planet and the next, else of a turn."""
+    teeth, planets = getattr(view.stage, fault.gear).teeth, sorted(view.stage.planet_angles)
+    if fault.gear not in ("sun", "ring"):
+        return float(teeth)
+    gaps = np.diff([*planets, planets[0] + 2 * np.pi])
+    return float(teeth * gaps.max() / (2 * np.pi))
 
 
 def simulate(

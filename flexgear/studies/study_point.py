@@ -18,7 +18,7 @@ from flexgear.solve.model import Model, assemble
 from flexgear.solve.result_warnings import large_motions, largest_motions, motion_histories
 from flexgear.solve.static import shared_stages, stages_sharing, static
 from flexgear.solve.transient import (
-    lost_contacts,
+    fault_warnings,
     settled_duration,
     simulate,
     train_histories,
@@ -111,5 +111,5 @@ class Point:
         if "transient" in solved:
             in_time = largest_motions(solved["transient"][1].since(0.0).largest)
             motions |= {name: max(size, motions[name]) for name, size in in_time.items()}
-        lost = lost_contacts(self.model) if "transient" in solved else []
+        lost = fault_warnings(self.model) if "transient" in solved else []
         return [*lost, *large_motions(self.case, motions)]

@@ -18,6 +18,7 @@ from flexgear.model.errors import FlexgearError, InputError
 from flexgear.solve.angles import stage_motions
 from flexgear.solve.headlines.declaration import Findings
 from flexgear.solve.headlines.ratings import FAULTS
+from flexgear.solve.transient import fault_warnings
 from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
 from flexgear.structures.tooth_influence import of_case
 
@@ -147,6 +148,24 @@ def test_transients_warn_where_a_faulty_tooth_leaves_none_in_contact(
     assert texts == [line for line in implausible(case, power_flow(case)) if line in texts]
 
 
+@pytest.mark.parametrize(
+    ("gear", "which", "contacts"),
+    [("sun", "drive", 3), ("ring", "drive", 3), ("planet", 'sun"\nplanet = 2 # "', 1)],
+)
+def test_a_run_that_may_end_before_a_faulty_tooth_is_in_contact_has_a_warning(
+    stage, gear, which, contacts
+):
+    """A tooth of sun or ring meets three planets in a turn, one flank of a planet one gear."""
+    fault = RING_SPALL.format(3).replace("ring", gear).replace("drive", which)
+    model = stage(PLANETARY, "face_load", fault).assemble()
+    teeth = getattr(model.case.stages[0], gear).teeth
+    every = teeth / contacts / model.flow.stages[0].gear_mesh_frequency
+    for duration, warned in ((0.99 * every, 1), (1.01 * every, 0)):
+        texts = fault_warnings(model, duration)
+        assert len(texts) == warned
+        assert all(f"every {every:.3g} s" in text for text in texts)
+
+
 def test_points_of_a_sweep_have_the_warning_where_the_fault_is_deep(stage, tmp_path):
     stage(PLANETARY, "per_pair", RING_SPALL.format(3))
     depths, short = {"faults.0.depth_um": [0.0, 4.0, 30.0]}, {"solver.duration_s": 2e-3}
@@ -155,6 +174,7 @@ def test_points_of_a_sweep_have_the_warning_where_the_fault_is_deep(stage, tmp_p
     )
     texts = data["warning"].to_numpy().tolist()
     assert ["alone on the path" in text for text in texts] == [False, False, True]
+    assert ["may not contain the fault" in text for text in texts] == [False, True, True]
 
 
 @pytest.mark.parametrize("model", ["per_pair", "face_load"])
