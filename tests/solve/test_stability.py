@@ -179,8 +179,8 @@ def test_modes_of_flexible_bodies_above_the_limit_follow_the_gear_meshes():
     keys |= {"stage.gear_mesh.damping_ratio": "1e-3"}
     model = fg.load_case("star-ring", keys).assemble()
     few, many = (
-        model.stability(speeds=(1.122, 1.128), count=13, limit_hz=limit)
-        for limit in (1500.0, 10_000.0)
+        model.stability(speeds=(1.122, 1.128), count=7, limit_hz=limit)
+        for limit in (1500.0, 8000.0)
     )
     rates = [np.interp(1.1243, d.speed_factor, d.growth_rate[:, 0]) for d in (few, many)]
     assert few.sizes["kept_mode"] < many.sizes["kept_mode"] / 4
