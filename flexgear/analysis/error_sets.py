@@ -102,7 +102,7 @@ _PAIR_DATA = {
 
 
 def no_errors(base: PairData, count: int = 1) -> ErrorSets:
-    """Sets without errors."""
+    """``count`` error sets in which all errors are zero."""
     shapes = {name: (count, *getattr(base, field).shape) for name, field in _PAIR_DATA.items()}
     return ErrorSets(**{name: np.zeros(shape) for name, shape in shapes.items()}, gaps=None)
 

@@ -25,11 +25,11 @@ from flexgear.model.read import (
     override_data,
     parse_toml,
     to_si,
-    with_places,
 )
 from flexgear.model.section import accepted_keys
 from flexgear.model.stage import Stage
 from flexgear.model.upgrade import refuse_earlier_file, refuse_earlier_key
+from flexgear.model.validation_errors import with_places
 
 _FOLDER = "cases"
 

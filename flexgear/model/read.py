@@ -9,7 +9,6 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -29,7 +28,6 @@ from flexgear.model.units import ALL_SUFFIXES, Quantity
 
 MAX_NESTING = 32  # levels of lists and sections
 MAX_INTEGER = 2**63
-MOST_PLACES = 4  # number of sections that a message names
 UNKNOWN = "is not a known key"
 UNSET = object()  # value of an override that deletes its key
 
@@ -117,36 +115,6 @@ def _suggest(section: type[Section], key: str) -> str:
         name = names[0]
     same_unit = f"{name}_{unit}"
     return f"did you mean {same_unit if same_unit in keys else usual_key(section, name)}?"
-
-
-def _places(section: type[Section], key: str, path: str = "") -> list[str]:
-    """Full keys by which all sections below a section accept a TOML key, "stages[0].sun.teeth"."""
-    places = [f"{path}{key}"] if path and key in accepted_keys(section) else []
-    for name in section.model_fields:
-        if inner := section_of(section, name):
-            element = "[0]" * (is_list(section, name) and not takes_one(section, name))
-            places += _places(inner, key, f"{path}{name}{element}.")
-    return places
-
-
-def with_places(root: type[Section], fault: InputError) -> InputError:
-    """The InputError; that of a key which only other sections accept names the nearest of them."""
-    *at, key = re.sub(r"\[\d+\]|\.\d+(?=\.)", "[0]", fault.key).split(".")
-
-    def distance(place: str) -> int:
-        names = place.split(".")[:-1]
-        common = takewhile(lambda pair: pair[0] == pair[1], zip(names, at, strict=False))
-        return len(names) - 2 * len(list(common))
-
-    places = sorted(_places(root, key), key=distance) if fault.problem == UNKNOWN else []
-    if not places:
-        return fault
-    stage = re.match(r"stages(\[\d+\]|\.\d+)|", fault.key)[0] or "stages[0]"  # type: ignore[index]
-    some = ", ".join(places[:MOST_PLACES]).replace("stages[0]", stage)
-    some = some.replace("[0]", ".0") if fault.where in ("--set", "sweep") else some
-    similar = f"{fault.remedy} Or " if fault.remedy.startswith("did you mean") else ""
-    remedy = f"{similar}write {some}" + " …" * (len(places) > MOST_PLACES)
-    return InputError(fault.where, fault.key, fault.problem, remedy)
 
 
 def to_si(

@@ -1,15 +1,18 @@
 """Conversion of pydantic's validation errors to InputError: file, key, problem, remedy."""
 
+import re
+from itertools import takewhile
 from typing import Any, Literal, get_args, get_origin
 
 from pydantic import ValidationError
 
 from flexgear.model.errors import InputError, echo
-from flexgear.model.read import Written, lists_of, nearest, table_header
+from flexgear.model.read import UNKNOWN, Written, lists_of, nearest, table_header
 from flexgear.model.section import (
     Missing,
     Refusal,
     Section,
+    accepted_keys,
     is_list,
     limits_of,
     location,
@@ -30,6 +33,7 @@ _TYPES = {
     "finite_number": "a finite number",
     "model_type": "a section with keys",
 }
+MOST_PLACES = 4  # number of sections that a message names
 _LIMITS = ("greater_than_equal", "greater_than", "less_than_equal", "less_than")
 
 
@@ -177,3 +181,33 @@ def _range_text(low: float | None, high: float | None, unit: str) -> str:
     left = "-∞" if low is None else f"{low:.4g}"
     right = "∞" if high is None else f"{high:.4g}"
     return f"{left} … {right} {unit}".rstrip()
+
+
+def _places(section: type[Section], key: str, path: str = "") -> list[str]:
+    """Full keys by which all sections below a section accept a TOML key, "stages[0].sun.teeth"."""
+    places = [f"{path}{key}"] if path and key in accepted_keys(section) else []
+    for name in section.model_fields:
+        if inner := section_of(section, name):
+            element = "[0]" * (is_list(section, name) and not takes_one(section, name))
+            places += _places(inner, key, f"{path}{name}{element}.")
+    return places
+
+
+def with_places(root: type[Section], fault: InputError) -> InputError:
+    """The InputError; that of a key which only other sections accept names the nearest of them."""
+    *at, key = re.sub(r"\[\d+\]|\.\d+(?=\.)", "[0]", fault.key).split(".")
+
+    def distance(place: str) -> int:
+        names = place.split(".")[:-1]
+        common = takewhile(lambda pair: pair[0] == pair[1], zip(names, at, strict=False))
+        return len(names) - 2 * len(list(common))
+
+    places = sorted(_places(root, key), key=distance) if fault.problem == UNKNOWN else []
+    if not places:
+        return fault
+    stage = re.match(r"stages(\[\d+\]|\.\d+)", fault.key)
+    some = ", ".join(places[:MOST_PLACES]).replace("stages[0]", stage[0] if stage else "stages[0]")
+    some = some.replace("[0]", ".0") if fault.where in ("--set", "sweep") else some
+    similar = f"{fault.remedy} Or " if fault.remedy.startswith("did you mean") else ""
+    remedy = f"{similar}write {some}" + " …" * (len(places) > MOST_PLACES)
+    return InputError(fault.where, fault.key, fault.problem, remedy)

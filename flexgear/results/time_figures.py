@@ -327,8 +327,8 @@ def energy_balance(data: xr.Dataset) -> xr.Dataset:
 
 
 def largest_residual(ranges: Ranges) -> float:
-    """Largest change of "left" since the start over the peak elastic energy, from
-    ``Ranges(energy_balance)``."""
+    """Largest energy that the balance does not account for since the start, over the peak elastic
+    energy; ranges: of ``energy_balance``."""
     first = float(ranges.first["left"])
     largest = max(float(ranges.largest["left"]) - first, first - float(ranges.least["left"]))
     peak = float(ranges.largest["elastic"])

@@ -273,18 +273,19 @@ def fault_warnings(model: Model, duration: float | None = None) -> list[str]:
             every = _longest_pitch(view, fault) / flow.gear_mesh_frequency
             if fault.tooth is not None and span < every:
                 texts.append(
-                    f"{fault.words}: the tooth is in contact every {every:.3g} s, so that a run of "
-                    f"{span:.3g} s may not contain the fault"
+                    f"{fault.words}: at rated speed the tooth is in contact every {every:.3g} s, "
+                    f"so that a run of {span:.3g} s may not contain the fault"
                 )
     return texts
 
 
 def _longest_pitch(view: StageView, fault: Fault) -> float:
     """Largest number of gear-mesh cycles between two contacts of a tooth at rated speed: of a sun's
-    or ring's with one planet and the next, else of a turn."""
+    or ring's with one planet and the next; of a planet's with sun and ring, where the fault is on
+    both sides; else of a turn."""
     teeth, planets = getattr(view.stage, fault.gear).teeth, sorted(view.stage.planet_angles)
     if fault.gear not in ("sun", "ring"):
-        return float(teeth)
+        return 0.5 * teeth if fault.gear == "planet" and fault.flank is None else float(teeth)
     gaps = np.diff([*planets, planets[0] + 2 * np.pi])
     return float(teeth * gaps.max() / (2 * np.pi))
 

@@ -210,7 +210,7 @@ class StudyStore(Generic[T]):
         return cls(cache_directory() / kind / content_hash({"version": version(), **content}))
 
     def get(self, name: str) -> T | None:
-        """The stored part; None if it is missing, damaged or of other versions of libraries."""
+        """The stored part; None if it is missing, damaged, or not readable by these libraries."""
         try:
             part: T = pickle.loads(unsealed(read_kept(self.folder / name)))
         except Exception:  # unpickling raises any

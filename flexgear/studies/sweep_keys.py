@@ -21,10 +21,10 @@ from flexgear.model.read import (
     field_path,
     is_index,
     of_only_stage,
-    with_places,
 )
 from flexgear.model.section import is_list, takes
 from flexgear.model.units import unit_name
+from flexgear.model.validation_errors import with_places
 
 WHERE = "sweep"
 FORMS = "write 1,2,3 or start:stop:count or start:stop:count:log"

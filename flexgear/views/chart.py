@@ -130,7 +130,7 @@ def figures(figure: Figure, run: Run) -> Iterator[Subject]:
 
 
 def stages(run: Run) -> Iterator[Subject]:
-    """Every stage; "hz" of its words: its gear-mesh frequency, Hz."""
+    """Every stage; in titles {hz} stands for its gear-mesh frequency, Hz."""
     for stage in run.flow.stages:
         hz = f"{stage.gear_mesh_frequency:.5g}"
         yield Subject({**_words(run, stage.name), "hz": hz}, (StageOfRun(run, stage.name),))

@@ -150,13 +150,16 @@ def test_transients_warn_where_a_faulty_tooth_leaves_none_in_contact(
 
 @pytest.mark.parametrize(
     ("gear", "which", "contacts"),
-    [("sun", "drive", 3), ("ring", "drive", 3), ("planet", 'sun"\nplanet = 2 # "', 1)],
-)
+    [("sun", "drive", 3), ("ring", "drive", 3), ("planet", 'sun"\nplanet = 2 # "', 1),
+     ("planet", "", 2)],
+)  # fmt: skip
 def test_a_run_that_may_end_before_a_faulty_tooth_is_in_contact_has_a_warning(
     stage, gear, which, contacts
 ):
-    """A tooth of sun or ring meets three planets in a turn, one flank of a planet one gear."""
+    """A tooth of sun or ring meets three planets in a turn, one flank of a planet one gear, a
+    missing tooth of a planet both."""
     fault = RING_SPALL.format(3).replace("ring", gear).replace("drive", which)
+    fault = fault if which else 'kind = "missing_tooth"\ngear = "planet"\nplanet = 2\ntooth = 3'
     model = stage(PLANETARY, "face_load", fault).assemble()
     teeth = getattr(model.case.stages[0], gear).teeth
     every = teeth / contacts / model.flow.stages[0].gear_mesh_frequency
