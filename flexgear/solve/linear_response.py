@@ -28,18 +28,14 @@ from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import result_attrs, result_labels
 from flexgear.solve.model import Model
-from flexgear.solve.stability import (
-    following_shapes,
-    kept_modes,
-    speed_range,
-    train_in_modes,
-)
+from flexgear.solve.stability import following_shapes, kept_modes, speed_range, train_in_modes
 
 SPEEDS = 401  # number of equally spaced speeds
 ZOOMS, ZOOM = 5, 9  # passes towards a peak between two speeds, and speeds of each
 CROWD = 0.25 ** np.arange(1, 5)  # speeds beside a peak, in distances of the equally spaced ones
 RISE = 0.01  # of a peak above its sides, over its height: less is rounding, or no resonance
 LEAST_PEAK = 1e-3  # of the largest of a stage: lower ones are read at the equally spaced speeds
+ROUNDING = 1e-12  # of a harmonic of the closing over its mean
 ORDERS = 5  # number of orders of the gear-mesh frequency
 
 
@@ -139,6 +135,7 @@ def _excited(model: Model, stage: str, shapes: Array, omega: Array, orders: int)
         mean = cycle.force.mean(axis=0) @ cycle.blocks
         rows.append(mean / cycle.stiffness.mean())
         closing = 2 * np.fft.rfft(model.mean_forces[g] / cycle.stiffness) / len(cycle.stiffness)
+        closing[np.abs(closing) < ROUNDING * np.abs(closing[0])] = 0.0  # of constant stiffness
         closings[k] = closing[1 : orders + 1]
         phase = 2 * np.pi * pairs.s0[m] / pairs.pitch[m] + pairs.error_phase[m]
         wave = -1j * pairs.error_amplitude[m] * np.exp(1j * phase)

@@ -269,6 +269,12 @@ def test_slow_gears_follow_the_transmission_error_whatever_the_limit_of_modes():
     assert np.all(force < 0.01 * 5e8 * data.static_transmission_error_amplitude.to_numpy())
 
 
+def test_rounding_of_constant_stiffness_is_no_peak():
+    """Of a bundled case: 5e-11 N was listed, with its modes."""
+    data = fg.load_case("nrel-5mw").assemble().linear_response((0.2, 1.2), count=101)
+    assert data.sizes["peak"] == 0 and not data.linear_force_amplitude.any()
+
+
 def test_constant_stiffness_without_errors_excites_nothing(tmp_path):
     case = pair(tmp_path).case.with_(**{"stages.stage_1.gear_mesh.model": "constant"})
     data = case.assemble().linear_response((0.2, 2.0), count=9)
