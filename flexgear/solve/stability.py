@@ -116,12 +116,10 @@ def kept_modes(
     flexible = not all(body.rigid for body in model.system.bodies)
     highest = model.pace.reduction_limit if flexible else math.inf
     if limit_hz is not None and not 0.0 < limit_hz <= highest:
-        problem = "is not positive"
+        problem, remedy = "is not positive", "e.g. 500"
         if limit_hz > highest:
             problem = f"is beyond what the modes of the bodies reach, {highest:.4g} Hz"
-        remedy = (
-            "e.g. 500" if highest == math.inf else "lower it, or raise solver.reduction_limit_hz"
-        )
+            remedy = "lower it, or raise solver.reduction_limit_hz"
         raise InputError("--limit-hz", f"{limit_hz:g}", problem, remedy)
     if limit_hz is None and flexible:
         limit_hz = model.pace.band
