@@ -13,19 +13,19 @@ from plane_teeth import MeshTri, meshed, pressed
 FINEST = 0.06  # of the depth, elements at the crack's end
 
 
-def crack_compliance(gear, load, young, poisson, *, held, size, depth, angle):
-    """What a crack adds to the deflection under a unit line load, m²/N; depth m from the root
+def crack_compliance(gear, loads, young, poisson, *, held, size, depth, angle):
+    """What a crack adds to the deflection under each unit line load, m²/N; depth m from the root
     section's start at an angle, rad, to the tooth's middle line."""
     tooth = shape(gear)
     start = np.array([tooth.section.real, tooth.section.imag])
     way = np.array([-gear.outward * math.cos(angle), -math.sin(angle)])
     crack = (start, start + depth * way)
-    whole, edges = meshed(tooth, load, held, size, crack, FINEST * depth)
+    whole, edges = meshed(tooth, loads, held, size, crack, FINEST * depth)
     split = _split(whole, np.unique(edges.pop("crack")), start, way, gear.outward)
     compliances = []
     for fe_mesh in (whole, split):
-        _, force, u = pressed(fe_mesh, edges, load, young, poisson)
-        compliances.append(float(force @ u))
+        _, forces, u = pressed(fe_mesh, edges, loads, young, poisson)
+        compliances.append(np.sum(forces * u, axis=1))
     return compliances[1] - compliances[0]
 
 

@@ -1,7 +1,8 @@
 """Plane-strain finite elements of a loaded tooth, its neighbours and the body below them.
 
-The loaded tooth stands on the x axis, the load presses its +y flank. The body is held on a circle
-below the teeth and at both ends of the sector. Teeth are cut by brute force (``cut_teeth``).
+The loaded tooth stands on the x axis, loads press its +y flank, one at a time. The body is held on
+a circle below the teeth and at both ends of the sector. Teeth are cut by brute force
+(``cut_teeth``).
 """
 
 import math
@@ -9,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from cut_teeth.shape import Shape, load_angle, shape
+from scipy.sparse.linalg import splu
 from skfem import Basis, ElementTriP2, ElementVector, FacetBasis, LinearForm, MeshTri, condense
-from skfem import solve as solved
+from skfem.helpers import dot
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from flexgear.structures.fe_mesh.session import gmsh_session
@@ -74,38 +76,45 @@ def hertz(load, young, poisson):
     return 2 * plane / math.pi * (depth - poisson / (2 * (1 - poisson)))
 
 
-def deflection(gear, load, young, poisson, *, held, size):
-    """Plane-strain deflection under a load; held: depth below the root section at which the body
-    is held, m; size: of the elements at the tooth, m."""
-    tooth = shape(gear)
-    fe_mesh, edges = meshed(tooth, load, held, size)
-    basis, _, u = pressed(fe_mesh, edges, load, young, poisson)
-    node = np.argmin(np.hypot(*(fe_mesh.p.T - load.middle).T))
-    flank = float(u[basis.nodal_dofs[:, node]] @ load.direction)
-    centre = _at(basis, u, np.array([[load.cross], [0.0]]))[:, 0]
-    return Deflection(
-        flank - hertz(load, young, poisson),
-        _of_root_section(tooth, load, lambda x: _at(basis, u, x)),
-        float(centre @ load.direction),
-    )
+def deflections(gear, loads, young, poisson, *, held, size):
+    """Plane-strain deflection under each load; held: depth below the root section at which the
+    body is held, m; size: of the elements at the tooth, m."""
+    tooth, out = shape(gear), []
+    fe_mesh, edges = meshed(tooth, loads, held, size)
+    basis, _, motions = pressed(fe_mesh, edges, loads, young, poisson)
+    for load, u in zip(loads, motions, strict=True):
+        node = np.argmin(np.hypot(*(fe_mesh.p.T - load.middle).T))
+        flank = float(u[basis.nodal_dofs[:, node]] @ load.direction)
+        centre = _at(basis, u, np.array([[load.cross], [0.0]]))[:, 0]
+        foundation = _of_root_section(tooth, load, lambda x, u=u: _at(basis, u, x))
+        total = flank - hertz(load, young, poisson)
+        out.append(Deflection(total, foundation, float(centre @ load.direction)))
+    return out
 
 
-def pressed(fe_mesh, edges, load, young, poisson):
-    """Basis, force and displacement under the load of one newton per metre of face; edges: pairs
-    (2, n) of nodes of "contact" and "held"."""
+def deflection(gear, load, young, poisson, **options):
+    """The same under one load."""
+    return deflections(gear, [load], young, poisson, **options)[0]
+
+
+def pressed(fe_mesh, edges, loads, young, poisson):
+    """Basis, forces and displacements (k, dofs) under each load of one newton per metre of face;
+    edges: pairs (2, n) of nodes of "contact 0" and so on, and "held"."""
     number = {tuple(pair): k for k, pair in enumerate(np.sort(fe_mesh.facets.T, axis=1))}
     facets = {n: np.array([number[tuple(sorted(e))] for e in edges[n].T]) for n in edges}
     basis = Basis(fe_mesh, ELEMENT)
     stiffness = linear_elasticity(*lame_parameters(young, poisson)).assemble(basis)
 
-    @LinearForm
-    def pressure(v, w):
-        return load.pressure(w.x) * (load.direction[0] * v[0] + load.direction[1] * v[1])
-
-    force = pressure.assemble(FacetBasis(fe_mesh, ELEMENT, facets=facets["contact"]))
-    force /= force @ _uniform(basis, load.direction)
-    u = solved(*condense(stiffness, force, D=basis.get_dofs(facets=facets["held"])))
-    return basis, force, u
+    forces = []
+    for k, load in enumerate(loads):
+        pressure = LinearForm(lambda v, w, load=load: load.pressure(w.x) * dot(load.direction, v))
+        force = pressure.assemble(FacetBasis(fe_mesh, ELEMENT, facets=facets[f"contact {k}"]))
+        forces.append(force / (force @ _uniform(basis, load.direction)))
+    inner, _, _, free = condense(stiffness, forces[0], D=basis.get_dofs(facets=facets["held"]))
+    solved = np.zeros((len(loads), basis.N))
+    factor = splu(inner.tocsc(), "MMD_AT_PLUS_A", 0.0, options={"SymmetricMode": True})
+    solved[:, free] = factor.solve(np.array(forces)[:, free].T).T
+    return basis, forces, solved
 
 
 def _of_root_section(tooth: Shape, load, motion):
@@ -211,29 +220,30 @@ def _parts(flank, marks):
     return [*parts, left]
 
 
-def _marks(gear, load):
-    """Ends and middle of the pressure on the flank, from the tip to the root.
+def _marks(gear, loads):
+    """Ends and middle of the pressures on the flank, from the tip to the root.
 
     Along the involute the arc is ρ dρ/r_b with the radius of curvature ρ.
     """
-    base = gear.base_radius
-    rho = math.sqrt(load.radius**2 - base**2)
-    radii = [math.hypot(base, rho + k * load.half_width * base / rho) for k in (-1, 0, 1)]
+    base, radii = gear.base_radius, []
+    for load in loads:
+        rho = math.sqrt(load.radius**2 - base**2)
+        radii += [math.hypot(base, rho + k * load.half_width * base / rho) for k in (-1, 0, 1)]
     out = sorted(radii, reverse=not gear.internal)
     half = gear.half_angle(np.array(out))
     return np.column_stack([out * np.cos(half), out * np.sin(half)])
 
 
-def meshed(tooth: Shape, load, held, size, crack=None, finest=0.0):
-    """FE mesh and pairs (2, n) of nodes of its edges "contact", "held" and, with its ends, "crack";
-    finest: elements at the crack's end, m."""
+def meshed(tooth: Shape, loads, held, size, crack=None, finest=0.0):
+    """FE mesh and pairs (2, n) of nodes of its edges "contact 0" and so on by load, "held" and,
+    with its ends, "crack"; finest: elements at the crack's end, m. Loads do not overlap."""
     far = tooth.section.real - tooth.gear.outward * held
     with gmsh_session("teeth") as gmsh:
         line = _Outline(gmsh, tooth, size)
         parts = {}
         for j in range(-NEIGHBOURS, NEIGHBOURS + 1):
             line.start = crack[0] if crack and j == 0 else None
-            parts[j] = line.tooth(j * line.pitch, () if j else _marks(tooth.gear, load))
+            parts[j] = line.tooth(j * line.pitch, () if j else _marks(tooth.gear, loads))
         end = (NEIGHBOURS + 0.5) * line.pitch
         corners = [
             line.point((far * math.cos(a), far * math.sin(a)), 3 * size) for a in (end, 0, -end)
@@ -245,10 +255,10 @@ def meshed(tooth: Shape, load, held, size, crack=None, finest=0.0):
             line.geo.addLine(corners[2], line.first),
         ]
         surface = line.geo.addPlaneSurface([line.geo.addCurveLoop([*line.curves, *edge])])
-        curves, sizes = (
-            {"contact": parts[0][1:3], "held": edge},
-            {(*load.middle,): load.half_width / 4},
-        )
+        from_tip = np.argsort([load.radius for load in loads])[:: 1 if tooth.gear.internal else -1]
+        curves = {f"contact {k}": parts[0][3 * n + 1 : 3 * n + 3] for n, k in enumerate(from_tip)}
+        curves["held"] = edge
+        sizes = {(*load.middle,): load.half_width / 4 for load in loads}
         if crack:
             curves["crack"] = [line.geo.addLine(line.mouth, line.point(crack[1]))]
             sizes[(*crack[1],)] = finest

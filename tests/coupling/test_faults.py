@@ -300,8 +300,8 @@ def test_a_crack_softens_its_pair_as_plane_finite_elements_say(stage):
     view = cases[0].view()
     gear, module = gear_of(view, "sun"), view.stage.normal_module
     radius = 30 * module / 2
-    plane = crack_compliance(
-        gear, load_at(gear, radius, 0.05 * module), 2.1e11, 0.3,
+    (plane,) = crack_compliance(
+        gear, [load_at(gear, radius, 0.05 * module)], 2.1e11, 0.3,
         held=4 * module, size=0.25 * module, depth=depth, angle=math.radians(60),
     )  # fmt: skip
     added = (1 / stiffness[1] - 1 / stiffness[0]) * view.stage.face_width

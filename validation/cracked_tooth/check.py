@@ -65,21 +65,19 @@ def test_depths_and_heights(role, angle, case, results):
     tooth, module = stage_geometry(case).gears[role], case.stage.normal_module
     low, high = sorted(map(tooth.roll_length, (tooth.form_radius, tooth.tip_radius)))
     root, tip = (high, low) if tooth.internal else (low, high)
+    gear, rolls = gear_of(case, role), [root + height * (tip - root) for height in HEIGHTS]
+    loads = [load_at(gear, math.hypot(tooth.base_radius, r), 0.05 * module) for r in rolls]
     figure = Figure(figsize=(7, 4))
     axis = figure.subplots()
     for depth in DEPTHS:
         p = parameters(case, role, depth, angle)
-        compliance, errors = in_plane(p), []
-        for height in HEIGHTS:
-            roll = root + height * (tip - root)
-            load = load_at(gear_of(case, role), math.hypot(tooth.base_radius, roll), 0.05 * module)
-            plane = crack_compliance(
-                gear_of(case, role), load, *STEEL,
-                held=4 * module, size=0.2 * module, depth=p.depths[0], angle=p.angle,
-            )  # fmt: skip
-            errors.append(compliance(roll) / plane - 1)
-        print(f"{role}, {angle:g}°, depth {depth:g}: {np.round(100 * np.array(errors), 1)} %")
-        axis.plot(HEIGHTS, 100 * np.array(errors), "o-", label=f"depth {depth:g} root sections")
+        plane = crack_compliance(
+            gear, loads, *STEEL,
+            held=4 * module, size=0.2 * module, depth=p.depths[0], angle=p.angle,
+        )  # fmt: skip
+        errors = np.array(list(map(in_plane(p), rolls))) / plane - 1
+        print(f"{role}, {angle:g}°, depth {depth:g}: {np.round(100 * errors, 1)} %")
+        axis.plot(HEIGHTS, 100 * errors, "o-", label=f"depth {depth:g} root sections")
         assert np.abs(errors).max() <= accepted("plane")
     axis.set(xlabel="height on the flank", ylabel="added compliance over that of triangles / %")
     axis.set_title(f"{role}, crack at {angle:g}°")

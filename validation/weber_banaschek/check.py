@@ -8,7 +8,7 @@ import pytest
 from cut_teeth.of_case import gear_of
 from cut_teeth.shape import shape
 from matplotlib.figure import Figure
-from plane_teeth import HELD, deflection, hertz, load_at
+from plane_teeth import HELD, deflections, hertz, load_at
 
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
@@ -35,12 +35,12 @@ def accepted(gear, part):
     return rows[gear, part]
 
 
-def by_fe(case, gear, radius, half_width, held=HELD):
-    """Deflection by finite elements of a tooth cut by brute force, the body held at so many root
+def by_fe(case, gear, loads, held=HELD):
+    """Deflections by finite elements of a tooth cut by brute force, the body held at so many root
     thicknesses."""
-    m, load = case.material, load_at(gear, radius, half_width)
+    m = case.material
     size, depth = SIZE * case.stage.normal_module, held * shape(gear).root_thickness
-    return deflection(gear, load, m.young_modulus, m.poisson_ratio, held=depth, size=size)
+    return deflections(gear, loads, m.young_modulus, m.poisson_ratio, held=depth, size=size)
 
 
 @pytest.mark.parametrize("name", ["sun", "planet", "ring"])
@@ -49,8 +49,8 @@ def test_tooth_and_foundation(name, case, results):
     tooth, p, m = getattr(stage_geometry(case), name), gear_of(case, name), case.material
     radii = tooth.form_radius + HEIGHTS * (tooth.tip_radius - tooth.form_radius)
     theory = tooth_compliance(tooth.outline(), radii, m.young_modulus, m.poisson_ratio)
-    width = 0.06 * case.stage.normal_module
-    fe, deeper = ([by_fe(case, p, r, width, held) for r in radii] for held in (HELD, DEEPER))
+    loads = [load_at(p, r, 0.06 * case.stage.normal_module) for r in radii]
+    fe, deeper = (by_fe(case, p, loads, held) for held in (HELD, DEEPER))
     computed = {part: np.array([getattr(d, part) for d in fe]) for part in ("tooth", "foundation")}
     computed["both"] = np.array([d.total for d in fe])
     expected = {"tooth": theory.bending, "foundation": theory.foundation}
@@ -96,19 +96,19 @@ def test_compliance_of_a_pair_over_its_path(gear, case):
     load = line_load(case, g, gear, force)
     expected = np.interp(PLACES, theory.xi, theory.total)
     reach = g.center_distance * np.sin(gear_mesh.working_angle)
-    computed = []
+    loads = {name: [] for name in ("planet", gear)}
     for s in gear_mesh.s_lo + np.array(PLACES) * (gear_mesh.s_hi - gear_mesh.s_lo):
         curvatures = {"planet": s, gear: s + reach if gear == "ring" else reach - s}
         mean = s * curvatures[gear] / (reach if gear == "sun" else curvatures[gear] - s)
         width = np.sqrt(8 * load * mean * (1 - m.poisson_ratio**2) / m.young_modulus / np.pi)
-        total = 0.0
         for name, curvature in curvatures.items():
             p = gear_of(case, name)
-            radius = float(np.hypot(p.base_radius, curvature))
-            total += by_fe(case, p, radius, width).total
-            total += hertz(load_at(p, radius, width), m.young_modulus, m.poisson_ratio)
-        computed.append(total)
-    error = expected / np.array(computed) - 1
+            loads[name].append(load_at(p, float(np.hypot(p.base_radius, curvature)), width))
+    computed = np.zeros(len(PLACES))
+    for name, of_gear in loads.items():
+        computed += [d.total for d in by_fe(case, gear_of(case, name), of_gear)]
+        computed += [hertz(one, m.young_modulus, m.poisson_ratio) for one in of_gear]
+    error = expected / computed - 1
     print(
         f"\n{gear} and planet, theory over finite elements less one: {np.round(100 * error, 1)} %"
     )
