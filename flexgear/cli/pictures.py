@@ -1,5 +1,6 @@
 """Pictures and report of a run, drawn by several processes."""
 
+import re
 import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -140,10 +141,11 @@ def _picture(folders: tuple[Path, Path], name: str) -> Picture:
 
 
 def _title(figure: Any, caption: str) -> None:
-    """Set the title of a picture: its caption, and the note that the chart has as title."""
+    """Set the title of a picture: its caption, whose figures stay beside their units, and the note
+    that the chart has as title."""
     title = figure.get_suptitle()
     lines = [
-        *textwrap.wrap(caption, TITLE_WIDTH),
+        *textwrap.wrap(re.sub(r"(?<=\d) (?=\S)", "\N{NO-BREAK SPACE}", caption), TITLE_WIDTH),
         *([title] if title and title not in caption else []),
     ]
     figure.suptitle("\n".join(lines), fontsize=9, weight="bold")

@@ -134,7 +134,10 @@ def stability(
 
 def _show_linear(model: Model, peaks: list[dict[str, Any]]) -> None:
     """Print the highest peaks of gear-mesh forces, and the modes with the largest shares."""
-    typer.echo(f"{model.case.name}: response to the static transmission error, mean stiffness")
+    typer.echo(
+        f"{model.case.name}, {model.variant}: response to the static transmission error, mean "
+        "stiffness"
+    )
     if not peaks:
         typer.echo("  no peak in this range")
     alike = _alike_planets(peaks)
@@ -292,8 +295,9 @@ def _show_stability(model: Model, data: xr.Dataset, bands: list[dict[str, Any]])
     """Print the analysed range and a line for each band."""
     factor, frequency = (data[n].to_numpy() for n in ("speed_factor", "kept_frequency"))
     typer.echo(
-        f"{model.case.name}: parametric instability from {factor[0]:.4g} to {factor[-1]:.4g} times "
-        f"rated speed, {len(frequency)} modes up to {with_unit(float(frequency[-1]), 'Hz')}"
+        f"{model.case.name}, {model.variant}: parametric instability from {factor[0]:.4g} to "
+        f"{factor[-1]:.4g} times rated speed, {len(frequency)} modes up to "
+        f"{with_unit(float(frequency[-1]), 'Hz')}"
     )
     of_mode = dict(zip(data["kept_mode"].values.tolist(), frequency.tolist(), strict=True))
     rows = [

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 from flexgear.files.case_text import Datum
-from flexgear.files.rexs.tables import SCHEMA_UNITS, Row, factor
+from flexgear.files.rexs.tables import SCHEMA_UNITS, Row, factor, without_rounding
 from flexgear.model.errors import InputError, echo
 
 SAME = 1e-9  # relative difference of two numbers that count as equal
@@ -311,4 +311,6 @@ def _converted(component: Component, name: str, unit: str) -> float | None:
         value = float(attribute.value)
     except ValueError:
         return None
-    return value * scale if scale is not None and abs(value) < _LARGEST else None
+    if scale is None or not abs(value) < _LARGEST:
+        return None
+    return value if scale == 1.0 else without_rounding(value * scale)

@@ -4,7 +4,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from flexgear.files.rexs.tables import SCHEMA_UNITS, from_si
+from flexgear.files.rexs.tables import SCHEMA_UNITS, from_si, without_rounding
 
 VERSION = "2.0"
 Place = tuple[float, float, float]  # u, v, w; m
@@ -94,7 +94,7 @@ def _in_units(attributes: Mapping[str, Written | None]) -> Attributes:
             x, y, z = value
             present[key] = (x * scale, y * scale, z * scale)
         elif isinstance(value, float) and scale != 1.0:
-            present[key] = value * scale
+            present[key] = without_rounding(value * scale)
     return present
 
 

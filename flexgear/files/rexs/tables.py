@@ -134,6 +134,11 @@ def factor(unit: str, into: str) -> float | None:
     return times * over_into / (over * times_into)
 
 
+def without_rounding(value: float) -> float:
+    """A converted value to 15 digits: 120 rpm, not 119.99999999999999."""
+    return float(f"{value:.15g}")
+
+
 Word = Literal["left", "right"]
 WORDS: tuple[Word, Word] = ("left", "right")
 DATUM = "datum_face_orientation"  # whether the datum face is at the +u or −u end of the gear
