@@ -42,6 +42,7 @@ def write_load_cases(
     ids: set[int] = set()
     largest: tuple[float, int | None] = _MOST_OVER_RATED, None
     rated = {port.member.name: port for port in ports_of(assembly, members)}
+    loaded = {load["member"] for load in written.get("loads", ())}  # a load case may unload them
     with document.values_of(None):  # of the model, not of the selected load case
         total_time = number(document.kind("gear_unit"), _TIME, "h")
     for load_case in document.load_cases:
@@ -81,6 +82,8 @@ def write_load_cases(
                 total, labels = sums.get(on.name, (np.zeros(len(values)), []))
                 sums[on.name] = total + values, [*labels, load.label]
             for member, (total, labels) in sums.items():
+                if member not in loaded and not total.any():
+                    continue
                 source = " + ".join(labels)
                 section = _section(text, sections, member, source)
                 put_forces(section, total.tolist(), source)
