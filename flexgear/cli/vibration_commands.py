@@ -201,6 +201,8 @@ def show_response(model: Model, data: xr.Dataset, figures: dict[str, Any]) -> No
         f"{data['response_speed'].max().item() * RPM:.5g} rpm",
         "gear mesh": f"{data['gear_mesh_frequency'].min().item():.5g} to "
         f"{data['gear_mesh_frequency'].max().item():.5g} Hz",
+        "distance of states": f"at most {figures['largest_step']:.2g}: narrower unstable ranges "
+        "may be missed" + (", see flexgear stability" if over == "speed" else ""),
         "harmonics": f"{figures['harmonics']}; "
         + (
             "the effect of more harmonics is not known"
@@ -294,9 +296,10 @@ def _bands(data: xr.Dataset) -> list[dict[str, Any]]:
 def _show_stability(model: Model, data: xr.Dataset, bands: list[dict[str, Any]]) -> None:
     """Print the analysed range and a line for each band."""
     factor, frequency = (data[n].to_numpy() for n in ("speed_factor", "kept_frequency"))
+    counted_modes = "1 mode" if len(frequency) == 1 else f"{len(frequency)} modes"
     typer.echo(
         f"{model.case.name}, {model.variant}: parametric instability from {factor[0]:.4g} to "
-        f"{factor[-1]:.4g} times rated speed, {len(frequency)} modes up to "
+        f"{factor[-1]:.4g} times rated speed, {counted_modes} up to "
         f"{with_unit(float(frequency[-1]), 'Hz')}"
     )
     of_mode = dict(zip(data["kept_mode"].values.tolist(), frequency.tolist(), strict=True))

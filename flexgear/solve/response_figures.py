@@ -41,6 +41,7 @@ def response_figures(data: xr.Dataset) -> dict[str, Any]:
         "complete": bool(data.attrs["complete"]),
         "cuts": data.attrs["cut"].splitlines(),
         "states": len(parameter),
+        "largest_step": float(np.abs(np.diff(parameter))[~edges[1:-1]].max(initial=0.0)),
         "curves": int(branch.max()),
         "peaks": [
             {share: float(parameter[k]), "force_n": float(force[k]), "period": int(period[k])}

@@ -64,6 +64,8 @@ def test_response_says_that_the_period_doubles_outside_its_range(flexgear, tmp_p
     ):
         text = flexgear.quiet("response", path, *options, "--harmonics", 6, "--quiet")
         assert says in text and "lose contact: nowhere on stable branches" in text
+        assert "narrower unstable ranges may be missed" in text
+        assert ("missed, see flexgear stability" in text) == (options[0] == "--speed-range")
 
 
 def test_response_of_linear_contact_says_that_teeth_pull(flexgear, tmp_path):
