@@ -66,11 +66,11 @@ def figures(influence, count=15):
     return np.array([*even, pressed_by_a_tilted_body(influence, count, 0.5)])
 
 
-def narrow(case, slot):
-    """The segment of a gear of half the face width, layers as thick."""
+def narrow(case, slot, share=4):
+    """The segment of a gear of a share of the face width, layers as thick."""
     parameters = of_case.influence_parameters(case, slot)
-    divisions = replace(parameters.divisions, layers=8)
-    return replace(parameters, face_width=parameters.face_width / 2, divisions=divisions)
+    divisions = replace(parameters.divisions, layers=round(parameters.divisions.layers / share))
+    return replace(parameters, face_width=parameters.face_width / share, divisions=divisions)
 
 
 @pytest.mark.parametrize("slot", ["planet", "ring"])
@@ -82,7 +82,7 @@ def test_influences_converge(slot, case):
     print(f"\n{slot}: change of even load at {SHARES} of the height, of the largest slice, %")
     for name, divisions in {
         "section": replace(div, flank=16, fillet=8, tooth=6, rim=7),
-        "layers": replace(div, layers=16),
+        "layers": replace(div, layers=2 * div.layers),
     }.items():
         change = figures(influence_of(replace(parameters, divisions=divisions), *STEEL)) / base - 1
         print(f"  {name:<9}", np.round(100 * change, 2))
@@ -111,7 +111,7 @@ def test_tooth_and_tie_against_one_piece(case, results):
     """A ring's tooth, and the rim by the nodes of averaging ties on its own and the next tooth,
     against a segment in one piece: with more rim, held deeper than the one that the tooth's
     influence comes from."""
-    parameters = narrow(case, "ring")
+    parameters = narrow(case, "ring", 2)
     beyond = influence_of(parameters, *STEEL, tied=True)
     clamped = influence_of(replace(parameters, held_radius=None, teeth=1, margin=0.0), *STEEL)
     rim = parameters.tooth.root_radius + 0.75 * case.ring.rim_thickness
