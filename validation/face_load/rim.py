@@ -15,6 +15,7 @@ import numpy as np
 from rows import STORED, Row
 from scipy.optimize import nnls
 
+from face_load.runs import bodies_at
 from flexgear.arrays import Array
 from flexgear.files.atomic import atomic_file
 from flexgear.gears.contact import GearMeshPath
@@ -24,7 +25,7 @@ from flexgear.gears.slices import Slices, factor_along
 from flexgear.model.load import load_case
 from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
-from flexgear.solve.bodies import stage_bodies
+from flexgear.solve.bodies import reduction_limit, stage_bodies
 from flexgear.structures.bodies import turn
 from flexgear.structures.reduced import RimFlexibility
 from flexgear.structures.sources.ring import source as ring_source
@@ -64,7 +65,7 @@ def ring_of(case: str) -> Ring:
     train = load_case(
         case,
         {
-            "solver.fidelity": "quick",
+            **bodies_at(case, "quick"),
             **{f"stages.{stage}.gear_mesh.{k}": v for k, v in options.items()},
         },
     )
@@ -72,7 +73,9 @@ def ring_of(case: str) -> Ring:
     force = power_flow(train).stage(stage).gear_mesh_forces["ring"]
     path = stage_paths(view, power_flow(train).stage(stage).gear_mesh_forces)["ring", ""]
     assert path.slices is not None
-    body = stage_bodies(view)[BodyName.of(stage, "ring")]
+    carrier = BodyName.of(stage, "carrier")
+    bodies = stage_bodies(view, limit_hz=reduction_limit(train), rigid=[carrier])
+    body = bodies[BodyName.of(stage, "ring")]
     assert body.rim is not None
     b = body.interface_dofs
     held = np.linalg.inv(
