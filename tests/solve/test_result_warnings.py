@@ -274,7 +274,9 @@ def test_keys_are_those_of_the_train(tmp_path):
     assert "compare with stages.first.ring.fe.flexible = false" in lines[0]
 
 
-FLEXIBLE = ["wind-5mw", "ev-reducer", "star-ring", "grc-750kw"]
+FLEXIBLE = {  # static errors of rings are larger at quick, all others within 0.2 % of standard's
+    "wind-5mw": "standard", "ev-reducer": "quick", "star-ring": "quick", "grc-750kw": "quick"
+}  # fmt: skip
 
 
 def test_the_list_of_flexible_cases_is_complete():
@@ -282,8 +284,8 @@ def test_the_list_of_flexible_cases_is_complete():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", FLEXIBLE)
-def test_a_bundled_case_does_not_warn_of_its_own_reductions(name):
-    case = load_case(name)
+@pytest.mark.parametrize(("name", "fidelity"), FLEXIBLE.items())
+def test_a_bundled_case_does_not_warn_of_its_own_reductions(name, fidelity):
+    case = load_case(name, {"solver.fidelity": fidelity})
     bodies = reduced_bodies(case, rigid=())
     assert reduction_warnings(case, bodies, rigid_bodies(case)) == []

@@ -8,7 +8,7 @@ import pytest
 from cut_teeth.of_case import gear_of
 from cut_teeth.shape import shape
 from matplotlib.figure import Figure
-from plane_teeth import HELD, deflections, hertz, load_at
+from plane_teeth import HELD, Load, deflections, hertz, load_at
 
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
@@ -96,7 +96,7 @@ def test_compliance_of_a_pair_over_its_path(gear, case):
     load = line_load(case, g, gear, force)
     expected = np.interp(PLACES, theory.xi, theory.total)
     reach = g.center_distance * np.sin(gear_mesh.working_angle)
-    loads = {name: [] for name in ("planet", gear)}
+    loads: dict[str, list[Load]] = {name: [] for name in ("planet", gear)}
     for s in gear_mesh.s_lo + np.array(PLACES) * (gear_mesh.s_hi - gear_mesh.s_lo):
         curvatures = {"planet": s, gear: s + reach if gear == "ring" else reach - s}
         mean = s * curvatures[gear] / (reach if gear == "sun" else curvatures[gear] - s)
