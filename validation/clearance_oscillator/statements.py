@@ -33,7 +33,7 @@ def free(flanks: str) -> xr.Dataset:
     """Steady states of a pair so lightly damped and excited that its resonance is a narrow tongue
     about the free motion."""
     sets = {**LIGHT, "stage.backlash_sun_um": BACKLASH[flanks]}
-    return fg.load_case(CASE, sets).assemble().response((0.4, 1.3), progress=_silent)
+    return fg.load_case(CASE, sets).assemble().response((0.55, 1.2), progress=_silent)
 
 
 @cache
