@@ -104,27 +104,23 @@ class Sensor(Section):
 class Recorder(Section):
     """Sampling of all sensors.
 
-    band: highest frequency that passes the anti-alias filter; the band of the modes if left out.
-    sampling_rate: 2.56 times the band if left out.
+    band: highest frequency that passes the anti-alias filter; if left out the band of the modes, at
+    most sampling_rate / 2.56. sampling_rate: 2.56 times the band if left out.
     """
 
     band: Frequency | None = Field(default=None, gt=0.0, le=1e8)
     sampling_rate: Frequency | None = Field(default=None, gt=0.0, le=1e9)
 
     def _check(self) -> None:
-        if self.band is not None and self.sampling_rate is not None:
-            check_rate(self.band, self.sampling_rate)
-
-
-def check_rate(band: float, rate: float) -> None:
-    """Raise Refusal if the sampling rate (Hz) is too low for a band (Hz)."""
-    if rate < LEAST_RATE * band:
-        raise Refusal(
-            "sampling_rate",
-            f"{rate:.6g} Hz is {rate / band:.3g} times the band of {band:.6g} Hz: higher "
-            "frequencies would alias into it",
-            f"at least {LEAST_RATE} times, {LEAST_RATE * band:.6g} Hz, or lower recorder.band_hz",
-        )
+        band, rate = self.band, self.sampling_rate
+        if band is not None and rate is not None and rate < LEAST_RATE * band:
+            raise Refusal(
+                "sampling_rate",
+                f"{rate:.6g} Hz is {rate / band:.3g} times the band of {band:.6g} Hz: higher "
+                "frequencies would alias into it",
+                f"at least {LEAST_RATE} times, {LEAST_RATE * band:.6g} Hz, or lower "
+                "recorder.band_hz, or leave it out",
+            )
 
 
 def check_sensors(case: Case) -> None:

@@ -22,8 +22,7 @@ from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearWarning, InputError
 from flexgear.model.names import BodyName, MemberName
 from flexgear.model.read import nearest
-from flexgear.model.section import Refusal
-from flexgear.model.sensor import USUAL_RATE, Sensor, check_rate
+from flexgear.model.sensor import USUAL_RATE, Sensor
 from flexgear.solve.bodies import Bodies
 from flexgear.solve.sensor_quantities import (
     Axes,
@@ -355,21 +354,18 @@ def sensors_of(case: Case, system: System, bodies: Bodies, pace: Pace) -> Sensor
 def clock_of(case: Case, pace: Pace) -> Clock:
     """Band and sampling rate of the recorder. Its samples of a run resolve the highest modes, too,
     whose vibration is aliased into a lower band otherwise. InputError for a band above that of the
-    modes, or a sampling rate too low for it."""
+    modes."""
     top = min(pace.band, pace.modes_to or pace.band)
-    band = top if case.recorder.band is None else case.recorder.band
+    band, rate = case.recorder.band, case.recorder.sampling_rate
+    if band is None:
+        band = top if rate is None else min(top, rate / USUAL_RATE)
     if band > top * (1 + 1e-9):
         problem = f"{band:.6g} Hz is beyond {top:.6g} Hz, up to which modes are kept"
         remedy = (
             "lower it, or raise solver.modes_band_hz or solver.gear_mesh_orders (and modes_to_hz)"
         )
         raise InputError(case.source, "recorder.band_hz", problem, remedy)
-    rate = case.recorder.sampling_rate
-    try:
-        check_rate(band, rate := USUAL_RATE * band if rate is None else rate)
-    except Refusal as fault:
-        key, problem, remedy = "recorder.sampling_rate_hz", fault.problem, fault.remedy
-        raise InputError(case.source, key, problem, remedy) from None
+    rate = USUAL_RATE * band if rate is None else rate
     return Clock(band, rate, 1.0 / max(SAMPLES * band, MODE_SAMPLES * top))
 
 

@@ -24,6 +24,7 @@ _SCALES: dict[str, tuple[tuple[float, str, float], ...]] = {
     "N/m": ((1e9, "GN/m", 1e-9), (1e6, "MN/m", 1e-6), (1e3, "kN/m", 1e-3), (0, "N/m", 1)),
     "share": ((0, "%", 100),),
     "rad/s": ((0, "r/min", 30 / math.pi),),
+    "m/s2": ((0, "m/s²", 1),),
 }
 ZERO = 1e-12  # in SI, below which values are printed as 0
 # significant digits other than four: for dimensions to 1 µm, and for similar speeds and frequencies
