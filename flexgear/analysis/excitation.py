@@ -14,11 +14,11 @@ and does no work on any other mode, as long as planets and their connections are
 
 Source: Lin & Parker 1999, J. Vib. Acoust. 121:316; Parker 2000, J. Sound Vib. 236:561.
 
-**Resonance.** The stiffness of gear mesh m varies about its mean as Re Σ_l k_l e^{ilψ}. Its mean
-force F̄ closes it by x̄ = F̄/k̄, so that order l acts on the bodies with the force g_l x̄ (g_l: force
-on all coordinates per metre, ``FlankCycle``). At resonance modes j of one frequency respond with
+**Resonance.** The stiffness of gear mesh m varies about its mean as Re Σ_l k_l e^{ilψ}. At its
+mean closing and tilt order l acts on the bodies with the force g_l (``FlankCycle``). At resonance
+modes j of one frequency respond with
 
-    η_j = Σ_m φ_jᵀ g_{m,l} x̄_m / (ω_j γ_j),   γ_j = 2 ζ_j ω_j,
+    η_j = Σ_m φ_jᵀ g_{m,l} / (ω_j γ_j),   γ_j = 2 ζ_j ω_j,
 
 which causes the force k̄_m |Σ_j v_mᵀ φ_j η_j| in gear mesh m, v_m being its mean row. γ_j is the
 decay rate of the mode, φ_jᵀ C φ_j by structural damping, dampers and tooth pairs. This is first
@@ -211,7 +211,7 @@ def decay(structural: Array, modes: Modes, cycles: Mapping[int, FlankCycle]) -> 
     and dampers."""
     total = structural
     for cycle in cycles.values():
-        closing = _mean_row(cycle) @ modes.shapes
+        closing = cycle.mean_row @ cycle.blocks @ modes.shapes
         total = total + cycle.damping.mean() * closing**2
     return np.asarray(total)
 
@@ -231,14 +231,15 @@ def resonant_force(
     whose gear meshes alone excite the modes, None for all.
     """
     omega = 2 * np.pi * modes.frequencies
-    closing = np.stack([_mean_row(gear_mesh.cycle) @ modes.shapes for gear_mesh in gear_meshes])
+    cycles = [gear_mesh.cycle for gear_mesh in gear_meshes]
+    closing = np.stack([c.mean_row @ c.blocks @ modes.shapes for c in cycles])
     stiffness = np.array([gear_mesh.cycle.stiffness.mean() for gear_mesh in gear_meshes])
     mean = np.array([gear_mesh.force for gear_mesh in gear_meshes])
     out = np.zeros((len(orders), len(groups)))
     for row, order in zip(out, orders, strict=True):
         force = sum(
-            gear_mesh.force / k * gear_mesh.cycle.harmonic_force(order)
-            for gear_mesh, k in zip(gear_meshes, stiffness, strict=True)
+            gear_mesh.cycle.harmonic_force(order)
+            for gear_mesh in gear_meshes
             if alone in (None, gear_mesh.planet)
         )
         work = modes.shapes.T @ force
@@ -247,11 +248,6 @@ def resonant_force(
                 response = closing[:, group] @ (work[group] / (omega[group] * rates[group]))
             row[g] = np.nan_to_num(stiffness * np.abs(response) / mean, nan=np.inf).max()
     return out
-
-
-def _mean_row(cycle: FlankCycle) -> Array:
-    """Mean row v (d,) of a gear mesh: its closing by all coordinates, weighted by stiffness."""
-    return np.asarray((cycle.force.mean(axis=0) @ cycle.blocks) / cycle.stiffness.mean())
 
 
 ALIKE = 1e-3  # relative difference of frequencies of modes that are taken together

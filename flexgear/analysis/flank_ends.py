@@ -16,10 +16,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from flexgear.arrays import Array, Ints
 from flexgear.coupling.kernels.elements import Rows
 from flexgear.coupling.pair_data import PairData
+from flexgear.structures.bodies import rigid_rows
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,8 @@ class _Teeth:
 
 class FlankEnds:
     """Blocks on which the rows of flank m act: those of its planet and its gear, or all teeth of a
-    gear or planet whose teeth are blocks. columns (c,): their dofs among those of all blocks."""
+    gear or planet whose teeth are blocks. columns (c,): their dofs among those of all blocks; rigid
+    (c, 6 e): their motions by those of e rigid ends."""
 
     def __init__(self, pairs: PairData, m: int) -> None:
         gear, planet = int(pairs.gear_block[m]), int(pairs.planet_tooth_block[m])
@@ -72,6 +75,9 @@ class FlankEnds:
         starts = np.cumsum([6 * len(bodies), *(6 * len(t.place) for t in self.teeth)]).tolist()
         self._teeth_columns = [slice(a, b) for a, b in pairwise(starts)]
         self._body_column = {block: 6 * k for k, block in enumerate(bodies)}
+        ends = [np.zeros((1, 3))] * len(bodies)
+        ends += [pairs.tooth_position[t.first : t.first + len(t.place)] for t in self.teeth]
+        self.rigid = block_diag(*(rigid_rows(positions) for positions in ends))
 
     def coefficients(self, rows: Rows, at: Ints, angles: Array, start: Array) -> Array:
         """The rows numbered ``at`` (n,) on the motions ``columns``: (n, c). Teeth are turned back

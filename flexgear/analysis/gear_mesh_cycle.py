@@ -41,6 +41,7 @@ from flexgear.coupling.system import System
 POSITIONS = 120  # in a gear-mesh cycle, rounded up to a multiple of the number of planets
 WITHIN = 8  # positions in each part of a cycle of which the mean is taken
 UNLOADED = 1e-9  # load over the largest load below which a gear mesh is unloaded
+FLAT = 1e-10  # stiffness over the largest below which a motion of rigid ends closes no row
 LEAST_EIGENVALUE = 1e-14  # over the largest, below which rows are dropped from a sum of squares
 
 
@@ -49,17 +50,20 @@ class _FlankRows:
     """R rows of a flank at P positions (``count``), of tooth pairs in contact.
 
     position (R,): position of each row, rising; motion (R, c): the rows on the motions ``columns``
-    (c,) of the blocks; stiffness (R, R): K of all positions, N/m; root: A with Aᵀ A = K, block by
-    block; damping (R,) N s/m.
+    (c,) of the blocks; rigid (c, e): the motions of rigid ends; stiffness (R, R): K of all
+    positions, N/m; root: A with Aᵀ A = K, block by block; damping (R,) N s/m; load (R,) N in the
+    equilibria.
     """
 
     count: int
     position: Ints
     columns: Ints
     motion: Array
+    rigid: Array
     stiffness: sparse.csr_array
     root: sparse.csr_array
     damping: Array
+    load: Array
 
     @cached_property
     def rows(self) -> Array:
@@ -72,7 +76,12 @@ class _FlankRows:
         total = sparse.csr_array((np.ones(len(at[0])), at), shape=(self.count, len(at[0])))
         row_sums = self.stiffness.sum(axis=1)
         force = total @ (row_sums[:, None] * self.motion)
-        return FlankCycle(total @ row_sums, total @ self.damping, force, blocks)
+        rows = self.motion @ self.rigid
+        mean = np.linalg.pinv(rows.T @ (self.stiffness @ rows), FLAT) @ (rows.T @ self.load)
+        load = total @ ((self.stiffness @ (rows @ mean))[:, None] * self.motion)
+        return FlankCycle(
+            total @ row_sums, total @ self.damping, force, self.rigid @ mean, load, blocks
+        )
 
 
 def springs_under_load(modal: ModalSystem, input_angles: Array) -> ContactSprings:
@@ -234,15 +243,31 @@ def _flank_rows(
     stiffness = _stiffness(train, result, _unloaded(system.pairs, result))
     root, touching = _root(stiffness, train.starts), stiffness.count_nonzero(axis=1) > 0
     position = np.repeat(np.arange(len(theta)), np.diff(train.starts))
-    flanks, rows = {}, train.rows
+    flanks, rows, load = {}, train.rows, _row_loads(train, result)
     for m in np.unique(rows.row["owner"][touching]).tolist():
         at = np.flatnonzero(touching & (rows.row["owner"] == m))
         p, ends = position[at], FlankEnds(system.pairs, m)
         flanks[m] = _FlankRows(
             len(theta), p, ends.columns, ends.coefficients(rows, at, theta[p], theta[0]),
-            stiffness[at][:, at], root[at][:, at], rows.row["damping"][at],
+            ends.rigid, stiffness[at][:, at], root[at][:, at], rows.row["damping"][at], load[at],
         )  # fmt: skip
     return flanks
+
+
+def _row_loads(train: _TrainRows, result: Equilibrium | None) -> Array:
+    """Forces (R,) N of all rows in the equilibria; zero without."""
+    load = np.zeros(len(train.rows.row))
+    if result is not None:
+        pair = train.rows.pair
+        first, *of_pair = (pair[name].astype(int) for name in ("row", "gear_mesh", "slot"))
+        place = (train.pair_position, *of_pair)
+        load[first] = result.pair_load[place]
+        sliced = pair["rows"] == 2
+        if sliced.any():
+            far = result.far_load[place][sliced]
+            load[first[sliced]] -= far
+            load[first[sliced] + 1] = far
+    return load
 
 
 def _unloaded(pairs: PairData, result: Equilibrium | None) -> NDArray[np.bool_]:

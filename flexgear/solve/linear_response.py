@@ -1,18 +1,21 @@
 r"""Forced response of a train to its static transmission error, at mean gear-mesh stiffness.
 
 The mean force F̄ closes a gear mesh of stiffness k(ψ) quasi-statically by x(ψ) = F̄/k(ψ) − e(ψ), e
-its error at gear-mesh frequency. The harmonics x_l, and those of e in the dampers, excite the train
-with its mean stiffness; in modes
+its error at gear-mesh frequency (``FlankCycle.static_motion``: at its mean tilt). The harmonics
+x_l, those of e in the dampers, and those of the moment w(ψ) of a load that moves along the face,
+excite the train with its mean stiffness; in modes
 
-    (K̄ − s² K_c − ω² + iω (C̄ + s G)) q_l = Σ_m v_m p_{m,l},   p = k̄ x_l − iω c̄ e_l,   ω = l ω_z,
+    (K̄ − s² K_c − ω² + iω (C̄ + s G)) q_l = Σ_m (v_m p_{m,l} − w_{m,l}),   p = k̄ x_l − iω c̄ e_l,
 
-v_m the mean row of gear mesh m, s speed over rated speed. The force of gear mesh m varies by
+ω = l ω_z, v_m the mean row of gear mesh m, s speed over rated speed. Its force varies by
 
-    F_{m,l} = (k̄_m + iω c̄_m) (v_mᵀ q_l + Σ_n R_mn p_{n,l}) − p_{m,l},   R = Vᵀ K̄⁻¹ V of other modes,
+    F_{m,l} = (k̄_m + iω c̄_m) v_mᵀ q_l − p_{m,l},
 
-which vanishes at low speed in a train that is free to follow. The share of mode j is its term in
-v_mᵀ q_l (Özgüven & Houser 1988, J. Sound Vib. 125:71, for one gear pair). Contact is not lost,
-orders are not coupled, and k(ψ) does not include gaps of modified flanks.
+which vanishes at low speed in a train that is free to follow. In all modes that are not kept the
+train moves in the shapes that v and w cause statically, with their inertia (``following_modes``):
+without, forces at low speed, all of which are forces of inertia, would lack theirs. The share of
+mode j is its term in v_mᵀ q_l (Özgüven & Houser 1988, J. Sound Vib. 125:71, for one gear pair).
+Contact is not lost, orders are not coupled, and k(ψ) does not include gaps of modified flanks.
 """
 
 from dataclasses import dataclass
@@ -28,7 +31,7 @@ from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import result_attrs, result_labels
 from flexgear.solve.model import Model
-from flexgear.solve.stability import following_shapes, kept_modes, speed_range, train_in_modes
+from flexgear.solve.stability import following_modes, kept_modes, speed_range, train_in_modes
 
 SPEEDS = 401  # number of equally spaced speeds
 ZOOMS, ZOOM = 5, 9  # passes towards a peak between two speeds, and speeds of each
@@ -47,11 +50,11 @@ class _Excited:
 
     indices: list[int]
     rows: Array
-    residual: Array
     stiffness: Array
     damping: Array
     closing: Complex
     error: Complex
+    shift: Complex
 
 
 def linear_response(
@@ -73,10 +76,7 @@ def linear_response(
     numbers, shapes, omega = kept_modes(model, limit_hz, None)
     names = model.gear_meshes.names
     stages = [s.name for s in model.flow.stages if s.gear_mesh_frequency > 0.0]
-    excitations = [
-        (train_in_modes(model, stage, shapes, omega), _excited(model, stage, shapes, omega, orders))
-        for stage in stages
-    ]
+    excitations = [_excitation(model, stage, shapes, omega, orders) for stage in stages]
     spaced, more = np.linspace(first, last, count), list[float]()
     for train, excited in excitations:
         more += _near_peaks(train, excited, spaced, orders)
@@ -94,7 +94,7 @@ def linear_response(
             for g, index in enumerate(excited.indices):
                 for k in _peaks(np.abs(amplitudes[:, g])):
                     peak = amplitudes[k, g]
-                    share = (parts[k, g] * np.conj(peak)).real / abs(peak) ** 2
+                    share = (parts[k, g, : len(omega)] * np.conj(peak)).real / abs(peak) ** 2
                     place = {"factor": factors[k], "gear_mesh": names[index], "order": order}
                     peaks.append({**place, "force": abs(peak), "mode_share": share})
         progress("speeds", (done + 1) / len(stages))
@@ -117,8 +117,11 @@ def linear_response(
     return labelled_dataset("speed_factor", factors, arrays, result_attrs(model), labels, names)
 
 
-def _excited(model: Model, stage: str, shapes: Array, omega: Array, orders: int) -> _Excited:
-    """Loaded gear meshes of a stage, with their static transmission errors."""
+def _excitation(
+    model: Model, stage: str, shapes: Array, omega: Array, orders: int
+) -> tuple[PeriodicTrain, _Excited]:
+    """The train in modes (see ``train_in_modes``) and in the motions that the loads of a stage
+    cause in all others, and these loads."""
     cycles, pairs = model.mean_springs.cycles, model.system.pairs
     indices = [
         g
@@ -126,26 +129,38 @@ def _excited(model: Model, stage: str, shapes: Array, omega: Array, orders: int)
         if int(model.gear_meshes.carrying[g]) in cycles and model.mean_forces[g] > 0.0
     ]
     rows, (closings, error) = [], np.zeros((2, len(indices), orders), dtype=complex)
+    shift = np.zeros((orders, model.system.size), dtype=complex)
     flanks = [int(model.gear_meshes.carrying[g]) for g in indices]
     angle = int(pairs.angle[flanks[0]]) if flanks else 0
     system = model.system
     speed = float(system.angles[angle] @ system.rolling @ system.rated_input_speeds)
-    for k, (g, m) in enumerate(zip(indices, flanks, strict=True)):
+    for k, m in enumerate(flanks):
         cycle = cycles[m]
-        mean = cycle.force.mean(axis=0) @ cycle.blocks
-        rows.append(mean / cycle.stiffness.mean())
-        closing = 2 * np.fft.rfft(model.mean_forces[g] / cycle.stiffness) / len(cycle.stiffness)
-        closing[np.abs(closing) < ROUNDING * np.abs(closing[0])] = 0.0  # of constant stiffness
-        closings[k] = closing[1 : orders + 1]
+        varying, moving = cycle.static_motion()
+        rows.append(cycle.mean_row @ cycle.blocks)
+        closings[k] = _harmonics(varying, orders, varying)
+        shift += _harmonics(moving, orders, cycle.load) @ cycle.blocks
         phase = 2 * np.pi * pairs.s0[m] / pairs.pitch[m] + pairs.error_phase[m]
         wave = -1j * pairs.error_amplitude[m] * np.exp(1j * phase)
         error[k, 0] = wave if pairs.rate[m] > 0.0 else np.conj(wave)
     stiffness = np.array([cycles[m].stiffness.mean() for m in flanks])
     damping = np.array([cycles[m].damping.mean() for m in flanks])
-    waves = [closings - error, error] if speed >= 0.0 else np.conj([closings - error, error])
     whole = np.reshape(rows, (len(indices), len(shapes)))
-    residual = whole @ following_shapes(model, whole, shapes, omega)
-    return _Excited(indices, whole @ shapes, residual, stiffness, damping, *waves)
+    loads = np.concatenate([whole, shift.real, shift.imag])
+    motions, rates = following_modes(model, loads, shapes, omega)
+    shapes, omega = np.hstack([shapes, motions]), np.concatenate([omega, rates])
+    waves = [closings - error, error, shift @ shapes]
+    if speed < 0.0:
+        waves = [wave.conj() for wave in waves]
+    train = train_in_modes(model, stage, shapes, omega)
+    return train, _Excited(indices, whole @ shapes, stiffness, damping, *waves)
+
+
+def _harmonics(values: Array, orders: int, of: Array) -> Complex:
+    """Harmonics 1 … ``orders`` of values (P, …) over a cycle, zero if rounding of ``of``."""
+    waves = 2 * np.fft.rfft(values, axis=0) / len(values)
+    waves[np.abs(waves) < ROUNDING * np.abs(of).max()] = 0.0  # of constant stiffness
+    return np.asarray(waves[1 : orders + 1])
 
 
 def _peaks(forces: Array) -> list[int]:
@@ -190,9 +205,9 @@ def _over_speed(
         - (w**2)[:, None, None] * np.eye(n)
         + 1j * w[:, None, None] * (damping + factors[:, None, None] * train.gyroscopic)
     )
-    modes = np.linalg.solve(matrices, (excitation @ excited.rows)[..., None])[..., 0]
+    on_modes = excitation @ excited.rows - excited.shift[order - 1]
+    modes: Complex = np.linalg.solve(matrices, on_modes[..., None])[..., 0]
     complex_stiffness = excited.stiffness + 1j * np.multiply.outer(w, excited.damping)
     parts = complex_stiffness[:, :, None] * excited.rows * modes[:, None, :]
-    at_once = excitation @ excited.residual
-    force = parts.sum(axis=2) + complex_stiffness * at_once - excitation
-    return force, parts, modes @ excited.rows.T + at_once
+    force: Complex = parts.sum(axis=2) - excitation
+    return force, parts, modes @ excited.rows.T

@@ -26,6 +26,7 @@ ORDERS = 8  # highest order of the gear-mesh frequency with expected bands
 EDGE = 1e-5  # relative accuracy of the ends of a band
 STRONG = 0.1  # variation of a mode's stiffness over its mean, above which the mode is tried alone
 LEAST_YIELD = 1e-6  # flexibility of further modes times gear-mesh stiffness that is not neglected
+LEAST_SHARE = 1e-9  # of further modes in a static motion that is not rounding
 AROUND = np.linspace(0.95, 1.05, 101)  # of l ω_z = 2 ω_i, where it is tried
 
 
@@ -149,6 +150,23 @@ def following_shapes(model: Model, rows: Array, shapes: Array, omega: Array) -> 
     return np.asarray(static - (shapes / omega**2) @ (rows @ shapes).T)
 
 
+def following_modes(
+    model: Model, forces: Array, shapes: Array, omega: Array
+) -> tuple[Array, Array]:
+    """Shapes (d, r) and frequencies (r,), rad/s, of the train in the motions that forces (f, d)
+    cause statically in all modes but ``shapes`` (``following_shapes``)."""
+    scale = np.abs(forces).max(axis=1, keepdims=True)
+    forces = np.divide(forces, scale, out=np.zeros_like(forces), where=scale > 0.0)
+    follow = following_shapes(model, forces, shapes, omega)
+    yields = forces @ follow  # Ψᵀ K̄ Ψ
+    values, vectors = np.linalg.eigh(0.5 * (yields + yields.T))
+    total = yields + (forces @ shapes / omega**2) @ (forces @ shapes).T
+    yielding = values > LEAST_SHARE * np.abs(total).max()
+    follow = follow @ (vectors[:, yielding] / np.sqrt(values[yielding]))
+    inertia, vectors = np.linalg.eigh(follow.T @ model.system.mass @ follow)
+    return follow @ vectors / np.sqrt(inertia), 1 / np.sqrt(inertia)
+
+
 def _with_following(model: Model, stage: str, shapes: Array, omega: Array) -> PeriodicTrain:
     """The train in modes (see ``train_in_modes``), the others of which follow the gear meshes of
     the stage statically."""
@@ -186,7 +204,7 @@ def train_in_modes(model: Model, stage: str, shapes: Array, omega: Array) -> Per
     for m, label in enumerate(system.gear_meshes):
         if label.stage != number and m in contact.cycles:
             flank = contact.cycles[m]
-            row = (flank.force.mean(axis=0) @ flank.blocks) @ shapes / flank.stiffness.mean()
+            row = flank.mean_row @ flank.blocks @ shapes
             damping += flank.damping.mean() * np.outer(row, row)
     zero = np.zeros_like(constant)
     gyroscopic, centripetal = (

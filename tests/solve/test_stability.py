@@ -269,10 +269,44 @@ def test_slow_gears_follow_the_transmission_error_whatever_the_limit_of_modes():
     assert np.all(force < 0.01 * 5e8 * data.static_transmission_error_amplitude.to_numpy())
 
 
+def test_forces_of_inertia_and_dampers_do_not_depend_on_the_limit_of_modes():
+    keys = {"stage.planets": "2", "stage.errors.sun_tooth_um": "1", "damping.ratio": "1e-5"}
+    keys |= {"stage.gear_mesh.model": '"fourier"', "stage.gear_mesh.damping_ratio": "0.2"}
+    model = fg.load_case("lin-parker", keys).assemble()
+    every, few = (
+        model.linear_response((0.1, 0.2), count=2, orders=1, limit_hz=limit).linear_force_amplitude
+        for limit in (2e4, 2e3)
+    )
+    assert few.to_numpy() == pytest.approx(every.to_numpy(), rel=1e-3)
+
+
 def test_rounding_of_constant_stiffness_is_no_peak():
     """Of a bundled case: 5e-11 N was listed, with its modes."""
     data = fg.load_case("nrel-5mw").assemble().linear_response((0.2, 1.2), count=101)
     assert data.sizes["peak"] == 0 and not data.linear_force_amplitude.any()
+
+
+def test_load_that_moves_along_the_face_tilts_the_gears():
+    """Two helical gears that tilt: forces of steady states of all rows of the tooth pairs."""
+    support = {"radial_n_per_m": 5e8, "axial_n_per_m": 3e8, "tilt_nm_per_rad": 1e6}
+    gears = {name: {"teeth": z, "support": support} for name, z in (("pinion", 27), ("gear", 52))}
+    stage = {"kind": "parallel", "normal_module_mm": 3, "face_width_mm": 40, "planet_hand": "right"}
+    stage |= {"pressure_angle_deg": 20, "helix_angle_deg": 28, "gear_mesh": {"model": "per_pair"}}
+    case = fg.Case(
+        name="helical", kinematics="spatial", stages=[stage | gears],
+        material={"young_modulus_gpa": 206, "poisson_ratio": 0.3, "density_kg_per_m3": 7850},
+        inputs=[
+            {"member": "stage_1.pinion", "speed_rpm": 900, "torque_nm": 300, "inertia_kg_m2": 0.05}
+        ],
+        output={"member": "stage_1.gear", "inertia_kg_m2": 0.2},
+        damping={"kind": "modal", "ratio": 0.05},
+    )  # fmt: skip
+    model = case.assemble()
+    linear = model.linear_response((0.999, 1.0), count=2, orders=3)
+    steady = model.response((0.999, 1.0), harmonics=4).response_gear_mesh_force_amplitude
+    assert linear.linear_force_amplitude[-1, 0].to_numpy() == pytest.approx(
+        steady[-1, 0, :3].to_numpy(), rel=0.05
+    )
 
 
 def test_constant_stiffness_without_errors_excites_nothing(tmp_path):
