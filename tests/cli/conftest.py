@@ -47,10 +47,15 @@ class CommandLine:
 
 
 @pytest.fixture
-def flexgear(capsys, monkeypatch):
-    """The command line."""
-    monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", lambda stage, *_: cheap_stage(stage))
-    # cores run other tests
+def flexgear_with_fe(capsys, monkeypatch):
+    """The command line, which meshes and reduces bodies; cores run other tests."""
     monkeypatch.setattr("flexgear.studies.job_pool.STARTING", math.inf)
     monkeypatch.setattr("flexgear.studies.early_workers.processors", lambda: 1)
     return CommandLine(capsys)
+
+
+@pytest.fixture
+def flexgear(flexgear_with_fe, monkeypatch):
+    """The command line on cheap bodies."""
+    monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", lambda stage, *_: cheap_stage(stage))
+    return flexgear_with_fe
