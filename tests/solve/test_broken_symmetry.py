@@ -65,7 +65,11 @@ def edge(low, high):
 def test_curves_of_planets_that_differ_leave_where_their_mode_grows(tmp_path):
     """The wave of stiffness has the second harmonic alone, so equal planets have even orders; the
     motion of a planet mode has odd ones, as strong in all planets and their sum without any."""
-    data = flexgear.load_case("lin-parker", STAGE).assemble().response((3.22, 3.37), harmonics=4, doublings=0)
+    data = (
+        flexgear.load_case("lin-parker", STAGE)
+        .assemble()
+        .response((3.22, 3.37), harmonics=4, doublings=0)
+    )
     broken = data.isel(stability_change=(data["stability_change_kind"] == 3).to_numpy())
     edges = np.sort(broken["stability_change_parameter"].to_numpy())
     np.testing.assert_allclose(edges, [edge(3.22, 3.29), edge(3.29, 3.37)], rtol=1e-3)

@@ -60,7 +60,7 @@ def test_harmonics_excite_only_modes_of_their_nodal_index(planetary):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("dampers", ["0", "1e4"])
+@pytest.mark.parametrize("dampers", [None, "1e4"])
 def test_planetary_states_agree_with_a_transient(dampers):
     """Amplitudes of gear-mesh forces after 16 periods, which damp all that is free; with dampers
     across the axis of members that turn, too."""
@@ -203,7 +203,9 @@ def test_a_gear_of_given_speed_vibrates_as_one_of_enormous_inertia(tmp_path):
         text = text.replace("[output]", f'machine = {{ law = "{machine}" }}\n[output]')
         (tmp_path / "pair.toml").write_text(text)
         data = (
-            flexgear.load_case(tmp_path / "pair.toml").assemble().response((0.5, 0.75), harmonics=8, doublings=0)
+            flexgear.load_case(tmp_path / "pair.toml")
+            .assemble()
+            .response((0.5, 0.75), harmonics=8, doublings=0)
         )
         forces.append([forces_at(data, "speed", speed) for speed in (0.53, 0.74)])
     for inertia, held in zip(*forces, strict=True):

@@ -88,7 +88,7 @@ def static_and_frequencies(p):
 
 @pytest.mark.slow
 def test_flexibility_and_frequencies_converge():
-    results = [static_and_frequencies(ring(2.0, 3.0, fidelity=f)) for f in FIDELITIES]
+    results = [static_and_frequencies(ring(2.0, 1.5, fidelity=f)) for f in FIDELITIES]
     finest, last = results[-1]
     scale = np.sqrt(np.diag(finest))
     errors = [np.abs((a - finest) / scale / scale[:, None]).max() for a, _ in results[:-1]]
