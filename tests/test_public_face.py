@@ -118,7 +118,8 @@ def model(case):
         (lambda case: case.assemble().response(speed=0.5), "response(): speed: 0.5: is fixed, but"),
         (lambda case: case.assemble().mode_field(b"x", 1), "mode_field(): body: b'x' is of the"),
         (lambda case: case.assemble().static().fg.orders(3), "orders(): name: 3 is of the wrong"),
-        (lambda case: case.assemble().static().fg.orders("a\nb"), "name: a\\nb: is no history"),
+        (lambda case: case.assemble().static().fg.orders("a\nb"), "name: a\\nb: is no history of "
+         "this file -- it has none: take a transient"),
         (lambda case: case.assemble().transient(0.01).fg.orders("port_torque", window="x"),
          "orders(): window: 'x': is unknown"),
         (lambda case: case.assemble().transient(0.01).fg.orders("port_torque", "stage.x"),
@@ -155,6 +156,8 @@ def test_an_unknown_stage_is_one_line(case):
     for block in (fg.geometry, fg.contact_paths):
         with pytest.raises(fg.InputError, match=r"lin-parker: 'x': is of no stage .* one of stage"):
             block(case, "x")
+    with pytest.raises(fg.InputError, match="0: is of no stage of the case -- use one of stage"):
+        case.stage(0)
 
 
 def test_a_value_in_place_of_a_section_is_one_line(case):

@@ -247,7 +247,7 @@ class Case(Section):
 
     def stage_index(self, name: str) -> int:
         """Index of a stage by its name or that of a member; InputError if there is none."""
-        stages, stage = [s.name for s in self.stages], MemberName.parse(name).stage
+        stages, stage = [s.name for s in self.stages], MemberName.parse(f"{name}").stage
         if stage not in stages:
             problem = "is of no stage of the case"
             raise InputError(self.source, echo(name), problem, nearest(stage, stages))

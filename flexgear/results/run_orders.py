@@ -135,7 +135,8 @@ def over_time(data: xr.Dataset, name: str) -> xr.Dataset:
     clocks = [c for c in CLOCKS if name in data and c in data[name].dims]
     if not clocks:
         names = ", ".join(str(n) for n, v in data.data_vars.items() if {*CLOCKS} & {*v.dims})
-        raise InputError(SOURCE, name, "is no history of this file", f"name one of {names or '–'}")
+        remedy = f"name one of {names}" if names else "it has none: take a transient"
+        raise InputError(SOURCE, name, "is no history of this file", remedy)
     clock = clocks[0]
     if CLOCKS[clock] not in data:
         problem, remedy = f"is not in the file beside {name}", "save it, too"
