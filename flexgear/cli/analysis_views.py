@@ -241,7 +241,8 @@ def _excitation_lines(data: xr.Dataset) -> Iterator[str]:
         at = kind == other
         if at.any():
             what = "turns of shafts, orders 1 and 2" if other == SHAFT else "planets that pass"
-            yield f"  {what}: {hz[at].min():.4g} to {hz[at].max():.4g} Hz"
+            ends = dict.fromkeys(f"{hz:.4g}" for hz in (hz[at].min(), hz[at].max()))
+            yield f"  {what}: {' to '.join(ends)} Hz"
 
 
 def ring_histories(stage: str, data: xr.Dataset) -> xr.Dataset:
