@@ -13,6 +13,7 @@ from flexgear.model.bodies import Planet
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT, BodyName
 from flexgear.model.ring import Ring
 from flexgear.model.units import RPM
+from flexgear.results.labelled_dataset import groups_in
 from flexgear.results.load_sharing import without_rounding
 from flexgear.results.quantities import number
 from flexgear.results.report.sharing import DEFINITION
@@ -50,6 +51,7 @@ from flexgear.solve.result_warnings import (
     large_motions,
     largest_motions,
     motion_histories,
+    pulling_teeth,
 )
 from flexgear.solve.static import position_figures
 
@@ -94,6 +96,9 @@ def equilibrium_warnings(model: Model, data: xr.Dataset) -> list[str]:
     rated = model.system.rated_torque
     torque = abs(float(data["port_torque"].isel(port=0).max()) / rated) if rated else 0.0
     notes = neglected_lines(model, _equilibrium_lengths(model, data), torque)
+    factors = data["planet_load_factor"].min("position").to_numpy()
+    least = {str(g): float(np.min(factors[at])) for g, at in groups_in(data).items()}
+    notes += pulling_teeth(model.case, least)
     return notes + large_motions(model.case, largest_motions(motion_histories(data)))
 
 

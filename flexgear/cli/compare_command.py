@@ -29,7 +29,7 @@ from flexgear.results.time_figures import sharing_summary
 from flexgear.solve.angles import lead_angles
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.model import assemble
-from flexgear.solve.result_warnings import reduction_warnings
+from flexgear.solve.result_warnings import least_share, pulling_teeth, reduction_warnings
 from flexgear.solve.run import models_of
 from flexgear.solve.run_transients import is_static
 from flexgear.solve.static import static
@@ -163,10 +163,17 @@ def _variants(case: Case, comparison: Comparison) -> None:
         f"{titled_by_stage(case.name, stage)}: equilibria at rated torque over "
         f"{math.degrees(period):g} deg of the carrier"
     )
-    head = ("flexible", "K mean", "K max", "tooth load kN", "tooth node µm", "sun mrad")
+    head = (
+        "flexible bodies",
+        "K mean",
+        "K max",
+        "tooth load kN",
+        "ring tooth µm",
+        "sun turns mrad",
+    )
     rows = (
         (
-            label,
+            {"flexible": "all", "rigid": "none"}.get(label, label),
             f"{row['load_sharing']['mean']:.4f}",
             f"{row['load_sharing']['max']:.4f}",
             f"{row['ring_tooth_load_n_max'] / 1e3:.1f}",
@@ -185,6 +192,10 @@ def _sharing(case: Case, comparison: Comparison) -> None:
         first_model = next(iter(models.values()))
         warn(reduction_warnings(case, first_model.bodies, first_model.system.rigid_bodies))
         figures = compare_sharing(models, cycles=comparison.cycles, progress=report)
+    largest = dict[str, float]()
+    for group, row in itertools.chain(*(rows.items() for rows in figures.values())):
+        largest[group] = max(largest.get(group, 0.0), row["instantaneous"] or 0.0)
+    warn(pulling_teeth(case, {g: least_share(case, g, k) for g, k in largest.items()}))
     if comparison.as_json:
         present("", figures, True)
         return

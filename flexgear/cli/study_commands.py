@@ -31,6 +31,7 @@ from flexgear.results.report.study_tables import (
 from flexgear.results.report.wording import number, words
 from flexgear.results.tolerance_dataset import SPREADS, tolerance_summary
 from flexgear.results.version import version
+from flexgear.solve.result_warnings import least_share, pulling_teeth
 from flexgear.studies import rating as ratings
 from flexgear.studies import tolerance as tolerances
 from flexgear.views.report import saved_picture, write_study
@@ -115,16 +116,29 @@ def tolerance(
         summary = tolerance_summary(data)
         write_netcdf(data, stage / "tolerance.nc")
         write_json(stage / "summary.json", summary)
-        _write_tolerance_page(case, data, summary, stage, study.pictures)
+        pulled = _pulling_teeth(case, data)
+        _write_tolerance_page(case, data, summary, stage, study.pictures, pulled)
     tolerances.batch_store(case).clear()
     show(summary, lambda: _show_tolerance(summary), study.as_json, folder)
+    warn(pulled)
     if summary["failed"]:
         count = f"{summary['failed']} of {summary['samples']} samples"
         warn([f"{count} have no equilibrium somewhere; they are left out"])
 
 
+def _pulling_teeth(case: Case, data: xr.Dataset) -> list[str]:
+    """Lines on stages in which teeth pull, by the largest load sharing factor of all samples."""
+    largest = data["load_sharing_max"].max("sample").to_series().fillna(0.0)
+    return pulling_teeth(case, {str(g): least_share(case, str(g), k) for g, k in largest.items()})
+
+
 def _write_tolerance_page(
-    case: Case, data: xr.Dataset, summary: dict[str, Any], folder: Path, pictures: bool
+    case: Case,
+    data: xr.Dataset,
+    summary: dict[str, Any],
+    folder: Path,
+    pictures: bool,
+    notes: list[str],
 ) -> None:
     """Write the page of a study, with histogram and distribution of each of its figures."""
     drawn = [
@@ -136,6 +150,7 @@ def _write_tolerance_page(
         if pictures and spread.key in summary
     ]  # fmt: skip
     lead = f"{summary['samples']} sets of parts with random errors. Bodies: {summary['variant']}."
+    lead = " ".join([lead, *notes])
     verdicts = tolerance_verdicts(summary)
     tables = tolerance_tables(summary)
     write_study(folder, case, "tolerance study", lead, drawn, verdicts, tables)

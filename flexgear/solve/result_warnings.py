@@ -29,7 +29,7 @@ from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.report import RIM_KEYS, neglected_effects
 from flexgear.model.case import Case
-from flexgear.model.names import BodyName, FlankName
+from flexgear.model.names import BodyName, FlankName, GroupName
 from flexgear.model.stage_view import StageView
 from flexgear.results.report.sharing import Sharing, first_variant, sharings
 from flexgear.results.report.wording import factor, number, titled_by_stage, with_unit, words
@@ -38,6 +38,9 @@ from flexgear.solve.bodies import reduction_limit
 from flexgear.structures.estimate import PROMISED
 from flexgear.structures.reduced import ReducedBody
 
+PULLED = (
+    'teeth pull, as contact is linear; contact_law = "one-sided" of gear_mesh lets flanks part.'
+)
 SMALL = 0.1  # displacement over the module up to which paths of contact are right to a twentieth
 CONSEQUENCE = (
     "Paths of contact, pressure angles and which teeth touch are those of gears in their places; "
@@ -127,6 +130,28 @@ def large_motions(case: Case, motions: Mapping[str, float]) -> list[str]:
             )
             lines.append(f"Motion that is not small beside {references}: {bodies}. {CONSEQUENCE}")
     return lines
+
+
+def pulling_teeth(case: Case, least: Mapping[str, float]) -> list[str]:
+    """A line for each stage with linear contact in which teeth pull; least: by group of gear meshes
+    the least load of a planet over the mean of all, negative where they pull."""
+    stages = dict[str, float]()
+    for label, share in least.items():
+        group = GroupName.parse(label)
+        if case.view(group.stage).gear_mesh.contact_law == "linear" and share < -ROUNDING:
+            stages[group.stage] = min(share, stages.get(group.stage, 0.0))
+    return [
+        f"{titled_by_stage('Load sharing', stage)}: a planet carries {number(share)} times the "
+        f"mean load: {PULLED}"
+        for stage, share in stages.items()
+    ]
+
+
+def least_share(case: Case, group: str, largest: float) -> float:
+    """Mean load of the planets other than the one that carries the largest, over that of all N:
+    (N − K)/(N − 1)."""
+    planets = case.view(GroupName.parse(group).stage).stage.planets
+    return (planets - largest) / max(planets - 1, 1)
 
 
 def small_against(view: StageView) -> dict[str, float]:

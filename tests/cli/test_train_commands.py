@@ -246,3 +246,19 @@ def test_json_holds_null_for_what_is_missing(flexgear):
         summary = json.loads(text, parse_constant=refuse)
         if command[0] == "simulate":
             assert summary["transient"]["load_sharing"]["stage ring left"]["instantaneous"] is None
+
+
+def test_teeth_that_pull_are_said_where_load_sharing_is_printed(flexgear, tmp_path):
+    """Linear contact under errors larger than the deflection: ΣF of N planets is that of the
+    torque, so that the others pull where one carries more than it."""
+    says = "Load sharing, stage 1: a planet carries -"
+    text = flexgear.quiet("static", "pitch-drive", "-q")
+    assert text.count("teeth pull") == 1 and says in text
+    one_sided = ("--set", "stages.0.gear_mesh.contact_law=one-sided")
+    assert "pull" not in flexgear.quiet("static", "pitch-drive", "-q", *one_sided)
+    command = ("tolerance", "pitch-drive", "--samples", 2, "--out", tmp_path / "t", "-q")
+    code, _, warning = flexgear(*command, "--no-pictures")
+    assert code == 0 and says in warning
+    assert "teeth pull" in (tmp_path / "t" / "report.html").read_text(encoding="utf-8")
+    code, _, warning = flexgear("compare", "pitch-drive", "--cycles", 1, "-q")
+    assert code == 0 and says in warning

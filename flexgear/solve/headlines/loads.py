@@ -19,6 +19,7 @@ from flexgear.solve.resonance import resonance_verdict
 from flexgear.solve.result_warnings import (
     CONSEQUENCE,
     EFFECTS,
+    PULLED,
     effects_of,
     motion_shares,
     transmission_errors,
@@ -26,9 +27,6 @@ from flexgear.solve.result_warnings import (
 
 STANDARD = "IEC 61400-4:2012"
 PARTED = "flanks part, or the other ones carry."
-PULLED = (
-    'teeth pull, as contact is linear; contact_law = "one-sided" of gear_mesh lets flanks part.'
-)
 ALIKE = 5e-5  # K − 1 below which planets carry equal loads: K is printed as 1.0000
 UNEVEN = 5e-3  # share of a half over one half, above which it is printed
 ROUNDING = 1e-6  # displacement over the limit for small ones, below which it is zero
