@@ -38,7 +38,12 @@ from flexgear.solve.long_run import TimedRun, end_of, refuse_endless
 from flexgear.solve.model import Model
 from flexgear.solve.modes import mode_rows, usual_limit
 from flexgear.solve.modes import modes as natural_modes
-from flexgear.solve.result_warnings import large_motions, largest_motions, motion_histories
+from flexgear.solve.result_warnings import (
+    large_motions,
+    largest_motions,
+    motion_histories,
+    pulling_teeth,
+)
 from flexgear.solve.static import static as equilibria
 from flexgear.solve.transient import (
     cut_short,
@@ -192,6 +197,10 @@ def simulate(
         figures["energy_residual"] = largest_residual(account)
     distance = views.farthest(figures["distance_from_axis_um_max"])
     notes = views.neglected_lines(model, distance, torque_share)
+    notes += pulling_teeth(case, {
+        group: min(row["min_n"], row["max_n"], key=lambda f: f / row["mean_n"]) / row["mean_n"]
+        for group, row in figures["gear_mesh_force"].items() if row["mean_n"]
+    })  # fmt: skip
     notes += large_motions(case, largest_motions(motions.largest))
     title = f"{case.name}, {model.variant}: transient"
     analysis.show(

@@ -134,15 +134,15 @@ def large_motions(case: Case, motions: Mapping[str, float]) -> list[str]:
 
 def pulling_teeth(case: Case, least: Mapping[str, float]) -> list[str]:
     """A line for each stage with linear contact in which teeth pull; least: by group of gear meshes
-    the least load of a planet over the mean of all, negative where they pull."""
+    the least force of one over their mean, negative where they pull."""
     stages = dict[str, float]()
     for label, share in least.items():
         group = GroupName.parse(label)
         if case.view(group.stage).gear_mesh.contact_law == "linear" and share < -ROUNDING:
             stages[group.stage] = min(share, stages.get(group.stage, 0.0))
     return [
-        f"{titled_by_stage('Load sharing', stage)}: a planet carries {number(share)} times the "
-        f"mean load: {PULLED}"
+        f"{titled_by_stage('Gear-mesh forces', stage)}, down to {number(share)} times their mean: "
+        f"{PULLED}"
         for stage, share in stages.items()
     ]
 

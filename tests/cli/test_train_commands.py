@@ -251,9 +251,10 @@ def test_json_holds_null_for_what_is_missing(flexgear):
 def test_teeth_that_pull_are_said_where_load_sharing_is_printed(flexgear, tmp_path):
     """Linear contact under errors larger than the deflection: ΣF of N planets is that of the
     torque, so that the others pull where one carries more than it."""
-    says = "Load sharing, stage 1: a planet carries -"
+    says = "Gear-mesh forces, stage 1, down to -"
     text = flexgear.quiet("static", "pitch-drive", "-q")
     assert text.count("teeth pull") == 1 and says in text
+    assert says in flexgear.quiet("simulate", "pitch-drive", "--duration-s", 0.01, "-q")
     one_sided = ("--set", "stages.0.gear_mesh.contact_law=one-sided")
     assert "pull" not in flexgear.quiet("static", "pitch-drive", "-q", *one_sided)
     command = ("tolerance", "pitch-drive", "--samples", 2, "--out", tmp_path / "t", "-q")
