@@ -73,7 +73,7 @@ def model(case):
         (lambda case: fg.load_case("lin-parker", plannets=5), "did you mean planets?"),
         (lambda case: fg.load_case("lin-parker", face_width=5), "face_width: has no unit"),
         (lambda case: fg.load_case("nrel-5mw", planets=5),
-         "planets: is a key of a stage -- write stages__NAME__planets or stages__0__planets"),
+         "planets: is a key of a stage -- write stage_1__planets or stage_2__planets or stage_3"),
         (lambda case: case.with_(nokey=1), "Case.with_(): nokey: is not a known key"),
         (lambda case: case.assemble(rigid=["rim"]), "Case.assemble(): rigid"),
         (lambda case: case.assemble(progress="bar"), "Case.assemble(): progress: 'bar'"),

@@ -21,9 +21,11 @@ from flexgear.model.read import (
     match_key,
     nearest,
     numbered,
+    of_each_stage,
     of_only_stage,
     override_data,
     parse_toml,
+    stage_names,
     to_si,
 )
 from flexgear.model.section import accepted_keys
@@ -192,9 +194,11 @@ def _override(data: dict[str, Any], key: str, value: object, written: Written) -
 
 def whole_key(key: str, data: Mapping[str, Any], where: str) -> str:
     """The full key of an override, with stages by number. Keys of the only stage may come without
-    "stage.". Raises InputError for an unknown key."""
+    "stage.", those of a named one without "stages.". Raises InputError for an unknown key."""
     refuse_earlier_key(key, where)
     first, stages = key.partition(".")[0], data.get("stages", ())
+    if first in stage_names(data) and first not in ("stage", *Case.model_fields):
+        key, first = f"stages.{key}", "stages"
     if first in ("stage", "stages"):
         return ".".join(numbered(key, data, where))
     try:
@@ -204,11 +208,12 @@ def whole_key(key: str, data: Mapping[str, Any], where: str) -> str:
             match_key(Stage, first, where, key)
         except InputError as of_stage:
             faults = [f for f in (of_case, of_stage) if f.problem != UNKNOWN]
-            remedy = nearest(first, [*accepted_keys(Stage), *accepted_keys(Case)])
+            names = [*stage_names(data), *accepted_keys(Stage), *accepted_keys(Case)]
+            remedy = nearest(first, names)
             unknown = InputError(where, key, UNKNOWN, remedy)
             raise (faults or [unknown])[0] from None
         if len(stages) != 1:
-            remedy = f"write stages.NAME.{key} or stages.0.{key}"
+            remedy = of_each_stage(data, key)
             raise InputError(where, key, "is a key of a stage", remedy) from None
         return f"stages.0.{key}"
     return key

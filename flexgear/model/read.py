@@ -343,6 +343,16 @@ def changed(
     return section
 
 
+def stage_names(data: Mapping[str, Any]) -> list[str]:
+    """Names of the stages in the data of a case."""
+    return [str(s.get("name") or f"stage_{k}") for k, s in enumerate(data.get("stages", ()), 1)]
+
+
+def of_each_stage(data: Mapping[str, Any], key: str) -> str:
+    """Remedy for a key that does not name its stage: "write one.planets or two.planets"."""
+    return f"write {' or '.join(f'{name}.{key}' for name in stage_names(data)[:3] or ['stages.0'])}"
+
+
 def numbered(key: str, data: Mapping[str, Any], where: str) -> list[str]:
     """Parts of a dotted key with stages by number: stage.planets -> stages, 0, planets. data: data
     of the case, with ``stages``. where: source of the key for InputError."""
@@ -353,10 +363,10 @@ def numbered(key: str, data: Mapping[str, Any], where: str) -> list[str]:
     if parts[0] == "stage":
         if len(stages) != 1:
             problem = f"there are {len(stages)} stages"
-            raise InputError(where, key, problem, "write stages.NAME. or stages.0.")
+            raise InputError(where, key, problem, of_each_stage(data, ".".join(parts[1:])))
         return ["stages", "0", *parts[1:]]
     if parts[0] == "stages" and len(parts) > 1 and not is_index(parts[1]):
-        names = [s.get("name") or f"stage_{k}" for k, s in enumerate(stages, 1)]
+        names = stage_names(data)
         if parts[1] not in names:
             problem = f"no stage is named {echo(parts[1])}"
             raise InputError(where, key, problem, nearest(parts[1], names))

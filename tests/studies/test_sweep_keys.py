@@ -110,17 +110,15 @@ def test_a_bad_setting_of_a_sweep_is_one_line_with_its_reason(stage, setting, wo
 
 
 def test_stages_of_a_train_by_name_number_and_alias(pitch_drive):
-    named, numbered = keys_of(
-        pitch_drive, "stages.stage_2.face_width_mm=10,20", "stages.1.face_width_mm=10,20"
-    )
-    assert named.path == numbered.path == ("stages", 1, "face_width")
-    assert named.units == "mm"
+    for name in ("stages.stage_2", "stages.1", "stage_2"):
+        (key,) = keys_of(pitch_drive, f"{name}.face_width_mm=10,20")
+        assert (key.path, key.units) == (("stages", 1, "face_width"), "mm")
     for before in ("stage.", ""):
         setting = f"{before}planet_bearing.radial_n_per_m=1e7,1e8"
         (alias,) = keys_of(load_case("lin-parker"), setting)
         assert alias.path == ("stages", 0, "planet_bearing", "radial")
         assert alias.units == "N/m"
-    with pytest.raises(InputError, match="there are 3 stages"):
+    with pytest.raises(InputError, match="3 stages -- write stage_1"):
         keys_of(pitch_drive, "stage.face_width_mm=10,20")
     with pytest.raises(InputError, match="stage_9"):
         keys_of(pitch_drive, "stages.stage_9.face_width_mm=10,20")
