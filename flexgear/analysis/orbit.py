@@ -16,7 +16,6 @@ the period of a turn (runout, pitch deviations of single teeth, loads that turn 
 neglected and listed in ``left_out``.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Self
@@ -28,7 +27,6 @@ from flexgear.analysis.kernels.contact_newton import first_memory
 from flexgear.analysis.kernels.samples import evaluate_laws
 from flexgear.analysis.orbit_rows import RowCollector
 from flexgear.arrays import Array, Ints
-from flexgear.compiled import UNCOMPILED
 from flexgear.coupling.kernels.elements import law_functions
 from flexgear.coupling.laws import LAW_NUMBERS
 from flexgear.coupling.modal import ModalSystem
@@ -123,19 +121,6 @@ class OrbitElements:
         return law_functions(self.modal.system.pairs)
 
     @cached_property
-    def _evaluate(self) -> Callable[..., None]:
-        """``evaluate_laws``; numba looks up the types of its arguments once, which takes longer
-        than the laws where there are functions among them."""
-        if UNCOMPILED:
-            return evaluate_laws
-        work = (np.zeros((1,) * n) for n in (3, 2, 4))
-        values = self._functions, self.elements, self.parameters, *work, self._space
-        compiled: Callable[..., None] = evaluate_laws.compile(
-            tuple(evaluate_laws.typeof_pyval(value) for value in values)
-        )
-        return compiled
-
-    @cached_property
     def _space(self) -> tuple[Any, ...]:
         widest = max(1, int(self.elements[:, 3].max(initial=1)))
         return tuple(
@@ -179,7 +164,7 @@ class OrbitElements:
     def _laws(self, delta: Array) -> tuple[Array, Array]:
         count, r, _ = delta.shape
         force, tangent = np.zeros((count, r)), np.zeros((2, count, r, r))
-        self._evaluate(
+        evaluate_laws(
             self._functions, self.elements, self.parameters, delta, force, tangent, self._space
         )
         return force, tangent

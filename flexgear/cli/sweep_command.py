@@ -24,7 +24,6 @@ from flexgear.views.sweep_charts import drawn_variables, keys_of, scale_of, swee
 
 MAX_COLUMNS = 8  # of a printed table
 MAX_ROWS = 24  # of a printed table
-ROUNDING = 1e-9  # of the largest value: a measure with a smaller spread is constant
 MAX_MESSAGES = 3  # of failed points that are printed
 KNOWN = ", ".join(MEASURES)
 
@@ -169,9 +168,8 @@ def _columns(part: xr.DataArray, factor: float) -> tuple[list[str], NDArray[np.f
 
 
 def _is_constant(values: NDArray[np.float64]) -> bool:
-    """Whether a measure (points, components) is the same at all points except for rounding."""
-    spread = np.ptp(values, axis=0)
-    return bool(np.all(spread <= ROUNDING * np.abs(values).max(axis=0)))
+    """Whether a measure (points, components) is the same at all points in the digits printed."""
+    return all(len({f"{value:.6g}" for value in column}) == 1 for column in values.T)
 
 
 def _table(part: xr.DataArray, titles: list[str], values: NDArray[np.float64]) -> None:
