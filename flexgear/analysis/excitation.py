@@ -55,7 +55,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import linalg
 
-from flexgear.analysis.modes import FlankCycle, Modes
+from flexgear.analysis.flank_cycle import FlankCycle
+from flexgear.analysis.modes import Modes
 from flexgear.arrays import Array, Complex, Ints
 from flexgear.coupling.system import System
 from flexgear.model.names import BodyName

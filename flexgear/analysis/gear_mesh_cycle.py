@@ -28,9 +28,10 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from flexgear.analysis.equilibrium import Equilibrium, revolution
+from flexgear.analysis.flank_cycle import FlankCycle
 from flexgear.analysis.flank_ends import FlankEnds
 from flexgear.analysis.line_loads import line_loads
-from flexgear.analysis.modes import ContactSprings, FlankCycle, RowSprings, other_springs
+from flexgear.analysis.modes import ContactSprings, RowSprings, other_springs
 from flexgear.arrays import Array, Ints
 from flexgear.coupling.kernels.elements import Rows, between_rows, packed, pair_rows
 from flexgear.coupling.kernels.pairs import build_rows, fill_rows

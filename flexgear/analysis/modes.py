@@ -31,6 +31,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
+from flexgear.analysis.flank_cycle import FlankCycle
 from flexgear.arrays import Array
 from flexgear.coupling.kernels.elements import Rows, pair_rows, row_motions, row_stiffness
 from flexgear.coupling.kernels.pairs import build_rows
@@ -52,53 +53,6 @@ class RowSprings:
     def stiffness(self) -> Array:
         """Stiffness matrix Rᵀ K R (d, d) of all coordinates."""
         return np.asarray(self.rows.T @ self.matrix @ self.rows)
-
-
-@dataclass(frozen=True)
-class FlankCycle:
-    """Stiffness and damping of a flank at P equal positions of its stage's gear-mesh cycle.
-
-    stiffness (P,): 1ᵀ K 1 of its rows, N/m; damping (P,): of the rows in contact, N s/m; force
-    (P, c): force 1ᵀ K R on the coordinates ``blocks`` (c, d) per equal closing of all rows, N/m;
-    motion (c,): x̄ of rigid ends under the mean load; load (P, c): force Rᵀ K R x̄ by it, N.
-    """
-
-    stiffness: Array
-    damping: Array
-    force: Array
-    motion: Array
-    load: Array
-    blocks: Array
-
-    @property
-    def mean_row(self) -> Array:
-        """Mean row v (c,): closing by ``blocks``, weighted by stiffness."""
-        return np.asarray(self.force.mean(axis=0) / self.stiffness.mean())
-
-    def static_motion(self) -> tuple[Array, Array]:
-        """Closing x (P,), m, that keeps the mean force as stiffness varies at the mean tilt, and
-        the force (P, c), N, that then acts beside it along ``mean_row``, as the load moves along
-        the face."""
-        row, force = self.mean_row, self.force @ self.motion
-        mean = float(row @ self.motion)
-        closing = mean + (force.mean() - force) / self.stiffness
-        beside = self.load - np.outer(force, row)
-        beside += (closing - mean)[:, None] * (self.force - np.outer(self.stiffness, row))
-        return closing, beside
-
-    def harmonic_stiffness(self) -> NDArray[np.complex128]:
-        """Harmonics k_l (P // 2 + 1,) of k(ψ) = Re Σ k_l e^{ilψ}, ψ = 0 … 2π over the cycle."""
-        return _harmonics(self.stiffness)
-
-    def harmonic_force(self, order: int) -> NDArray[np.complex128]:
-        """Harmonic l = ``order`` of the force (d,) on all coordinates at the mean motion, N."""
-        return np.asarray(_harmonics(self.load)[order] @ self.blocks)
-
-
-def _harmonics(values: Array) -> NDArray[np.complex128]:
-    coefficients = np.fft.rfft(values, axis=0) / len(values)
-    coefficients[1:] *= 2.0
-    return coefficients
 
 
 @dataclass(frozen=True)

@@ -43,6 +43,7 @@ from flexgear.solve.result_warnings import (
     largest_motions,
     motion_histories,
     pulling_teeth,
+    two_senses,
 )
 from flexgear.solve.static import static as equilibria
 from flexgear.solve.transient import (
@@ -197,10 +198,7 @@ def simulate(
         figures["energy_residual"] = largest_residual(account)
     distance = views.farthest(figures["distance_from_axis_um_max"])
     notes = views.neglected_lines(model, distance, torque_share)
-    notes += pulling_teeth(case, {
-        group: min(row["min_n"], row["max_n"], key=lambda f: f / row["mean_n"]) / row["mean_n"]
-        for group, row in figures["gear_mesh_force"].items() if row["mean_n"]
-    })  # fmt: skip
+    notes += pulling_teeth(case, two_senses(figures["gear_mesh_force"]))
     notes += large_motions(case, largest_motions(motions.largest))
     title = f"{case.name}, {model.variant}: transient"
     analysis.show(

@@ -46,6 +46,7 @@ from flexgear.solve.resonance import (
     span,
 )
 from flexgear.solve.result_warnings import (
+    ROUNDING,
     Length,
     beside_lengths,
     large_motions,
@@ -97,8 +98,8 @@ def equilibrium_warnings(model: Model, data: xr.Dataset) -> list[str]:
     torque = abs(float(data["port_torque"].isel(port=0).max()) / rated) if rated else 0.0
     notes = neglected_lines(model, _equilibrium_lengths(model, data), torque)
     factors = data["planet_load_factor"].min("position").to_numpy()
-    least = {str(g): float(np.min(factors[at])) for g, at in groups_in(data).items()}
-    notes += pulling_teeth(model.case, least)
+    groups = groups_in(data).items()
+    notes += pulling_teeth(model.case, (g for g, at in groups if np.min(factors[at]) < -ROUNDING))
     return notes + large_motions(model.case, largest_motions(motion_histories(data)))
 
 

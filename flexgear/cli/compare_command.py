@@ -29,7 +29,7 @@ from flexgear.results.time_figures import sharing_summary
 from flexgear.solve.angles import lead_angles
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.model import assemble
-from flexgear.solve.result_warnings import least_share, pulling_teeth, reduction_warnings
+from flexgear.solve.result_warnings import beyond_all_planets, pulling_teeth, reduction_warnings
 from flexgear.solve.run import models_of
 from flexgear.solve.run_transients import is_static
 from flexgear.solve.static import static
@@ -195,7 +195,7 @@ def _sharing(case: Case, comparison: Comparison) -> None:
     largest = dict[str, float]()
     for group, row in itertools.chain(*(rows.items() for rows in figures.values())):
         largest[group] = max(largest.get(group, 0.0), row["instantaneous"] or 0.0)
-    warn(pulling_teeth(case, {g: least_share(case, g, k) for g, k in largest.items()}))
+    warn(pulling_teeth(case, beyond_all_planets(case, largest)))
     if comparison.as_json:
         present("", figures, True)
         return

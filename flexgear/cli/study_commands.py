@@ -31,7 +31,7 @@ from flexgear.results.report.study_tables import (
 from flexgear.results.report.wording import number, words
 from flexgear.results.tolerance_dataset import SPREADS, tolerance_summary
 from flexgear.results.version import version
-from flexgear.solve.result_warnings import least_share, pulling_teeth
+from flexgear.solve.result_warnings import beyond_all_planets, pulling_teeth
 from flexgear.studies import rating as ratings
 from flexgear.studies import tolerance as tolerances
 from flexgear.views.report import saved_picture, write_study
@@ -128,8 +128,8 @@ def tolerance(
 
 def _pulling_teeth(case: Case, data: xr.Dataset) -> list[str]:
     """Lines on stages in which teeth pull, by the largest load sharing factor of all samples."""
-    largest = data["load_sharing_max"].max("sample").to_series().fillna(0.0)
-    return pulling_teeth(case, {str(g): least_share(case, str(g), k) for g, k in largest.items()})
+    largest = data["load_sharing_max"].max("sample").to_series().to_dict()
+    return pulling_teeth(case, beyond_all_planets(case, largest))
 
 
 def _write_tolerance_page(

@@ -26,6 +26,7 @@ import xarray as xr
 from scipy.signal import find_peaks
 
 from flexgear.analysis.excitation import PeriodicTrain
+from flexgear.analysis.flank_cycle import harmonics
 from flexgear.arrays import Array, Complex
 from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.solve.bodies import Progress, silent
@@ -157,8 +158,9 @@ def _excitation(
 
 
 def _harmonics(values: Array, orders: int, of: Array) -> Complex:
-    """Harmonics 1 … ``orders`` of values (P, …) over a cycle, zero if rounding of ``of``."""
-    waves = 2 * np.fft.rfft(values, axis=0) / len(values)
+    """Harmonics 1 … ``orders`` of values (P, …) over a cycle; those below the rounding of the
+    largest of ``of`` are zero."""
+    waves = harmonics(values)
     waves[np.abs(waves) < ROUNDING * np.abs(of).max()] = 0.0  # of constant stiffness
     return np.asarray(waves[1 : orders + 1])
 

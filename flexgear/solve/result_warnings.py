@@ -32,7 +32,14 @@ from flexgear.model.case import Case
 from flexgear.model.names import BodyName, FlankName, GroupName
 from flexgear.model.stage_view import StageView
 from flexgear.results.report.sharing import Sharing, first_variant, sharings
-from flexgear.results.report.wording import factor, number, titled_by_stage, with_unit, words
+from flexgear.results.report.wording import (
+    factor,
+    number,
+    of_stage,
+    titled_by_stage,
+    with_unit,
+    words,
+)
 from flexgear.results.time_figures import axis_distance
 from flexgear.solve.bodies import reduction_limit
 from flexgear.structures.estimate import PROMISED
@@ -132,26 +139,30 @@ def large_motions(case: Case, motions: Mapping[str, float]) -> list[str]:
     return lines
 
 
-def pulling_teeth(case: Case, least: Mapping[str, float]) -> list[str]:
-    """A line for each stage with linear contact in which teeth pull; least: by group of gear meshes
-    the least force of one over their mean, negative where they pull."""
-    stages = dict[str, float]()
-    for label, share in least.items():
-        group = GroupName.parse(label)
-        if case.view(group.stage).gear_mesh.contact_law == "linear" and share < -ROUNDING:
-            stages[group.stage] = min(share, stages.get(group.stage, 0.0))
+def pulling_teeth(case: Case, groups: Iterable[str]) -> list[str]:
+    """A line for each stage with linear contact that has one of these groups of gear meshes, in
+    which forces of both senses act."""
+    stages = dict.fromkeys(GroupName.parse(group).stage for group in groups)
     return [
-        f"{titled_by_stage('Gear-mesh forces', stage)}, down to {number(share)} times their mean: "
-        f"{PULLED}"
-        for stage, share in stages.items()
+        f"Gear-mesh forces{of_stage(stage)} act in both senses: {PULLED}"
+        for stage in stages
+        if case.view(stage).gear_mesh.contact_law == "linear"
     ]
 
 
-def least_share(case: Case, group: str, largest: float) -> float:
-    """Mean load of the planets other than the one that carries the largest, over that of all N:
-    (N − K)/(N − 1)."""
-    planets = case.view(GroupName.parse(group).stage).stage.planets
-    return (planets - largest) / max(planets - 1, 1)
+def two_senses(forces: Mapping[str, Mapping[str, float]]) -> list[str]:
+    """Groups of gear meshes with forces of both senses in the ranges ``force_ranges`` of a run,
+    each above rounding of the largest force of the train."""
+    largest = max((max(-f["min_n"], f["max_n"]) for f in forces.values()), default=0.0)
+    return [g for g, f in forces.items() if min(-f["min_n"], f["max_n"]) > ROUNDING * largest]
+
+
+def beyond_all_planets(case: Case, sharing: Mapping[str, float]) -> Iterator[str]:
+    """Groups of gear meshes with a load sharing factor K above the number N of planets: as all N
+    forces add up to N times their mean, one of the others is negative."""
+    for group, factor_of_group in sharing.items():
+        if factor_of_group > case.view(GroupName.parse(group).stage).stage.planets:
+            yield group
 
 
 def small_against(view: StageView) -> dict[str, float]:
