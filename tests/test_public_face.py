@@ -143,6 +143,7 @@ def model(case):
          "compare(): a: has no gear_mesh_force"),
         (lambda case: fg.Case(stages=[{"planets": "five"}]), "Case()"),
         (lambda case: fg.Case(x=None), "Case(): x: is not a known key"),
+        (lambda case: fg.Case(3), "Case(): 3: comes without a key -- give material=…, stage=…"),
     ],
 )  # fmt: skip
 def test_a_wrong_argument_is_one_line_that_names_it(case, call, line):

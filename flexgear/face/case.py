@@ -13,7 +13,7 @@ from flexgear.face.notebook import Progress, html_table, progress_or_bars
 from flexgear.model import case, load
 from flexgear.model.arguments import checked
 from flexgear.model.content import resolve_files
-from flexgear.model.errors import InputError
+from flexgear.model.errors import InputError, echo
 from flexgear.model.names import BodyName
 from flexgear.model.read import Written, lists_of, match_key, to_si
 from flexgear.model.validation_errors import input_error
@@ -35,8 +35,14 @@ class Case(case.Case):
     names what is wrong.
     """
 
-    def __init__(self, **fields: object) -> None:
+    def __init__(self, *unnamed: object, **fields: object) -> None:
         where, written = "flexgear.Case()", Written()
+        if unnamed:
+            problem, remedy = (
+                "comes without a key",
+                "give material=…, stage=…; load_case reads files",
+            )
+            raise InputError(where, echo(unnamed[0]), problem, remedy)
         for key in fields:
             if key != "stage":
                 match_key(case.Case, key, where, key, bare_si=True)

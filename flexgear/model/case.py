@@ -19,7 +19,16 @@ from flexgear.model.machine import TorqueHistory, check_machines
 from flexgear.model.member import CarrierMember, GearMember, Kinematics
 from flexgear.model.names import BodyName, Member, MemberName
 from flexgear.model.rating import Rating, check_rating, check_thrust
-from flexgear.model.read import Written, changed, is_index, nearest, numbered, of_only_stage
+from flexgear.model.read import (
+    Written,
+    changed,
+    is_index,
+    lists_of,
+    nearest,
+    numbered,
+    of_only_stage,
+    tuples_of,
+)
 from flexgear.model.section import Missing, Refusal, Section, raw_value
 from flexgear.model.sensor import Recorder, Sensor, check_sensors
 from flexgear.model.solver import Solver
@@ -341,9 +350,7 @@ class Case(Section):
             refuse_earlier_key(dotted, "with_")
             parts = numbered(dotted, data, "with_")
             path: list[str | int] = [int(p) if is_index(p) else p for p in parts]
-            if isinstance(value, Section):
-                value = value.model_dump(mode="python")
-            data = changed(data, path, value, "with_", key)
+            data = changed(data, path, tuples_of(lists_of(value), "with_", key), "with_", key)
         resolve_files(data, Path(), earlier)
         try:
             return validated_case(data, "with_", Written())

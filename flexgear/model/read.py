@@ -138,7 +138,14 @@ def to_si(
     converted: dict[str, Any] = {}
     for key, value in data.items():
         full = f"{path}{key}"
-        name, suffix = match_key(section, str(key), where, full, bare_si)
+        try:
+            name, suffix = match_key(section, str(key), where, full, bare_si)
+        except InputError as fault:
+            missing = _missing_words(section, data) if isinstance(value, str) else []
+            if len(missing) != 1 or fault.problem != UNKNOWN or "did you mean" in fault.remedy:
+                raise
+            problem = f"{UNKNOWN}, and {missing[0]} is missing"
+            raise InputError(where, full, problem, f"did you mean {missing[0]}?") from None
         if name in converted:
             earlier = written[at + name][1]
             raise InputError(where, full, f"is given twice, also as {earlier}", "keep one of them")
@@ -162,8 +169,14 @@ def to_si(
             several = is_list(section, name)
             converted[name] = _numbers(value, quantity, suffix, several, where, full)
         else:
-            converted[name] = _tuples(value, where, full)
+            converted[name] = tuples_of(value, where, full)
     return converted
+
+
+def _missing_words(section: type[Section], data: Mapping[str, Any]) -> list[str]:
+    """Required keys with text as their value that are missing in the data of a section."""
+    fields = section.model_fields.items()
+    return [n for n, f in fields if f.is_required() and f.annotation is str and n not in data]
 
 
 def _not_a_section(section: type[Section], key: str, full: str, where: str) -> InputError:
@@ -186,10 +199,12 @@ def table_header(path: str, is_list: bool = False) -> str:
     return f"{header} below {table_header(outer[0])}" if outer else header
 
 
-def _tuples(value: Any, where: str, key: str) -> Any:
-    """Lists as tuples; InputError for integers that are too large for arrays."""
+def tuples_of(value: Any, where: str, key: str) -> Any:
+    """Lists as tuples, also in sections; InputError for integers that are too large for arrays."""
     if isinstance(value, list):
-        return tuple(_tuples(v, where, key) for v in value)
+        return tuple(tuples_of(v, where, key) for v in value)
+    if isinstance(value, dict):
+        return {name: tuples_of(v, where, key) for name, v in value.items()}
     if isinstance(value, int) and abs(value) >= MAX_INTEGER:
         raise InputError(where, key, f"{echo(value)} is too large", "correct it")
     return value

@@ -61,6 +61,8 @@ from flexgear.structures.fe_mesh.files import read_fe_mesh
          "2 angles for 5 planets"),
         ("# [stage.sun.support]", "[stage.sun.suport]", "sun.suport: is not a known key.*support"),
         ('kind = "rigid"', 'kind = "lumped"', "housing.mass_kg.*lumped housing needs"),
+        ("[material]", "[[sensors]]\nname = 'a'\nmember = 'stage.ring'\n[material]",
+         r"sensors\[0\].member: is not a known key, and on is missing -- did you mean on\?"),
     ],
 )  # fmt: skip
 def test_bad_input_is_one_clear_line(tmp_path, old, new, words):

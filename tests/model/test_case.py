@@ -112,6 +112,14 @@ def test_with_changes_a_copy_and_checks_it(case):
         case.stage.planets = 3
 
 
+def test_with_takes_lists_and_arrays(case):
+    errors = case.with_(stage__errors__pin_tangential=np.array([1e-5, 0, 0, 0, 0])).stage.errors
+    assert errors.pin_tangential == (1e-5, 0.0, 0.0, 0.0, 0.0)
+    force = {"member": "stage.sun", "force": [0.0, 0.0, 1e3]}
+    loaded = case.with_(loads=[force], stage__planets=np.int64(5)).case
+    assert loaded.loads[0].force == (0.0, 0.0, 1e3)
+
+
 def test_springs_by_direction_and_as_matrix(case):
     springs = case.stage.planet_bearing.model_copy(update={"z": 0.0})
     assert np.allclose(np.diag(springs.matrix), [4e9, 4e9, 1e9, 1.6e8, 1.6e8, 0])
