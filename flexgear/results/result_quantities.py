@@ -152,8 +152,9 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
     "bolt_force": quantity("sample bolt axis", "N",
         "force of the ring on a bolt: radial, tangential, axial"),
     "bearing_force": quantity("sample support dof", "N, N m",
-        "force and moment of a bearing, fit or spline on its support, about the node of the "
-        "supported body, in that body's axes (of sun, carrier and lumped ring: the carrier's)"),
+        "force and moment of a bearing, fit or spline on its support (of a planet bearing: on its "
+        "planet), about the node of the supported body, in that body's axes (of sun, carrier and "
+        "lumped ring: the carrier's)"),
     "port_torque": quantity("sample port", "N m", "torque from outside on the member, about +z"),
     "applied_load": quantity("sample load dof", "N, N m",
         "force and moment of the case's loads on a member, in the frame of the load"),

@@ -168,6 +168,7 @@ def rings(run: Run) -> Iterator[Subject]:
         words, prefix = _words(run, ring.name), prefix_of(ring.name)
         title = f"{words['Stage']}: " if prefix else ""
         title += "left half: " if ring.view.stage.double_helical else ""
+        title = title[:1].upper() + title[1:]
         yield Subject(words | {"prefix": prefix, "ring": title}, (ring,))
 
 

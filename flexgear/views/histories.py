@@ -195,10 +195,10 @@ States = list[tuple[Array, Array, Array]]
 
 def zoom_window(x: Array, tooth: Array) -> Window:
     """A window near the middle of x in which about four teeth come into contact, without the
-    transition from the last tooth number to the first."""
+    transition between the last tooth number and the first."""
     newest = tooth.max(axis=1)
     low, high = sorted((float(x[0]), float(x[-1])))  # x falls where the carrier turns backwards
-    each = (high - low) / max(int((np.diff(newest) > 0).sum()), 1)
+    each = (high - low) / max(int((np.diff(newest) != 0).sum()), 1)
     middle = 0.5 * (low + high)
     halfway = x[newest == newest.max() // 2]
     if halfway.size:

@@ -168,6 +168,15 @@ def test_reversed_torque_draws_the_coast_flanks(steady):
     assert len(histories.engagement_map(back).axes[0].collections) == 5
 
 
+def test_closer_view_spans_five_pitches_whichever_way_the_carrier_turns():
+    """Two teeth of 80 touch at a time, over 1.4 turns."""
+    angle, pitch = np.linspace(3.0, 11.7, 2000), 2 * np.pi / 80
+    tooth = np.stack([angle // pitch % 80 + 1, (angle // pitch + 1) % 80 + 1], axis=1)
+    for x, teeth in ((angle, tooth), (-angle, tooth), (-angle, 81 - tooth)):
+        low, high = histories.zoom_window(x, teeth)
+        assert high - low == pytest.approx(5 * pitch, rel=0.05)
+
+
 TIME = np.linspace(0.0, 5.32, 5321)
 CYCLES = 93
 

@@ -152,9 +152,10 @@ def split_unit(key: str) -> tuple[str, str]:
 
 
 def stage_line(stage: Stage) -> str:
-    """Text such as "planetary, 3 planets, 21/42/105 teeth, normal module 15 mm"."""
+    """Text such as "planetary, 3 planets, 21/42/105 teeth, normal module 15 mm, double-helical"."""
     gears = ("sun", "planet", "ring") if stage.kind == "planetary" else ("pinion", "gear")
     teeth = "/".join(str(getattr(stage, gear).teeth) for gear in gears)
     planets = f", {stage.planets} planets" if stage.kind == "planetary" else ""
     module = with_unit(stage.normal_module, "m")
-    return f"{stage.kind}{planets}, {teeth} teeth, normal module {module}"
+    halves = ", double-helical" if stage.double_helical else ""
+    return f"{stage.kind}{planets}, {teeth} teeth, normal module {module}{halves}"
