@@ -47,7 +47,7 @@ class Modification(options.CaseOptions):
     relief: Annotated[bool, Option("--relief", help="Tip relief of the planets, too.")] = False
     trials: Annotated[int, Option(min=2, help="Series of equilibria for each amount.")] = TRIALS
     picture: Annotated[
-        Path | None, Option(help="Line load before and after (.png, .svg, .pdf).")
+        Path | None, Option(help="Load along the face before and after (.png, .svg, .pdf).")
     ] = None
     rigid: options.Rigid = None
 
@@ -96,7 +96,7 @@ def modify(modification: Modification) -> None:
 def _show(proposal: Proposal, keys: str) -> None:
     """Print the figures of every flank before and after, and the keys of the proposal."""
     for share, flanks in proposal.before.items():
-        typer.echo(f"\nbefore → after, at {share:g} of the rated torque")
+        typer.echo(f"\nbefore → after, at {100 * share:g} % of the rated torque")
         rows = [("gear mesh", *(heading for heading, _, _ in COLUMNS))]
         for flank, old in flanks.items():
             new = proposal.after[share][flank]
@@ -108,7 +108,7 @@ def _show(proposal: Proposal, keys: str) -> None:
 
 def keys_to_copy(case: Case, stage: str, proposal: Proposal) -> str:
     """The proposal as TOML sections below a stage."""
-    table = "stage" if len(case.stages) == 1 else "stages"
+    table = "stage" if [s.name for s in case.stages] == ["stage"] else "stages"
     sections: dict[str, list[str]] = {}
     for key, amount in proposal.amounts.items():
         section, _, name = key.rpartition(".")

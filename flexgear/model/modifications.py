@@ -97,7 +97,7 @@ class Relief(Section):
     place of length (d_Ca, d_Cf); form: how the amount increases from there.
     """
 
-    amount: Length = Field(gt=0.0, le=LARGEST)
+    amount: Length = Field(ge=0.0, le=LARGEST)
     length: Length | None = Field(default=None, gt=0.0, le=1.0)
     start_diameter: Length | None = Field(default=None, gt=0.0, le=20.0)
     form: Form = "linear"
@@ -115,7 +115,7 @@ class EndRelief(Section):
     the amount increases; end: "+z", "-z", or "both".
     """
 
-    amount: Length = Field(gt=0.0, le=LARGEST)
+    amount: Length = Field(ge=0.0, le=LARGEST)
     length: Length = Field(gt=0.0, le=2.0)
     form: Form = "linear"
     end: Literal["both", "+z", "-z"] = "both"

@@ -35,9 +35,13 @@ class FlankAmount:
     base: float
     relief: Relief | None = None
 
+    def amount(self, added: float) -> float:
+        """Amount after the removal of ``added`` (m) more material, m, without rounding errors."""
+        return round(self.base + added, 10) + 0.0
+
     def with_more(self, added: float) -> float | Relief:
         """Value of the key after the removal of ``added`` (m) more material."""
-        amount = self.base + added
+        amount = self.amount(added)
         return self.relief.model_copy(update={"amount": amount}) if self.relief else amount
 
 

@@ -38,6 +38,7 @@ from flexgear.studies.flank_amounts import (
 Aim = Literal["line-load", "transmission-error"]
 POSITIONS = 12  # of a gear-mesh cycle
 TRIALS = 60  # series of equilibria for each amount
+LEAST_GAIN = 0.01  # of the objective, below which flanks stay as they are
 
 
 @dataclass(frozen=True)
@@ -125,14 +126,14 @@ def propose_modifications(
             "initial_simplex": corners, "maxfev": trials * len(start), "xatol": 0.5, "fatol": 0.0,
         },
     )  # fmt: skip
-    best = np.round(np.maximum(optimum.x, lower))
-    if cost(best) > cost(np.zeros_like(best)):
+    best = np.maximum(np.round(optimum.x), lower)
+    if cost(best) > (1.0 - LEAST_GAIN) * cost(np.zeros_like(best)):
         best = np.zeros_like(best)
     progress("flanks", 1.0)
     increases = [(a.flank, float(x) * UNIT) for a, x in zip(amounts, best, strict=True)]
     modified = modified_pairs(model, increases)
     return Proposal(
-        amounts={a.key: f.base + more for a, (f, more) in zip(amounts, increases, strict=True)},
+        amounts={a.key: f.amount(more) for a, (f, more) in zip(amounts, increases, strict=True)},
         reliefs={flank.key: flank.relief for flank, _ in increases if flank.relief is not None},
         before={s: face_figures(trial.data(model.system.pairs, s)) for s in shares},
         after={s: face_figures(trial.data(modified, s)) for s in shares},

@@ -57,9 +57,9 @@ def _rows(
 
 
 def _finish_along_face(figure: Figure, axes: Array) -> Figure:
-    """The figure with labels, limits and legend of line loads along the face."""
+    """The figure with labels, limits and legend of loads per width along the face."""
     for ax in axes[:, 0]:
-        ax.set_ylabel("line load (N/mm)")
+        ax.set_ylabel("load per width,\nall pairs (N/mm)")
         ax.set(ylim=(0.0, None), xlim=(-0.5, 0.5))
     axes[-1, 0].set_xlabel(ALONG_FACE)
     legend_of(figure, axes)
@@ -68,7 +68,7 @@ def _finish_along_face(figure: Figure, axes: Array) -> Figure:
 
 @styled
 def along_face_chart(data: xr.Dataset) -> Figure:
-    """Line load (N/mm) of all gear meshes along the face, mean of all positions, by planet."""
+    """Load per width (N/mm) of all gear meshes along the face, mean of all positions, by planet."""
     figure, axes, rows = _rows(data, 48, sharex=True)
     for ax, title, flanks in rows:
         factors = []
@@ -87,8 +87,8 @@ def along_face_chart(data: xr.Dataset) -> Figure:
 
 @styled
 def before_and_after(before: xr.Dataset, after: xr.Dataset) -> Figure:
-    """Line load (N/mm) of planet 1 along the face before and after a change of the flanks, mean of
-    all positions."""
+    """Load per width (N/mm) of planet 1 along the face before and after a change of the flanks,
+    mean of all positions."""
     figure, axes, rows = _rows(before, 48, sharex=True)
     for ax, title, (name, *_) in rows:
         for data, style, label in ((before, "--", "before"), (after, "-", "after")):

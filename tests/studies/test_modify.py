@@ -4,11 +4,13 @@ import tomllib
 
 import pytest
 from train_contexts import rigid_stage
+from trains import spur_pair, write
 
 from flexgear.cli.modify_command import keys_to_copy
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.results.face_load import face_figures
+from flexgear.solve.model import assemble
 from flexgear.solve.static import static
 from flexgear.studies.modify import propose_modifications
 
@@ -25,6 +27,9 @@ def model():
 @pytest.fixture(scope="module")
 def proposal(model):
     return propose_modifications(model, "stage", trials=25)
+
+
+AXES = 'teeth = {}, kinematics = "torsional"'
 
 
 def worst(figures, kind, key):
@@ -74,3 +79,34 @@ def test_relief_of_the_case_keeps_its_start_and_form():
     assert (old["start_diameter_mm"], old["form"]) == (620, "linear")
     assert (new["length_mm"], new["form"]) == (1e3 * has.stages[0].normal_module, "parabolic")
     assert "length_mm" not in old
+
+
+def spur_proposal(folder, aim, **amounts):
+    """Proposal for two aligned spur gears on rigid axes, and their case."""
+    case = load_case(
+        write(folder, spur_pair(AXES.format(30), AXES.format(60), 'model = "face_load"')),
+        overrides={f"stages.stage_1.gear.modifications.{k}": v for k, v in amounts.items()},
+    )
+    return case, propose_modifications(assemble(case), "stage_1", aim=aim, relief=True, trials=20)
+
+
+def test_crowning_that_only_harms_is_taken_out_whole(tmp_path):
+    """Aligned gears on rigid axes carry most evenly without slope and crowning: these become zero,
+    not a fraction of a micrometre below it, and the case takes the keys."""
+    relief = {"amount_um": 5.7, "length_mm": 3}
+    case, proposal = spur_proposal(tmp_path, "line-load", lead_crowning_um=3.7, tip_relief=relief)
+    assert list(proposal.amounts.values())[:2] == [0.0, 0.0]
+    keys = tomllib.loads(keys_to_copy(case, "stage_1", proposal))["stages"]["gear"]["modifications"]
+    again = load_case(
+        write(tmp_path, spur_pair(AXES.format(30), AXES.format(60), 'model = "face_load"')),
+        overrides={"stages.stage_1.gear.modifications": keys},
+    )
+    figures = face_figures(static(assemble(again), proposal.data[1]["input_angle"][:, 0].values))
+    assert figures["stage_1 pinion 1 drive"]["k_h_beta"] == pytest.approx(1.0, abs=1e-6)
+
+
+def test_flanks_stay_as_they_are_where_nothing_is_gained(tmp_path):
+    """Relief of one module on one gear leaves part of double contact as stiff as it was, so the
+    peak-to-peak transmission error of spur gears does not fall."""
+    _, proposal = spur_proposal(tmp_path, "transmission-error")
+    assert list(proposal.amounts.values()) == [0.0, 0.0, 0.0]

@@ -125,7 +125,7 @@ def _is_relieved(modifications: GearModifications | PlanetModifications) -> bool
         modifications,
         *(f for f in vars(modifications).values() if isinstance(f, FlankModifications)),
     ]
-    return any(f.tip_relief is not None or f.table is not None for f in flanks)
+    return any((f.tip_relief and f.tip_relief.amount > 0.0) or f.table for f in flanks)
 
 
 def _load_sharing(findings: Findings) -> Iterator[Answer]:
