@@ -119,10 +119,12 @@ def show_equilibria(
 
 
 def _equilibrium_lengths(model: Model, data: xr.Dataset) -> Iterator[Length]:
-    """Largest distance of a member from the axis, and largest deflection of each ring, over all
-    positions."""
+    """Largest distance of a member from the axis, and largest deflection of each flexible ring,
+    over all positions."""
     yield from farthest(displacement_summary(data))
     for stage, view in model.case.fe_ring_stages.items():
+        if BodyName.of(stage, "ring") in model.system.rigid_bodies:
+            continue
         star = radial_harmonics(stage_part(data, stage)["tooth_displacement"].to_numpy())
         size = float(np.abs(star[..., view.stage.planets]).max())
         yield Length(titled_by_stage("Ring shape", stage), stage, size, "")

@@ -351,6 +351,7 @@ def test_each_half_of_a_double_helical_stage_has_its_figures(flexgear, tmp_path)
     )  # fmt: skip
     push = 'member = "stage.ring"\ntimes_s = [0, 1]\nforces_n = [[0, 0, 2e4], [0, 0, 2e4]]\n'
     case.write_text(f"{case.read_text()}\n[[loads]]\n{push}")
+    assert "Ring shape" not in flexgear("static", case, "--rigid", "all")[1]
     position = flexgear.json("static", case, "--rigid", "all")["0 deg"]
     forces = {s: position["gear_mesh_force_n"][f"stage ring {s}"] for s in ("left", "right")}
     total = sum(map(sum, forces.values()))
