@@ -374,15 +374,15 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
     )),
     (each.fields, (
         Chart("{prefix}{body}_3d", "deflections", "Deformed {deformed}, exaggerated as stated",
-            "Turn it with the mouse or a finger; colour is the displacement, the shape is "
-            "exaggerated as stated.", _deformed, slow=True),
+            "Colour is the displacement, the shape is exaggerated as stated. Where plots are "
+            "interactive, the mouse or a finger turns it.", _deformed, slow=True),
     )),
     # runs of earlier versions have no modes
     (having(each.fields, lambda _, field, count: field.sizes.get("mode", 0)), (
         Chart("{prefix}{body}_mode_shapes", "modes",
             "{Body} in the lowest natural modes in which it moves",
-            "Choose a mode, animate it, turn it; colour is the displacement in per cent of the "
-            "largest. The amplitude of a mode is arbitrary.",
+            "Colour is the displacement in per cent of the largest; the amplitude of a mode is "
+            "arbitrary. Where plots are interactive, choose a mode, animate it, turn it.",
             _mode_shapes, slow=True),
     )),
     (having(each.rings, lambda ring: ring.equilibria), (

@@ -1,11 +1,17 @@
 """Tables of a report: numbers, names and units as a person reads them."""
 
 import pytest
+from summary_samples import SUMMARY
 
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.results.report.parts import SECTIONS, row_of, rows_of
-from flexgear.results.report.tables import case_tables, face_tables, stage_tables
+from flexgear.results.report.tables import (
+    case_tables,
+    deflection_tables,
+    face_tables,
+    stage_tables,
+)
 from flexgear.results.report.wording import split_unit, with_unit, words
 
 
@@ -38,6 +44,12 @@ def test_figures_of_the_load_along_the_face_have_words():
     assert rows_of({"k_h_beta": 1.2})[0].label == "face load factor K_Hβ (ISO 6336-1)"
     (row,) = rows_of({"misalignment_by_cause_um, planet_bearing": 3.0})
     assert (row.label, row.unit) == ("misalignment by the planet bearing", "µm")
+
+
+def test_orders_of_a_ring_that_are_rounding_are_not_listed():
+    steady = {**SUMMARY["steady"]["stage"], "radial_harmonics_um": [4.15, 1e-10, 0.0, 21.1, 0.0]}
+    shape = list(deflection_tables({**SUMMARY, "steady": {"stage": steady}}))[-1]
+    assert [row.label for row in shape.rows] == ["order 0", "order 3"]
 
 
 def test_names_become_words():

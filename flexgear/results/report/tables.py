@@ -45,7 +45,7 @@ _TITLES = {
     "not_modelled": "not modelled, with its size",
     "missing_on_flanks": "missing on modified flanks, least and most",
 }
-ROUNDING = 1e-9  # of the load of a planet bearing
+ROUNDING = 1e-9  # of the load of a planet bearing, of the largest order of a ring
 NOISE = 1e-6  # of a load or an energy, rounding of the solver
 REDUCTION = (  # listed figures of a reduced body
     "fe_dofs", "interface_dofs", "fixed_interface_modes", "static_error", "frequency_error",
@@ -67,7 +67,7 @@ def tables(case: Case, flow: PowerFlow, summary: Summary) -> list[Table]:
         face_tables(summary),
         _sharing(summary),
         _bearings(case, flow, summary),
-        _deflections(summary),
+        deflection_tables(summary),
         _expected(case, flow),
         _drops(summary),
         _modes(summary),
@@ -149,7 +149,8 @@ def _bearings(case: Case, flow: PowerFlow, summary: Summary) -> Iterator[Table]:
             yield Table("bearings", titled_by_stage(title, at.name), lines)
 
 
-def _deflections(summary: Summary) -> Iterator[Table]:
+def deflection_tables(summary: Summary) -> Iterator[Table]:
+    """Tables of displacements of members and ring, stress outside on it and its shape."""
     window = window_words(summary["transient"])
     distances = list(rows(DISTANCES, summary["transient"]))
     yield Table("deflections", "largest displacement from the axis", distances, window=window)
@@ -159,8 +160,9 @@ def _deflections(summary: Summary) -> Iterator[Table]:
         yield Table("deflections", title, list(rows(STEADY, figures)), window=window)
         title = f"stress along the circumference outside on the ring{at}, equilibria at mid-face"
         yield Table("deflections", title, list(rows(RIM, figures)))
-        sizes = enumerate(figures["radial_harmonics_um"])
-        orders = [Row(f"order {order}", 1e-6 * value, "m") for order, value in sizes]
+        sizes = figures["radial_harmonics_um"]
+        visible = [k for k, size in enumerate(sizes) if size > ROUNDING * max(sizes)]
+        orders = [Row(f"order {k}", 1e-6 * sizes[k], "m") for k in visible]
         largest = sorted(orders, key=lambda row: -float(row.value or 0))[:6]
         title = f"radial shape of the ring{at}, largest orders round the circle"
         yield Table("deflections", title, sorted(largest, key=orders.index))
