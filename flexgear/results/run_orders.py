@@ -30,8 +30,8 @@ from flexgear.results.orders import (
 )
 from flexgear.results.run_folder import tuples_of
 
-# rounding of histories without a mean: forces over rated torque, motions in m or rad
-FORCE_ROUNDING, MOTION_ROUNDING = 1e-9, 1e-15
+# rounding of histories without a mean: forces over rated torque; motions, m or rad, far below atoms
+FORCE_ROUNDING, MOTION_ROUNDING = 1e-9, 1e-14
 CLOCKS = {TIME: "input_angle", "sensor_time": "sensor_input_angle"}  # angle by axis of time
 # warning of aliases: limit frequency over half the sampling rate, largest share of rms above it
 ALIAS_LIMIT, ALIAS_SHARE = 0.75, 0.05
@@ -162,7 +162,7 @@ def history_over_turns(
     part = over_time(data, name)
     history = part[name] if band_hz is None else envelope(part[name], band_hz)
     turns = member_turns(part, member or first_input(data), against)
-    least = _least_rounding(case_of(data), str(history.attrs.get("units", "")))
+    least = _least_rounding(case_of(data), history)
     return synchronous(history, turns, highest).assign_attrs(rounding=least)
 
 
@@ -179,7 +179,7 @@ def warn_of_aliases(data: xr.Dataset, history: xr.DataArray) -> None:
     if len(steps) < 2 * DEGREE or np.ptp(steps) > 1e-3 * steps.mean():
         return
     x = values.to_numpy().reshape(len(values), -1).astype(float)
-    least = _least_rounding(case_of(data), str(history.attrs.get("units", "")))
+    least = _least_rounding(case_of(data), history)
     if np.ptp(x, axis=0).max() <= max(SINGLE * np.abs(x).max(), least):
         return
     window = signal.get_window("hann", len(x))[:, None]
@@ -197,11 +197,19 @@ def warn_of_aliases(data: xr.Dataset, history: xr.DataArray) -> None:
         )
 
 
-def _least_rounding(case: Case, unit: str) -> float:
-    """Rounding amplitude of histories in a unit, without that of their mean."""
-    if unit.startswith("N"):
+def _least_rounding(case: Case, history: xr.DataArray) -> float:
+    """Rounding amplitude of a history over time, without that of its mean.
+
+    Rates of motion have that of the motion at the highest frequency that the samples resolve.
+    """
+    motion, _, per = str(history.attrs.get("units", "")).partition("/")
+    if motion.startswith("N"):
         return FORCE_ROUNDING * max(map(abs, power_flow(case).torque.values()), default=0.0)
-    return MOTION_ROUNDING if unit in ("m", "rad", "m, rad") else 0.0
+    rates = {"": 0, "s": 1, "s2": 2}
+    if motion not in ("m", "rad", "m, rad") or per not in rates:
+        return 0.0
+    highest = np.pi * (history.sizes[TIME] - 1) / np.ptp(history[TIME].to_numpy())  # rad/s
+    return float(MOTION_ROUNDING * highest ** rates[per])
 
 
 def first_input(data: xr.Dataset) -> str:

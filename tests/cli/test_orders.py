@@ -176,14 +176,19 @@ def test_columns_that_are_not_drawn_stay_in_the_file(flexgear, transient, monkey
 
 
 def test_a_train_that_nothing_excites_has_no_lines(flexgear, tmp_path):
-    """Forces with a mean and without, and motions: one sentence."""
+    """Forces with a mean and without, motions and rates that a sensor sees: one sentence."""
     file = tmp_path / "quiet.nc"
     settings = {"stage.gear_mesh.model": "constant", "solver.time_step_s": "1e-4"}
+    sensor = 'on = "stage.sun", direction = "x"'
+    settings["sensors"] = "[" + ", ".join(
+        f'{{ name = "{m}", {sensor}, measures = "{m}" }}' for m in ("velocity", "acceleration")
+    ) + "]"  # fmt: skip
     options = [x for k, v in settings.items() for x in ("--set", f"{k}={v}")]
     flexgear.out("simulate", "lin-parker", *options, "--duration-s", 0.15, "--out", file, "-q")
     for of, only in (
         ("gear_mesh_force", ""), ("inertia_torque", ""), ("bearing_force", "sun"),
-        ("body_displacement", "sun u"), ("port_speed", ""),
+        ("body_displacement", "sun u"), ("port_speed", ""), ("sensor_signal", "velocity"),
+        ("sensor_signal", "acceleration"),
     ):  # fmt: skip
         out = flexgear.quiet("orders", file, "--of", of, "--only", only, "-q")
         assert out.count("\n") == 1 and out.endswith("nothing but rounding varies\n")
