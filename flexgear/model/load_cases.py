@@ -342,6 +342,9 @@ def read_load_cases(
                 if suffix == SHARE:
                     if not isinstance(total, float | int):
                         raise InputError(*key, "needs a total", "give spectrum.total_hours")
+                    if value > 1.0:
+                        remedy = "give fractions of total_hours, not per cent"
+                        raise InputError(*key, f"{value:g} is above 1", remedy)
                     value *= total
                 if axis:
                     vector = list(state.get(name, (0.0, 0.0, 0.0)))

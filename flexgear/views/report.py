@@ -143,10 +143,11 @@ def write_study(
 
 
 def typeset(text: str) -> Markup:
-    """Escaped text with subscripts of factors and safeties, "K_Hβ" -> K<sub>Hβ</sub>, and no break
-    between a number and its unit."""
+    """Escaped text with subscripts of symbols of one letter, "K_Hβ" -> K<sub>Hβ</sub>, and no break
+    between a number and its unit. Keys remain: "key k_v"."""
     unbroken = re.sub(r"(?<=\d) (?=[%°×µA-Za-z])", "\u00a0", str(escape(text)))
-    return Markup(re.sub(r"\b([KSYZa])_(\w+)", r"\1<sub>\2</sub>", unbroken))
+    symbol = r"(?<!key )(?<![\w.])([^\W\d_])_([^\W_]+(?:\.\d+)?)(?!\w)"
+    return Markup(re.sub(symbol, r"\1<sub>\2</sub>", unbroken))
 
 
 def plotly_script() -> str | None:

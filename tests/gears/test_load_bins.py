@@ -175,7 +175,7 @@ def test_hours_may_be_shares_of_the_total(case_with):
     with pytest.raises(InputError, match=r"bins.csv: line 2, share: needs a total"):
         case_with(table=shares)
     percent = shares.replace("0.4,", "40,").replace("0.6,", "60,")
-    with pytest.raises(InputError, match=r"total_hours: is 150, but .* up to 15000"):
+    with pytest.raises(InputError, match=r"bins.csv: line 2, share: 40 is above 1 -- .* per cent"):
         case_with(table=percent, total="total_hours = 150")
 
 

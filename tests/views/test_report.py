@@ -15,6 +15,7 @@ from PIL import Image
 
 from flexgear.model.errors import FlexgearError
 from flexgear.results.report.parts import Row, Table, Verdict
+from flexgear.results.report.study_tables import spelled
 from flexgear.views import report
 from flexgear.views.interactive import panels_of
 from flexgear.views.report import (
@@ -284,6 +285,11 @@ def test_load_factors_have_subscripts_and_numbers_stay_with_their_units():
     assert typeset("a <b>, K_Hβ and K_γ of my_K_case") == (
         "a &lt;b&gt;, K<sub>Hβ</sub> and K<sub>γ</sub> of my_K_case"
     )
+    assert typeset("σ_0.2 = 1.6 σ_F. 2 h_Fe/m_n, key k_v, k_h_beta, stage.sun.z_mm") == (
+        "σ<sub>0.2</sub> = 1.6 σ<sub>F</sub>. 2\u00a0h<sub>Fe</sub>/m<sub>n</sub>, "
+        "key k_v, k_h_beta, stage.sun.z_mm"
+    )
+    assert spelled("h_Fe/m_n in wind_4, key k_v") == "h_Fe/m_n in wind 4, key k_v"
     assert typeset("S_H 1.2, a_ISO, stage_1") == ("S<sub>H</sub> 1.2, a<sub>ISO</sub>, stage_1")
     assert typeset("12.5 µm of 1.8 mm in modes 6 and 7") == (
         "12.5\u00a0µm of 1.8\u00a0mm in modes 6\u00a0and 7"

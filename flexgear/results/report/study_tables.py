@@ -248,8 +248,9 @@ def in_words(table: Table) -> Table:
 
 
 def spelled(text: str) -> str:
-    """A text with names written as words: "wind_4" -> "wind 4"; keys remain: "key k_v"."""
-    name = r"(?<!\bkey )(?<!\.)\b[a-z][a-z0-9]*(?:_[a-z0-9]+)+\b"
+    """A text with names written as words: "wind_4" -> "wind 4"; keys and symbols of one letter
+    remain: "key static_rating", "m_n"."""
+    name = r"(?<!\bkey )(?<!\.)\b[a-z][a-z0-9]+(?:_[a-z0-9]+)+\b"
     return re.sub(name, lambda match: match[0].replace("_", " "), text)
 
 
