@@ -7,13 +7,17 @@ inertias of two gears vibrate on the stiffness of their gear mesh at
 
 (ISO 6336-1:2019, resonance speed of method B; a held gear has J → ∞). The band is the larger of
 n f_z and the lowest f_E: tooth loads are amplified near f_E, and a torque step excites it; gears
-with a higher f_E follow statically. Defaults are fractions of the period at the top of the band:
-average acceleration lengthens periods by (ωh)²/12, 0.2 % with forty steps a period; with eight
-samples a period peaks of tooth loads are one per cent low. After a torque step a hundred periods
-are computed with the finer step. So cases of any size and speed have the same steps a period.
+with a higher f_E follow statically. Above the highest f_E inertia isolates: vibration by a given
+transmission error of frequency f has (f_E/f)² of its static force, so that by default n is 10, or
+as many orders as lie below three times the highest f_E, but at least 3. Defaults are fractions of
+the period at the top of the band: average acceleration lengthens periods by (ωh)²/12, 0.2 % with
+forty steps a period; with eight samples a period peaks of tooth loads are one per cent low. After a
+torque step a hundred periods are computed with the finer step. So cases of any size and speed have
+the same steps a period.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,6 +34,8 @@ SAMPLES = 8  # stored, per period at the top of the band
 PERIODS = 100  # of the lowest f_E that a transient lasts, by which it decays to e^(-2π 100 ζ)
 SHORTEST, LONGEST = 40, 4  # steady step over the shortest, longest over the steady step
 ACCURACY = 0.01  # of the contact's flexibility, by default
+ISOLATED = 3.0  # frequency over the highest f_E above which orders are left out
+LEAST_ORDERS = 3  # that are resolved however fast the gears turn
 RECOVERY = 2.0  # time constants of the speed after a torque drop: 7/8 of the dip is recovered
 ENOUGH_STEPS, ENOUGH_SAMPLES = 10, 2  # per period of the highest order, to resolve it
 LEAST_STEPS = 2  # per period of f_E; with fewer the solution oscillates from step to step
@@ -105,7 +111,7 @@ def case_pace(case: Case) -> Pace:
         for path, mass in flanks(view, stage_paths(view, forces)):
             resonances.append(math.sqrt(path.mean_stiffness / mass) / (2 * math.pi))
     highest = max(stage.gear_mesh_frequency for stage in flow.stages)
-    return _pace(highest, min(resonances), case.solver, series_of(case))
+    return _pace(highest, resonances, case.solver, series_of(case))
 
 
 def timed_drops(case: Case) -> TorqueDrops:
@@ -142,10 +148,19 @@ def speed_time_constant(case: Case) -> float:
     return twice_kinetic / brake_power
 
 
-def _pace(gear_mesh: float, resonance: float, solver: Solver, series: tuple[str, ...]) -> Pace:
-    """Pace from the highest gear-mesh frequency and the lowest f_E, Hz."""
-    orders = solver.gear_mesh_orders
-    highest, reasons = orders * gear_mesh, {}
+def _pace(
+    gear_mesh: float, resonances: Sequence[float], solver: Solver, series: tuple[str, ...]
+) -> Pace:
+    """Pace from the highest gear-mesh frequency and the f_E of all gear meshes, Hz."""
+    resonance, isolated, reasons = min(resonances), ISOLATED * max(resonances), dict[str, str]()
+    orders = solver.static_orders
+    if solver.gear_mesh_orders is None and orders * gear_mesh > isolated:
+        orders = max(LEAST_ORDERS, math.floor(isolated / gear_mesh))
+        reasons["gear_mesh_orders"] = (
+            f"at least {LEAST_ORDERS}, and those below {isolated:.5g} Hz, {ISOLATED:g} times the "
+            "highest frequency at which gears vibrate on their gear mesh"
+        )
+    highest = orders * gear_mesh
 
     def chosen(name: str, default: float, reason: str, key: str = "") -> float:
         value = getattr(solver, key or name)

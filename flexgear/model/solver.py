@@ -7,6 +7,7 @@ from pydantic import Field
 from flexgear.model.section import Refusal, Section
 from flexgear.model.units import Frequency, Time
 
+GEAR_MESH_ORDERS = 10  # that results resolve where a case does not state another number
 MAX_STEP_HALVINGS = 12  # of the time step; a receptance is stored for each step size
 
 
@@ -17,7 +18,8 @@ class Solver(Section):
     pins is reduced by sectors ("auto") or never ("off").
 
     gear_mesh_orders: highest order of the gear-mesh frequency that results resolve; steps, samples
-    and modes follow from it. time_step: time step of steady running, and of histories that a
+    and modes follow from it; by default 10, of gears that turn far above their resonance on the
+    gear mesh as few as 3. time_step: time step of steady running, and of histories that a
     machine or load follows unless step_time_step is given; output_interval: time between stored
     samples; duration: of a transient, by default start-up and a turn of the slowest stage, or more
     until vibration from the start decays. step_tolerance: largest error of a tooth load in a step,
@@ -36,7 +38,7 @@ class Solver(Section):
 
     fidelity: Literal["quick", "standard", "fine"] = "standard"
     cyclic: Literal["auto", "off"] = "auto"
-    gear_mesh_orders: int = Field(default=10, ge=1, le=1000)
+    gear_mesh_orders: int | None = Field(default=None, ge=1, le=1000)
     time_step: Time | None = Field(default=None, ge=1e-10, le=1e-1)
     output_interval: Time | None = Field(default=None, ge=1e-10, le=1e3)
     duration: Time | None = Field(default=None, ge=1e-6, le=1e6)
@@ -51,6 +53,11 @@ class Solver(Section):
     settle: Time | None = Field(default=None, ge=0.0, le=1e6)
     positions_per_gear_mesh: int = Field(default=16, ge=2, le=10000)
     line_loads_in_time: bool = False
+
+    @property
+    def static_orders(self) -> int:
+        """Highest order of the gear-mesh frequency that equilibria resolve, at any speed."""
+        return self.gear_mesh_orders or GEAR_MESH_ORDERS
 
     def _check(self) -> None:
         shortest, longest = self.shortest_time_step, self.longest_time_step

@@ -143,13 +143,13 @@ CYCLES = 7  # for a flexible ring; prime, to have few common factors with planet
 
 def gear_mesh_cycles(model: Model, stage: str, progress: Progress = silent) -> xr.Dataset:
     """Dataset of the equilibria without errors over cycles of a stage's gear mesh under rated
-    torque, with orders of the transmission error up to ``solver.gear_mesh_orders`` and the phase
+    torque, with orders of the transmission error up to ``solver.static_orders`` and the phase
     ``gear_mesh_phase`` in cycles, for the flanks of the stage, which must turn."""
     phase, lead = _positions(model, stage)
     ideal = model.without_errors() if model.has_errors else model
     data = static(ideal, lead, progress=progress, stage=stage)
     data = data.isel(flank=data["flank_stage"].to_numpy() == stage)
-    return with_orders(data, phase, model.case.solver.gear_mesh_orders)
+    return with_orders(data, phase, model.case.solver.static_orders)
 
 
 def sliced_stages(model: Model) -> list[str]:
@@ -167,7 +167,7 @@ def _positions(model: Model, stage: str) -> tuple[Array, Array]:
     """Phases (p,) of the gear mesh in cycles, and rotations (p,) of the reference member, rad."""
     motion = next(m for m in stage_motions(model.case, model.flow) if m.name == stage)
     per_turn, solver = motion.cycle.per_turn, model.case.solver
-    per_cycle = max(positions_for(solver.gear_mesh_orders), solver.positions_per_gear_mesh)
+    per_cycle = max(positions_for(solver.static_orders), solver.positions_per_gear_mesh)
     count = min(CYCLES, per_turn) if stage in model.case.fe_ring_stages else 1
     start = np.floor(np.arange(count) * per_turn / count)
     phase = (start[:, None] + np.arange(per_cycle) / per_cycle).ravel()

@@ -227,13 +227,25 @@ def reduce(
     """
     with single_threaded_blas():
         condensation = condense(model, interface, progress, sectors)
+    return with_modes(model, condensation, n_modes, progress, name)
+
+
+def with_modes(
+    model: FeModel,
+    condensation: AnyCondensation,
+    n_modes: int,
+    progress: Progress = silent,
+    name: str = "body",
+) -> Reduction:
+    """Reduction of a condensed model with fixed-interface modes, as ``reduce``."""
+    with single_threaded_blas():
         fixed = fixed_interface_modes(condensation, n_modes, progress)
         body = _project(model, condensation, fixed, name)
     omega = fixed.omega
     progress("reduced matrices", 1.0)
     body.report.update(
         fe_dofs=model.dofs,
-        interface_dofs=interface.size,
+        interface_dofs=condensation.interface.size,
         fixed_interface_modes=len(omega),
         fixed_interface_frequency_min_hz=float(omega[0] / 2 / np.pi) if n_modes else None,
         fixed_interface_frequency_max_hz=float(omega[-1] / 2 / np.pi) if n_modes else None,

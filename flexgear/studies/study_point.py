@@ -12,10 +12,17 @@ from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.results.settling import WindowedRanges, window_edges
 from flexgear.results.sinks import MemorySink, Ranges, SinkGroup, recorded
+from flexgear.results.summary import sharing_summary_of
 from flexgear.solve.angles import samples_of_stage, stage_motions
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.model import Model, assemble
-from flexgear.solve.result_warnings import large_motions, largest_motions, motion_histories
+from flexgear.solve.result_warnings import (
+    beyond_all_planets,
+    large_motions,
+    largest_motions,
+    motion_histories,
+    pulling_teeth,
+)
 from flexgear.solve.static import shared_stages, stages_sharing, static
 from flexgear.solve.transient import (
     fault_warnings,
@@ -101,8 +108,8 @@ class Point:
     @property
     def warnings(self) -> list[str]:
         """Warnings of large motions: in the equilibria and the transient of the measures, or in the
-        equilibrium at zero rotation; of faulty teeth that a transient misrepresents; none for a
-        train without load or one not assembled."""
+        equilibrium at zero rotation; of faulty teeth that a transient misrepresents; of teeth that
+        pull; none for a train without load or one not assembled."""
         solved = self.__dict__
         if "model" not in solved or self.case.output is None:
             return []
@@ -112,4 +119,11 @@ class Point:
             in_time = largest_motions(solved["transient"][1].since(0.0).largest)
             motions |= {name: max(size, motions[name]) for name, size in in_time.items()}
         lost = fault_warnings(self.model) if "transient" in solved else []
-        return [*lost, *large_motions(self.case, motions)]
+        shared = [*solved.get("sharing", []), *solved.get("transient", ())[:1]]
+        factors = {
+            group: factors["instantaneous"] or 0.0
+            for data in shared
+            for group, factors in sharing_summary_of(data).items()
+        }
+        pulled = pulling_teeth(self.case, beyond_all_planets(self.case, factors))
+        return [*lost, *pulled, *large_motions(self.case, motions)]

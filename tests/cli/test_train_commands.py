@@ -264,3 +264,6 @@ def test_teeth_that_pull_are_said_where_load_sharing_is_printed(flexgear, tmp_pa
     assert "teeth pull" in (tmp_path / "t" / "report.html").read_text(encoding="utf-8")
     code, _, warning = flexgear("compare", "pitch-drive", "--cycles", 1, "-q")
     assert code == 0 and says in warning
+    command = ("sweep", "pitch-drive", "inputs.0.inertia_kg_m2=1,2", "--measure", "load_sharing")
+    code, _, warning = flexgear(*command, "-q")
+    assert code == 0 and warning.count(says) == 2

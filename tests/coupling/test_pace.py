@@ -42,6 +42,18 @@ def test_a_slow_stage_is_resolved_up_to_where_its_gears_swing():
     assert light.resonance == pytest.approx(2 * slow.resonance)
 
 
+def test_gears_far_above_their_resonance_resolve_three_orders():
+    """72 ring teeth at 15 000 r/min: 18 kHz; the gears vibrate on their gear meshes below 15 kHz,
+    and of a forced vibration (f_E/f)² is left: a thirteenth at order 3."""
+    fast = {"inputs__0__speed_rpm": 15_000}
+    pace = case_pace(small(**fast))
+    assert pace.orders == 3 and pace.band == pytest.approx(54_000)
+    assert "3 times the highest" in pace.reasons["gear_mesh_orders"]
+    stated = case_pace(small(**fast, solver__gear_mesh_orders=10))
+    assert stated.band == pytest.approx(180_000) and "gear_mesh_orders" not in stated.reasons
+    assert "gear_mesh_orders" not in case_pace(small()).reasons
+
+
 def test_a_train_goes_by_its_fastest_gear_mesh():
     train = load_case("nrel-5mw", {"solver.gear_mesh_orders": "10"})
     assert case_pace(train).gear_mesh == pytest.approx(466.354, rel=1e-5)

@@ -112,12 +112,19 @@ def test_reduced_bodies_come_from_the_cache(case, ring, monkeypatch):
         ring_source(case.with_(**{"stage.ring.fe.rim_thickness": 0.19})).reduced()
 
 
-def test_a_body_without_a_stated_number_has_as_many_modes_as_the_band_needs(case):
-    """A number that is stated stays, and what it does not answer for is reported."""
+def test_a_body_without_a_stated_number_has_as_many_modes_as_the_band_needs(
+    case, tmp_path, monkeypatch
+):
+    """A number that is stated stays, and what it does not answer for is reported; the FE mesh is
+    made once for both numbers of modes."""
     bends = case.with_(**{"stage.planet.fe.flexible": True})
     usual = planet_source(bends).reduced()
     limit = 1.3 * usual.report["compared_to_hz"]
-    enough = planet_source(bends).reduced(limit_hz=limit)
+    stages = []
+    with monkeypatch.context() as patch:
+        patch.setenv("FLEXGEAR_CACHE", str(tmp_path))
+        enough = planet_source(bends).reduced(lambda stage, _: stages.append(stage), limit)
+    assert stages.count("planet: FE mesh") == 1
     assert enough.n_modes > usual.n_modes and enough.report["frequency_limit_hz"] == limit
     assert enough.report["fixed_interface_frequency_max_hz"] > 2 * limit
     stated = bends.with_(**{"stage.planet.fe.fixed_interface_modes": usual.n_modes})

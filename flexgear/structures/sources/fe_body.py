@@ -7,6 +7,7 @@ are in ``ring.py``, ``planet.py`` and ``carrier.py``.
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import math
 from abc import ABC, abstractmethod
@@ -171,10 +172,15 @@ class FeBody(ABC):
         if self.section.fe_mesh == "reduced":
             return self._given()
         # lazy: it imports half of the package
-        from flexgear.structures.sources.reducing import reduced_body, with_errors
+        from flexgear.structures.sources.reducing import reduced_body, unreduced_body, with_errors
+
+        unreduced = functools.cache(lambda: unreduced_body(self, progress))  # once for all modes
 
         def reduction(source: FeBody) -> ReducedBody:
-            return cached(content_key(**source.content()), lambda: reduced_body(source, progress))
+            return cached(
+                content_key(**source.content()),
+                lambda: reduced_body(source, unreduced(), progress),
+            )
 
         source, limit = self, limit_hz or self.limit_hz or 0.0
         body = reduction(source)
@@ -189,9 +195,10 @@ class FeBody(ABC):
 
     def condensed(self) -> tuple[FeModel, AnyCondensation]:
         """The unreduced body and its condensation on its nodes, not from the cache."""
-        from flexgear.structures.sources.reducing import condensed_body
+        from flexgear.structures.sources.reducing import unreduced_body
 
-        return condensed_body(self)
+        unreduced = unreduced_body(self)
+        return unreduced.model, unreduced.condensation
 
     def solid(self) -> Solid:
         """The body of the parameters in closed form, of a double-helical ring one half."""

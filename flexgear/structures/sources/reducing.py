@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,8 +23,8 @@ from flexgear.structures.fem.ties import (
     seat_tie,
 )
 from flexgear.structures.linalg.dense import single_threaded_blas
-from flexgear.structures.reduced import Progress, ReducedBody
-from flexgear.structures.reduction import AnyCondensation, condense, reduce
+from flexgear.structures.reduced import Progress, ReducedBody, silent
+from flexgear.structures.reduction import AnyCondensation, condense, with_modes
 
 if TYPE_CHECKING:
     from flexgear.structures.sources.fe_body import FeBody, TiedNode
@@ -45,27 +46,22 @@ def tied(model: FeModel, nodes: Sequence[TiedNode]) -> Interface:
     return interface_of(model, ties)
 
 
-def condensed_body(source: FeBody) -> tuple[FeModel, AnyCondensation]:
-    """The unreduced body and its condensation on its nodes."""
-    fe_mesh = source.fe_mesh()
-    model = FeModel.of(fe_mesh, source.material)
-    with single_threaded_blas():
-        return model, condense(model, tied(model, source.nodes(fe_mesh)), sectors=_sectors(source))
+@dataclass(frozen=True, eq=False)
+class Unreduced:
+    """FE model of a body, its condensation on its nodes, the loads of its static error estimate,
+    and the times that these took, s."""
+
+    model: FeModel
+    condensation: AnyCondensation
+    loads: Sequence[estimate.ProbeLoad]
+    seconds: dict[str, float]
 
 
-def reduced_body(source: FeBody, progress: Progress) -> ReducedBody:
-    """The reduced body of a source, with the loads of its static error estimate, and with frequency
-    errors in its report.
-
-    Frequencies are compared up to half the highest fixed-interface frequency, beyond which the
-    basis is not accurate, or up to ``limit_hz`` where that is higher.
-    """
-    start, seconds, name = time.perf_counter(), dict[str, float](), source.key.part
-
-    def lap(part: str) -> None:
-        seconds[part] = time.perf_counter() - start - sum(seconds.values())
-
-    progress(f"{name}: FE mesh", 0.0)
+def unreduced_body(source: FeBody, progress: Progress = silent) -> Unreduced:
+    """The FE mesh of a source, its matrices, and its condensation on its nodes."""
+    seconds = dict[str, float]()
+    lap = _laps(seconds)
+    progress(f"{source.key.part}: FE mesh", 0.0)
     fe_mesh = source.fe_mesh()
     lap("fe_mesh")
     model = FeModel.of(fe_mesh, source.material)
@@ -73,14 +69,31 @@ def reduced_body(source: FeBody, progress: Progress) -> ReducedBody:
     lap("ties")
     loads = source.probe_loads(model)
     lap("probe_loads")
-    reduction = reduce(model, interface, source.modes, progress, name, _sectors(source))
+    sectors = sector_counts(source.repeats) if source.cyclic else ()
+    with single_threaded_blas():
+        condensation = condense(model, interface, progress, sectors)
+    lap("condensation")
+    return Unreduced(model, condensation, loads, seconds)
+
+
+def reduced_body(source: FeBody, unreduced: Unreduced, progress: Progress) -> ReducedBody:
+    """The reduced body of a source, with the loads of its static error estimate, and with frequency
+    errors in its report.
+
+    Frequencies are compared up to half the highest fixed-interface frequency, beyond which the
+    basis is not accurate, or up to ``limit_hz`` where that is higher.
+    """
+    seconds = dict(unreduced.seconds)
+    lap = _laps(seconds)
+    name, interface = source.key.part, unreduced.condensation.interface
+    reduction = with_modes(unreduced.model, unreduced.condensation, source.modes, progress, name)
     lap("reduction")
     progress("static check", 0.0)
     highest = float(reduction.body.report["fixed_interface_frequency_max_hz"] or 0.0)
     limit = max(_COMPARED * highest, source.limit_hz or 0.0)
     supports = source.supports(interface.node_names, reduction.condensation.stiffness)
     with single_threaded_blas():
-        body = estimate.with_probe_loads(reduction, loads)
+        body = estimate.with_probe_loads(reduction, unreduced.loads)
         frequencies = estimate.compare_frequencies(reduction, supports, limit, progress)
     lap("estimates")
     tie, tie_kind = source.ties
@@ -127,6 +140,13 @@ def with_errors(body: ReducedBody, supports: Array, limit_hz: float | None) -> R
     return body.with_(report={**body.report, **errors})
 
 
-def _sectors(source: FeBody) -> tuple[int, ...]:
-    """Possible numbers of equal sectors of a body; none where sectors are not to be used."""
-    return sector_counts(source.repeats) if source.cyclic else ()
+def _laps(seconds: dict[str, float]) -> Callable[[str], None]:
+    """A function that enters the time since its last call under a name."""
+    last = time.perf_counter()
+
+    def lap(part: str) -> None:
+        nonlocal last
+        seconds[part] = (now := time.perf_counter()) - last
+        last = now
+
+    return lap
