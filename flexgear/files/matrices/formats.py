@@ -78,10 +78,16 @@ def read_op4(
             name, matrix = _matrix(source, require)
             matrices[name] = matrix
     except (IndexError, ValueError, struct.error, UnicodeDecodeError) as error:
-        problem = f"cannot be read: {error or 'it ends too early'}"
+        problem = f"cannot be read: {_reason(error)}"
         remedy = "write real matrices with OUTPUT4, and give the complete file"
         raise InputError(where, "OP4", problem, remedy) from None
     return matrices
+
+
+def _reason(error: Exception) -> str:
+    """Why a file cannot be read, in words."""
+    ended = isinstance(error, IndexError) or not str(error)
+    return "it ends too early" if ended else str(error)
 
 
 def _matrix(
@@ -312,7 +318,7 @@ def read_abaqus(text: str, where: str) -> dict[str, Entries]:
             return _user_element(text)
         return {"MATRIX": _entry_list(text)}
     except (ValueError, IndexError) as error:
-        problem = f"cannot be read: {error or 'it ends too early'}"
+        problem = f"cannot be read: {_reason(error)}"
         remedy = "write it with *MATRIX OUTPUT, FORMAT=MATRIX INPUT or *SUBSTRUCTURE MATRIX OUTPUT"
         raise InputError(where, "matrix", problem, remedy) from None
 
