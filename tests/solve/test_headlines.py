@@ -259,10 +259,23 @@ def test_neglected_effects_are_one_answer():
     assert by_subject()["Neglected effects"].level == "good"
 
 
+def test_uneven_load_along_the_face_is_on_the_first_screen():
+    """A face that carries in its middle only has no load at its ends that could warn."""
+    for factor, level in ((1.42, "note"), (12.75, "watch")):
+        flanks = {
+            "stage ring 1 drive": {"k_h_beta": 1.1},
+            "stage sun 2 drive": {"k_h_beta": factor},
+        }
+        answer = by_subject(face_load={"flexible": flanks, "rigid": {}})["Load along the face"]
+        assert (answer.level, answer.figure) == (level, f"K_Hβ = {factor:.3f}")
+        assert "at sun 2 drive" in answer.sentence
+        assert ("flexgear modify" in answer.sentence) == (level == "watch")
+
+
 def test_every_headline_has_an_answer_or_its_data_are_missing():
     names = {row["name"] for row in headlines(CASE, FLOW, SUMMARY)}
     silent = {h.name for h in HEADLINES} - names
-    assert silent == {"transmission_error", "faults"}  # this summary has none
+    assert silent == {"face_load", "transmission_error", "faults"}  # this summary has none
 
 
 def test_the_worst_stage_is_in_front_and_the_others_beside_it():

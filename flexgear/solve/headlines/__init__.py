@@ -12,6 +12,7 @@ from flexgear.results.report.wording import words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline
 from flexgear.solve.headlines.loads import (
     DEFLECTIONS,
+    FACE_LOAD,
     LARGEST_FORCE,
     LOAD_SHARING,
     NEGLECTED,
@@ -23,7 +24,7 @@ from flexgear.solve.headlines.solution import SOLUTION
 
 HEADLINES: tuple[Headline, ...] = (
     LARGEST_FORCE, LOAD_SHARING, ROOT_STRESS, FLANK_PRESSURE, BEARING_LIFE, RESONANCE, DEFLECTIONS,
-    TRANSMISSION_ERROR, NEGLECTED, FAULTS, SOLUTION,
+    FACE_LOAD, TRANSMISSION_ERROR, NEGLECTED, FAULTS, SOLUTION,
 )  # fmt: skip
 _WORST = ("bad", "watch")  # levels that come before all others
 WARNING = "Warning"

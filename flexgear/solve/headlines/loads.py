@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from flexgear.model.modifications import FlankModifications, GearModifications, PlanetModifications
-from flexgear.model.names import GroupName
+from flexgear.model.names import FlankName, GroupName
 from flexgear.results.report.sharing import (
     Sharing,
     first_variant,
@@ -29,6 +29,7 @@ STANDARD = "IEC 61400-4:2012"
 PARTED = "flanks part, or the other ones carry."
 ALIKE = 5e-5  # K − 1 below which planets carry equal loads: K is printed as 1.0000
 UNEVEN = 5e-3  # share of a half over one half, above which it is printed
+WHOLE_FACE = 2.0  # K_Hβ up to which a face that is tilted evenly carries over its whole width
 ROUNDING = 1e-6  # displacement over the limit for small ones, below which it is zero
 
 
@@ -255,6 +256,24 @@ def _deflections(findings: Findings) -> Iterator[Answer]:
         yield Answer(level, stage, 1e6 * size, figure, sentence, 1e6 * worst.limit, window)
 
 
+def _face_load(findings: Findings) -> Iterator[Answer]:
+    by_stage: dict[str, list[tuple[float, str]]] = {}
+    for flank, figures in first_variant(findings.summary.get("face_load", {})).items():
+        stage = FlankName.parse(flank).group.stage
+        if figures.get("k_h_beta"):
+            by_stage.setdefault(stage, []).append((figures["k_h_beta"], flank))
+    for stage, factors in by_stage.items():
+        value, flank = max(factors)
+        sentence = f"Largest over mean load along the face in equilibria, at {words(flank)}."
+        level: Level = "note" if value <= WHOLE_FACE else "watch"
+        if level == "watch":
+            sentence += (
+                " Above 2 part of the face carries little or nothing: flexgear modify proposes "
+                "helix slope and crowning that even out the load."
+            )
+        yield Answer(level, stage, value, f"K_Hβ = {factor(value)}", sentence)
+
+
 def _transmission_error(findings: Findings) -> Iterator[Answer]:
     for length in transmission_errors(findings.summary):
         figure = with_unit(length.value, "m")
@@ -293,6 +312,11 @@ DEFLECTIONS = Headline(
     "displacement of the member that uses most of what its gears allow", "deflections",
     _deflections,
     "a tenth of the module, the room between tips and roots, with linear contact the backlash",
+)  # fmt: skip
+FACE_LOAD = Headline(
+    "face_load", "Load along the face", "1",
+    "face load factor K_Hβ: largest over mean load of a gear mesh along the face", "face",
+    _face_load,
 )  # fmt: skip
 TRANSMISSION_ERROR = Headline(
     "transmission_error", "Transmission error", "µm",
