@@ -46,6 +46,17 @@ class Rollers(Section):
         middle = 0.5 * (self.rows - 1)
         return tuple(self.spacing * (j - middle) for j in range(self.rows))
 
+    def _check(self) -> None:
+        if self.rows > 1:
+            _refuse_overlap("spacing", self.spacing, self.length)
+
+
+def _refuse_overlap(key: str, spacing: float, length: float) -> None:
+    """Raise Refusal for rows of rollers that reach into one another along the axis; m."""
+    if spacing < length:
+        problem = f"{1e3 * spacing:g} mm is less than the length of rollers, {1e3 * length:g} mm"
+        raise Refusal(key, problem, "give the distance between the middles of neighbouring rows")
+
 
 class Springs(Section):
     """Stiffness of a link between two nodes.
@@ -165,11 +176,6 @@ class RollingElements(Section):
     def _check(self) -> None:
         if self.diameter >= self.pitch_diameter:
             raise Refusal("diameter", "is not below pitch_diameter", "correct one of them")
-        if self.count is not None:
-            chord = self.pitch_diameter * math.sin(math.pi / self.count)
-            if self.diameter > chord:
-                problem = f"is too large: each element has only {1e3 * chord:.4g} mm on the circle"
-                raise Refusal("diameter", problem, "correct it, count or pitch_diameter")
         if (self.profile == "table") != bool(self.drops):
             remedy = 'give both profile = "table" and drops, or neither'
             raise Refusal("drops", 'needs profile = "table"', remedy)
@@ -317,6 +323,11 @@ def _check_elements(bearing: Bearing) -> None:
     elements, rollers = bearing.elements, bearing.rollers
     if elements is None:
         return
+    count = rollers.count if rollers else elements.count
+    chord = elements.pitch_diameter * math.sin(math.pi / count) if count else math.inf
+    if elements.diameter > chord:
+        problem = f"is too large: each element has only {1e3 * chord:.4g} mm on the circle"
+        raise Refusal("elements.diameter", problem, "correct it, count or pitch_diameter")
     if bearing.rolling == "ball":
         distance = (elements.inner_groove + elements.outer_groove - 1) * elements.diameter
         limit = distance * math.cos(elements.contact_angle)
@@ -333,6 +344,8 @@ def _check_elements(bearing: Bearing) -> None:
             if is_needed and getattr(elements, key) is None:
                 unit = "" if key == "count" else "_mm"
                 raise Missing(f"elements.{key}", "is missing", f"add elements.{key}{unit}")
+        if elements.length and elements.spacing is not None and not elements.contact_angle:
+            _refuse_overlap("elements.spacing", elements.spacing, elements.length)
         return
     if bearing.rolling == "ball":
         raise Refusal("rolling", "is ball, beside rollers", "take one of the two out")

@@ -312,6 +312,10 @@ def test_rollers_that_spring_say_their_size_once():
     assert rolling_bearing(planet_bearing(**rollers, **drop)) == rolling_bearing(planet_bearing())
     with pytest.raises(InputError, match=r"elements.count.*is given in rollers"):
         planet_bearing(**rollers)
+    with pytest.raises(InputError, match=r"elements.diameter.*only 65"):
+        planet_bearing(**rollers, **drop | {"elements.diameter_mm": "70"})
+    with pytest.raises(InputError, match=r"rollers.spacing.*0 mm is less than .* 100 mm"):
+        planet_bearing(**drop, **rollers | {"rollers.spacing_mm": None})
 
 
 def test_faced_rows_of_tapered_rollers():
@@ -330,6 +334,7 @@ def test_faced_rows_of_tapered_rollers():
     [
         ({"elements.length_mm": None}, r"elements.length.*missing.*add elements.length_mm"),
         ({"elements.spacing_mm": None}, r"elements.spacing.*missing"),
+        ({"elements.spacing_mm": "90"}, r"elements.spacing.*90 mm is less than .* 100 mm"),
         ({"rolling": None}, r"rolling.*missing"),
         ({"elements.diameter_mm": "70"}, r"diameter.*only 65"),
         ({"elements.profile": "table"}, r"drops.*needs profile"),
