@@ -282,7 +282,8 @@ def _cells(rows: Sequence[Row | None]) -> tuple[list[str], str]:
     texts = texts if unit != FACTOR else [factor(v) for v in numbers]
     first, second = numbers
     change = 100 * (second - first) / abs(first) if first else float("inf")
-    if first == second or abs(change) < LEAST_CHANGE:
+    zeros = not any(text.partition(" ")[0].strip("-0.") for text in texts)
+    if zeros or first == second or abs(change) < LEAST_CHANGE:
         return texts, "="
     return texts, f"{change:+.2f} %" if abs(change) < 1e4 else "–"
 

@@ -148,6 +148,23 @@ def test_compared_factors_have_no_unit_and_words_that_differ_a_mark():
     ]
 
 
+def test_rounding_beside_rounding_is_no_difference():
+    sides = [
+        Side(n, "", (), [Table("accuracy", "of", [Row("misfit", x, "pitches")])], (), "", "")
+        for n, x in (("a", 3e-16), ("b", 1e-16))
+    ]
+    (table,) = side_by_side(sides, "accuracy")
+    assert table["rows"] == [("misfit", ["0 pitches", "0 pitches"], "=")]
+
+
+def test_long_values_of_two_runs_wrap_on_screens(tmp_path: Path):
+    """A value in one line made the page twice as wide as a screen."""
+    text = page(tmp_path, side(tmp_path), side(tmp_path), interactive=False)
+    on_screen = text.partition("@media print")[0]
+    assert "td.value" in on_screen
+    assert not re.search(r"td\.value[^{]*{[^}]*nowrap", on_screen)
+
+
 def test_two_runs_stand_side_by_side_with_their_difference(tmp_path: Path):
     text = page(tmp_path, side(tmp_path), side(tmp_path, 394e3, "other"), interactive=False)
     row = re.search(r'<tr><th scope="row">ring</th>.*?</tr>', text)[0]
