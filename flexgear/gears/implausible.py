@@ -33,7 +33,7 @@ from flexgear.gears.geometry import (
     stage_geometry,
 )
 from flexgear.gears.nominal_stress import largest_root_stress, pitch_point_pressure
-from flexgear.gears.paths import stage_paths
+from flexgear.gears.paths import modified_flanks, stage_paths
 from flexgear.gears.power_flow import PowerFlow, StageFlow
 from flexgear.gears.radii import base_arm, gears_by_role
 from flexgear.gears.tool import CutterTool
@@ -191,6 +191,7 @@ def _um(length: float) -> str:
 THINNEST_TIP = 0.2  # modules
 FLANK_LIMIT, ROOT_LIMIT = 1650e6, 1050e6  # Pa, endurance of the strongest case-hardened steel
 SHEAR_LIMIT = 650e6  # Pa, yield of quenched and tempered steel in torsion, 1100 N/mm² / √3
+LARGEST_MODIFICATION = 0.05  # modules; teeth deflect by about a hundredth
 FACTOR = 100.0  # by which a bearing's stiffness or rating may differ from an estimate for its load
 LEAST_GRAVITY, MOST_GRAVITY = 1.0, 100.0  # m/s²: the Moon's is 1.6, gearboxes are flown at 10 g
 
@@ -216,6 +217,7 @@ def _of_stage(view: StageView, stage: StageFlow) -> Iterator[str]:
     yield from _teeth(view, g)
     yield from lost_contact(view, stage.gear_mesh_forces)
     yield from _backlash(view, g, stage)
+    yield from _modifications(view, stage)
     yield from _stress(view, g, stage)
     yield from _shaft(view, stage)
     yield from _bearings(view, stage)
@@ -272,6 +274,19 @@ def _backlash(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[s
                 f"manufacturing errors close up to {1e6 * closed:.4g} µm of a backlash of "
                 f"{1e6 * gear_mesh.backlash:.4g} µm in the {_gear_mesh(view, role)}: both flanks "
                 "carry there; raise the backlash, or lower the errors"
+            )
+
+
+def _modifications(view: StageView, stage: StageFlow) -> Iterator[str]:
+    for flank in modified_flanks(view, stage_paths(view, stage.gear_mesh_forces)):
+        gap = flank.surface(21)[2]
+        largest = float(gap.flat[np.abs(gap).argmax()])
+        share = abs(largest) / view.stage.normal_module
+        if share > LARGEST_MODIFICATION:
+            yield (
+                f"{view.key(f'{flank.part}.modifications')}: up to {1e6 * abs(largest):.4g} µm "
+                f"{'missing' if largest > 0 else 'in excess'} on the {flank.name} flank, "
+                f"{share:.2g} modules, and teeth deflect by about 0.01: check value and unit"
             )
 
 

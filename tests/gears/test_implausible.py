@@ -56,6 +56,16 @@ RATED = {"stage.planet_bearing.rolling": "roller"}
         ("lin-parker", LOW, ["contact ratio of 0.929", "sun", "contact ratio of 0.99", "ring"]),
         ("lin-parker", THICK, ["teeth overlap by", "sun gear mesh"]),
         ("wind-5mw", UNDERCUT, ["sun: its tool undercuts"]),
+        (
+            "wind-5mw",
+            {"stage.sun.modifications.drive.lead_crowning_mm": "1.2"},
+            ["stage.sun.modifications", "1200 µm missing on the drive flank", "0.067 modules"],
+        ),
+        (
+            "wind-5mw",
+            {"stage.planet.modifications.ring.helix_slope_mm": "-2"},
+            ["stage.planet.modifications", "1000 µm", "ring flank"],
+        ),
         ("wind-5mw", THIN, ["tips of the sun", "addendum"]),
         ("wind-5mw", {"inputs.0.torque_knm": "4e4"}, ["sun gear mesh", "MPa", "check torque"]),
         ("wind-5mw", SHAFT, ["sun's shaft", "section 0", "yields"]),
