@@ -81,6 +81,17 @@ def test_an_even_share_without_errors_is_no_praise():
     )
 
 
+def test_a_factor_that_is_missing_in_time_has_its_reason():
+    """As where flanks part at a resonance."""
+    parted = {
+        "quasi_static": {"lumped": {"stage": {"stage ring": shared(1.02)}}},
+        "transient": {"lumped": {"stage ring": {**shared(1.0), "instantaneous": None}, **WINDOW}},
+    }
+    verdict = by_subject(load_sharing=parted)["Load sharing"]
+    assert verdict.figure == "K = 1.020 in equilibria"
+    assert "settled: the planets carry no load at times." in verdict.sentence
+
+
 def test_both_halves_of_a_double_helical_stage_are_looked_at():
     halves = {"stage ring left": shared(1.02), "stage ring right": shared(1.31)}
     both = {

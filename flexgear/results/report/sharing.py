@@ -41,9 +41,12 @@ class Sharing:
 
     @property
     def reason(self) -> str:
-        """Reason for the difference between the two factors, "" if they hardly differ."""
-        if self.in_equilibria is None or self.in_time is None:
+        """Reason for the difference between the two factors, or for one that is missing in time; ""
+        if they hardly differ."""
+        if self.in_equilibria is None:
             return ""
+        if self.in_time is None:
+            return f"K is not defined {self.window}: the planets carry no load at times."
         if self.in_time > self.in_equilibria + _DIFFERENCE:
             return "Vibration of the gear meshes adds to the planets' forces in time."
         if self.in_time < self.in_equilibria - _DIFFERENCE:
