@@ -16,6 +16,7 @@ from flexgear.model.errors import InputError
 from flexgear.results.origin import origin_of_case
 from flexgear.results.report.wording import words
 from flexgear.studies.modify import (
+    LEAST_GAIN,
     TRIALS,
     Aim,
     Proposal,
@@ -103,6 +104,8 @@ def _show(proposal: Proposal, keys: str) -> None:
             ends = (f"{old[k]:.{d}f} → {new[k]:.{d}f}" for _, k, d in COLUMNS)
             rows.append((words(flank), *ends))
         columns(rows)
+    if proposal.before == proposal.after:
+        typer.echo(f"\nno change gains {100 * LEAST_GAIN:g} %: the flanks stay as they are")
     typer.echo(f"\nkeys to copy ({proposal.trials} series of equilibria):\n\n{keys}")
 
 

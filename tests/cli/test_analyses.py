@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from dead_zone import case_text
 from stage_samples import cheap_stage, doubtful_stage, sources_of_bodies
-from trains import STAGE, free_stage, write
+from trains import STAGE, free_stage, spur_pair, write
 from two_gears import gears_text
 
 import flexgear as fg
@@ -171,6 +171,13 @@ def test_the_command_writes_keys_and_a_picture(flexgear, tmp_path):
     )
     assert "--force" in flexgear("modify", "wind-5mw", "--picture", picture)[2]
     assert np.isfinite(float(out.rsplit("helix_slope_um = ")[1].split()[0]))
+
+
+def test_modify_says_where_no_change_helps(flexgear, tmp_path):
+    gear = 'kinematics = "torsional", teeth'
+    aligned = spur_pair(f"{gear} = 30", f"{gear} = 60", 'model = "face_load"')
+    out = flexgear.out("modify", write(tmp_path, aligned), "--trials", 5, "-q")
+    assert "1.000 → 1.000" in out and "no change gains 1 %" in out
 
 
 @pytest.mark.parametrize("ports", ["", '[[inputs]]\nmember = "stage.sun"\nspeed_rpm = 1000\n'])
