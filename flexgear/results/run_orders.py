@@ -198,17 +198,21 @@ def warn_of_aliases(data: xr.Dataset, history: xr.DataArray) -> None:
 
 
 def _least_rounding(case: Case, history: xr.DataArray) -> float:
-    """Rounding amplitude of a history over time, without that of its mean.
-
-    Rates of motion have that of the motion at the highest frequency that the samples resolve.
-    """
-    motion, _, per = str(history.attrs.get("units", "")).partition("/")
-    if motion.startswith("N"):
+    """Rounding amplitude of a history over time, without that of its mean."""
+    unit = str(history.attrs.get("units", ""))
+    if unit.startswith("N"):
         return FORCE_ROUNDING * max(map(abs, power_flow(case).torque.values()), default=0.0)
+    return motion_rounding(unit, history[TIME].to_numpy())
+
+
+def motion_rounding(unit: str, time: Array) -> float:
+    """Rounding amplitude of a motion or its rates over time, s; 0 for other units. Rates have that
+    of the motion at the highest frequency that the samples resolve."""
+    motion, _, per = unit.partition("/")
     rates = {"": 0, "s": 1, "s2": 2}
     if motion not in ("m", "rad", "m, rad") or per not in rates:
         return 0.0
-    highest = np.pi * (history.sizes[TIME] - 1) / np.ptp(history[TIME].to_numpy())  # rad/s
+    highest = np.pi * (len(time) - 1) / float(np.ptp(time)) if rates[per] else 1.0  # rad/s
     return float(MOTION_ROUNDING * highest ** rates[per])
 
 

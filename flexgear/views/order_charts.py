@@ -16,7 +16,13 @@ from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT
 from flexgear.model.units import RPM
 from flexgear.results.orders import order_spectrum
 from flexgear.results.report.wording import number, scale, words
-from flexgear.results.run_orders import case_of, expected_orders, first_input, history_over_turns
+from flexgear.results.run_orders import (
+    case_of,
+    expected_orders,
+    first_input,
+    history_over_turns,
+    motion_rounding,
+)
 from flexgear.results.sinks import SENSOR_TIME
 from flexgear.views.style import (
     SEQUENTIAL_MAP,
@@ -222,7 +228,9 @@ def sensors_chart(data: xr.Dataset) -> Figure:
         quantity = str(signal["sensor_quantity"][k].item())
         values = signal.sel(sensor=name).to_numpy().astype(float)
         alike = np.abs(signal.to_numpy()[:, signal["sensor_quantity"].to_numpy() == quantity])
-        unit, factor, varies = _draw(left, time, values, f"{name}", quantity, float(alike.max()))
+        least = motion_rounding(str(signal["sensor_unit"][k].item()), time)
+        rounding = max(ROUNDING * float(alike.max()), least)
+        unit, factor, varies = _draw(left, time, values, f"{name}", quantity, rounding)
         if spectrum is None or not varies:
             right.set_visible(False)
             continue
@@ -249,18 +257,18 @@ def sensors_chart(data: xr.Dataset) -> Figure:
 
 
 def _draw(
-    ax: Axes, x: Array, values: Array, name: str, quantity: str, largest: float
+    ax: Axes, x: Array, values: Array, name: str, quantity: str, rounding: float
 ) -> tuple[str, float, bool]:
     """Draw values in SI over x; returns their unit, its factor, and whether they vary by more than
-    the rounding of ``largest``, the largest value of their quantity."""
+    ``rounding``."""
     unit, factor = scale(values, "N m") if quantity == "torque" else SHOWN[quantity]
     scaled = factor * values
     low, high = float(np.min(scaled)), float(np.max(scaled))
-    varies = high - low > ROUNDING * factor * largest
+    varies = high - low > factor * rounding
     if varies:
         ax.set_title(f"{name}: {number(low)} … {number(high)} {unit}")
     else:
-        mean = 0.0 if abs(high) <= ROUNDING * factor * largest else high
+        mean = 0.0 if abs(high) <= factor * rounding else high
         scaled = np.full(len(scaled), mean)
         ax.set_title(f"{name}: constant, {number(mean)} {unit}")
     ax.plot(x, scaled, lw=0.8)
@@ -290,9 +298,9 @@ def static_sensors_chart(data: xr.Dataset) -> Figure:
     figure, axes = panels(len(names), 1, height_mm=16 + 34 * len(names), sharex=True)
     for ax, name in zip(axes[:, 0], names, strict=True):
         of_sensor = static.sel(static_sensor=name)
-        quantity = STATIC[str(of_sensor["static_sensor_unit"].item())]
-        values = of_sensor.to_numpy()
-        _draw(ax, degrees, values, f"{name}", quantity, float(np.abs(values).max()))
+        unit, values = str(of_sensor["static_sensor_unit"].item()), of_sensor.to_numpy()
+        rounding = max(ROUNDING * float(np.abs(values).max()), motion_rounding(unit, degrees))
+        _draw(ax, degrees, values, f"{name}", STATIC[unit], rounding)
     axes[-1, 0].set_xlabel("rotation of the reference member (°)")
     figure.align_ylabels(axes[:, 0])
     return figure

@@ -317,6 +317,8 @@ def comparison_chart(runs: Mapping[str, xr.Dataset]) -> Figure:
                     note_envelope(ax)
     for row, has_sharing in zip(axes, shared, strict=True):
         row[0].set_ylabel("largest force (kN)")
+        for ax in row:
+            least_span(ax, 0.01)
         if has_sharing:
             row[1].set_ylabel("load sharing $K_γ$ (–)")
             row[1].axhline(1.0, color=NEUTRAL, lw=0.7)

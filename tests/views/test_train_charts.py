@@ -216,6 +216,19 @@ def test_a_sensor_of_a_constant_says_so_in_a_unit_of_its_size():
     assert axis.get_title(loc="left") + axis.get_title() == "input: 1.1 … 2.274 MN m"
 
 
+def test_a_sensor_that_sees_rounding_alone_is_constant():
+    of_sensor = {"static_sensor": ["sun_x"], "static_sensor_unit": ("static_sensor", ["m"])}
+    data = xr.Dataset(
+        {
+            "sensor_static": (("position", "static_sensor"), 1e-20 * np.eye(5)[:, :1]),
+            "input_angle": (("position", "input_coordinate"), np.linspace(0, 1, 5)[:, None]),
+        },
+        coords=of_sensor,
+    )
+    (axis,) = static_sensors_chart(data).axes
+    assert axis.get_title(loc="left") + axis.get_title() == "sun_x: constant, 0 µm"
+
+
 def test_own_harmonics_need_no_name_beside_those_of_other_stages():
     lines = [
         (ExpectedLine(stage, "gear mesh", "", 100.0 * k, 1.0, harmonic=k), order)
