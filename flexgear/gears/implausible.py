@@ -278,7 +278,13 @@ def _backlash(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[s
 
 
 def _modifications(view: StageView, stage: StageFlow) -> Iterator[str]:
-    for flank in modified_flanks(view, stage_paths(view, stage.gear_mesh_forces)):
+    flanks = modified_flanks(view, stage_paths(view, stage.gear_mesh_forces))
+    if flanks and view.gear_mesh.contact_law == "linear":
+        yield (
+            f"{view.key('gear_mesh.contact_law')}: with linear contact teeth pull where modified "
+            'flanks part, which changes loads and transmission error: set it to "one-sided"'
+        )
+    for flank in flanks:
         gap = flank.surface(21)[2]
         largest = float(gap.flat[np.abs(gap).argmax()])
         share = abs(largest) / view.stage.normal_module

@@ -43,6 +43,7 @@ SHAFT = {
     "stage.sun.shaft.sections.1.outer_diameter_mm": "190",
     "stage.sun.shaft.sections.1.inner_diameter_mm": "0",
 }  # fmt: skip
+PULLING = {"stage.gear_mesh.contact_law": "linear", "stage.sun.modifications.lead_crowning_um": "5"}
 RATED = {"stage.planet_bearing.rolling": "roller"}
 
 
@@ -66,6 +67,7 @@ RATED = {"stage.planet_bearing.rolling": "roller"}
             {"stage.planet.modifications.ring.helix_slope_mm": "-2"},
             ["stage.planet.modifications", "1000 µm", "ring flank"],
         ),
+        ("wind-5mw", PULLING, ["stage.gear_mesh.contact_law", "teeth pull", "one-sided"]),
         ("wind-5mw", THIN, ["tips of the sun", "addendum"]),
         ("wind-5mw", {"inputs.0.torque_knm": "4e4"}, ["sun gear mesh", "MPa", "check torque"]),
         ("wind-5mw", SHAFT, ["sun's shaft", "section 0", "yields"]),
