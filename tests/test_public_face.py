@@ -380,6 +380,10 @@ def test_a_run_in_a_folder_is_read_again_and_drawn(tmp_path):
     run = case.run(tmp_path / "own")
     assert {"modes", "equilibrium", "transient"} <= set(run.datasets)
     assert len(repr(run)) < 300 and "<table>" in run._repr_html_()
+    run.summary["warnings"] += ["first line", "second line"]
+    html = run._repr_html_()
+    assert "<td>first line</td><td>look at this</td>" in html and "second line" in html
+    del run.summary["warnings"][-2:]
     assert fg.read_run(tmp_path / "own").summary == run.summary
     page = fg.report(tmp_path / "own", interactive=False)
     assert page.read_text().startswith("<!DOCTYPE html>")

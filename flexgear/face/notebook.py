@@ -3,11 +3,12 @@
 import sys
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import wraps
 from html import escape
 from typing import Any, TypeVar, cast
 
+from flexgear.results.report.parts import MARKS, Verdict
 from flexgear.structures.reduced import silent
 
 Progress = Callable[[str, float], None]  # stage of the work, share of it that is done
@@ -41,8 +42,20 @@ def _in_notebook() -> bool:
 
 def html_table(facts: Mapping[str, str]) -> str:
     """An HTML table of names and values."""
-    rows = (f"<tr><th>{escape(k)}</th><td>{escape(v)}</td></tr>" for k, v in facts.items())
-    return f"<table>{''.join(rows)}</table>"
+    return _table(facts.items())
+
+
+def verdict_table(verdicts: Iterable[Verdict]) -> str:
+    """An HTML table of verdicts: subject, figure or, without one, sentence, and level in words."""
+    return _table((v.subject, v.figure or v.sentence, MARKS[v.level]) for v in verdicts)
+
+
+def _table(rows: Iterable[tuple[str, ...]]) -> str:
+    lines = []
+    for first, *more in rows:
+        cells = "".join(f"<td>{escape(cell)}</td>" for cell in more)
+        lines.append(f"<tr><th>{escape(first)}</th>{cells}</tr>")
+    return f"<table>{''.join(lines)}</table>"
 
 
 class NotebookBars:

@@ -9,7 +9,7 @@ from flexgear.cli import options
 from flexgear.cli.run_commands import draw_again, save_run
 from flexgear.cli.study_commands import save_rating
 from flexgear.face import accessor as accessor  # datasets have ``.fg`` from here on
-from flexgear.face.notebook import Progress, html_table, progress_or_bars
+from flexgear.face.notebook import Progress, progress_or_bars, verdict_table
 from flexgear.files.atomic import staged_folder
 from flexgear.model.case import Case
 from flexgear.results import rating, run_folder
@@ -28,8 +28,7 @@ class Run(run_folder.Run):
         return f"<flexgear run of {self.case.name}: {', '.join(self.datasets)}>"
 
     def _repr_html_(self) -> str:
-        rows = verdicts(self.case, self.summary)
-        return html_table({row.subject: row.figure for row in rows})
+        return verdict_table(verdicts(self.case, self.summary))
 
 
 def run_case(case: Case, out: str | Path | None, force: bool, progress: Progress) -> Run:
@@ -50,7 +49,7 @@ class Rating(rating.Rating):
     """Safety, damage and life of flanks, roots and bearings; ``dataset`` has all figures."""
 
     def _repr_html_(self) -> str:
-        return html_table({row.subject: row.figure for row in rating_verdicts(self)})
+        return verdict_table(rating_verdicts(self))
 
 
 def rate_case(
