@@ -46,6 +46,7 @@ from flexgear.structures.linalg.lanczos import (
     all_modes,
     lowest_modes,
     most_vectors,
+    vectors_a_step,
 )
 from flexgear.structures.linalg.sparse import Factor
 from flexgear.structures.reduced import Progress, ReducedBody, silent
@@ -196,7 +197,6 @@ def _temporary_springs(interface: Interface, stiffness: sp.csr_matrix, span: flo
     return springs.ravel()
 
 
-LANCZOS_BLOCK = 4  # vectors a step: CHOLMOD solves one at a time, and small blocks need fewer
 _EQUAL = 1e-9  # largest relative difference of the omega^2 of a pair
 
 AnyCondensation = Condensation | CyclicCondensation
@@ -311,7 +311,7 @@ def _eigenpairs(
     condensation: AnyCondensation, count: int, progress: Callable[[float], None]
 ) -> Eigenpairs:
     """The `count` lowest modes with the interface held: by Lanczos, or all where they are few."""
-    mass, dofs, block = condensation.mass_product, condensation.dofs, LANCZOS_BLOCK
+    mass, dofs, block = condensation.mass_product, condensation.dofs, vectors_a_step(count)
     if isinstance(condensation, CyclicCondensation) and 5 * count < dofs:
         return cyclic_modes(condensation, count, progress)
     if most_vectors(count, block) + block >= dofs:

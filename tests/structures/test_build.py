@@ -127,6 +127,11 @@ def test_a_body_without_a_stated_number_has_as_many_modes_as_the_band_needs(
     assert stages.count("planet: FE mesh") == 1
     assert enough.n_modes > usual.n_modes and enough.report["frequency_limit_hz"] == limit
     assert enough.report["fixed_interface_frequency_max_hz"] > 2 * limit
+    compared = {"stage.planet.fe.flexible": "true", "solver.fidelity": "quick"}
+    compared["solver.reduction_limit_hz"] = str(1.8 * usual.report["compared_to_hz"])
+    stated_limit = planet_source(load_case("wind-5mw", compared).view()).reduced()
+    assert stated_limit.n_modes > usual.n_modes  # which are 4 % wrong up to this limit
+    assert stated_limit.report["frequency_error"] < 0.02
     stated = bends.with_(**{"stage.planet.fe.fixed_interface_modes": usual.n_modes})
     short = planet_source(stated).reduced(limit_hz=limit)
     assert short.n_modes == usual.n_modes and short.report["frequency_limit_hz"] < limit

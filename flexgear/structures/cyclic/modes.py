@@ -37,7 +37,12 @@ from flexgear.structures.cyclic.condensation import CyclicCondensation
 from flexgear.structures.cyclic.sectors import Circulant
 from flexgear.structures.cyclic.solver import CyclicSolver
 from flexgear.structures.linalg.dense import shared
-from flexgear.structures.linalg.lanczos import Eigenpairs, lowest_modes, most_vectors
+from flexgear.structures.linalg.lanczos import (
+    Eigenpairs,
+    lowest_modes,
+    most_vectors,
+    vectors_a_step,
+)
 
 _STEPS = 4  # of subspace iterations
 _SPARE = 4  # vectors in addition to those that are sought
@@ -98,7 +103,6 @@ def _hermitian(a: Complex) -> Complex:
     return 0.5 * (a + a.conj().T)
 
 
-BLOCK = 4  # vectors a step: columns of all sectors make them wide
 _SHARE = 0.75  # shift over the highest omega^2 sought, about: fewest steps with a ring's modes
 _CERTAIN = 0.95  # largest shift over the lower bound of that: else many modes above it converge
 _ATTEMPTS = 12
@@ -139,8 +143,9 @@ def _from_shift(
 ) -> Eigenpairs:
     """The `count` lowest modes by an iteration with a shift, and the solver with that shift."""
     dofs = condensation.dofs
-    most = min(most_vectors(count, BLOCK, dofs), dofs - BLOCK)
-    start = np.random.default_rng(20230617).standard_normal((dofs, BLOCK))
+    block = vectors_a_step(count)
+    most = min(most_vectors(count, block, dofs), dofs - block)
+    start = np.random.default_rng(20230617).standard_normal((dofs, block))
     if shift:
         condensation.solver.border_harmonics.forget()  # memory for the basis and one set only
 

@@ -30,6 +30,7 @@ Operator = Callable[[Array], Array]
 _RESIDUAL = 1e-8  # largest residual over 1/omega^2, whose square is the order of omega^2's error
 _CHECK_INTERVAL = 8  # least number of new vectors between two checks of convergence
 _CHECKS = 25  # vectors of the basis over those between checks, which solve a dense problem
+_MANY = 200  # modes
 _DEPENDENT = 1e-8  # eigenvalue ratio of a block's Gram matrix below which it is normalised again
 _MAX_VECTORS = 5000
 _BASIS_BYTES = 2.0e9  # size of the basis, larger only where the modes need it
@@ -56,6 +57,12 @@ class Eigenpairs:
 
 class NotConverged(RuntimeError):
     """The iteration did not find all modes that were requested."""
+
+
+def vectors_a_step(count: int) -> int:
+    """Size of a block for ``count`` modes: small blocks need fewer vectors in all; for many modes a
+    step costs what reading the basis does, and fewer steps read it less often."""
+    return 4 if count <= _MANY else 12
 
 
 def most_vectors(count: int, block: int, n: int = 1) -> int:

@@ -166,13 +166,19 @@ class FeBody(ABC):
         """The reduced body, of a double-helical ring its left half, from the cache or computed.
 
         limit_hz: highest frequency of error estimates, by default that of the case or all that were
-        compared. Where the case states no number of modes, the body has as many as this limit
-        needs, at most ``MAX_MODES``. Given matrices are not changed and have no error estimates.
+        compared. Where the case states no number of modes, the body has as many as it needs for
+        frequencies as accurate as promised up to this limit, at most ``MAX_MODES``. Given matrices
+        are not changed and have no error estimates.
         """
         if self.section.fe_mesh == "reduced":
             return self._given()
         # lazy: it imports half of the package
-        from flexgear.structures.sources.reducing import reduced_body, unreduced_body, with_errors
+        from flexgear.structures.sources.reducing import (
+            accurate_to,
+            reduced_body,
+            unreduced_body,
+            with_errors,
+        )
 
         unreduced = functools.cache(lambda: unreduced_body(self, progress))  # once for all modes
 
@@ -184,9 +190,7 @@ class FeBody(ABC):
 
         source, limit = self, limit_hz or self.limit_hz or 0.0
         body = reduction(source)
-        while (
-            more := _modes_for(source, float(body.report["compared_to_hz"]), limit)
-        ) > source.modes:
+        while (more := _modes_for(source, accurate_to(body), limit)) > source.modes:
             source = replace(source, more_modes=more)
             body = reduction(source)
         b = slice(0, body.interface_dofs)

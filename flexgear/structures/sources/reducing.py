@@ -112,6 +112,13 @@ def reduced_body(source: FeBody, unreduced: Unreduced, progress: Progress) -> Re
     return body.with_(report=report)
 
 
+def accurate_to(body: ReducedBody) -> float:
+    """Frequency up to which a body's frequencies were compared and are as accurate as promised."""
+    errors = np.array(body.report["compared_errors"])
+    wrong = np.array(body.report["compared_frequencies_hz"])[errors > estimate.PROMISED]
+    return float(min([body.report["compared_to_hz"], *wrong]))
+
+
 def with_errors(body: ReducedBody, supports: Array, limit_hz: float | None) -> ReducedBody:
     """The body with its static errors on these supports, and its frequency error up to limit_hz
     (that of the lowest mode where no mode is below), in the report.
