@@ -19,6 +19,7 @@ from flexgear.arrays import Array
 from flexgear.gears.slices import factor_along, mean_along
 from flexgear.model.names import FlankName
 from flexgear.results.face_load import misalignment_by_cause
+from flexgear.results.report.wording import number
 from flexgear.results.stage_figures import gears_of
 from flexgear.results.tooth_pattern import ToothPattern, filled, loaded_flanks
 from flexgear.views.style import (
@@ -274,7 +275,9 @@ def transmission_error_chart(data: xr.Dataset) -> Figure:
         notes = []
         for k, (error, state, colour) in enumerate(STATES):
             values = first[error].sel(flank=name).to_numpy() * MICRO
-            notes.append(f"{values.mean():.4g} ± {0.5 * np.ptp(values):.3g} µm {state}")
+            middle, half = np.round([values.mean(), 0.5 * np.ptp(values)], 4)  # to 0.1 nm
+            span = f"{number(middle)} ± {number(half, 3)}"
+            notes.append(f"{span.replace('-', '−')} µm {state}")
             phase = first["gear_mesh_phase"].to_numpy()
             left.plot(phase, values - values.mean(), color=colour, label=state)
             orders = data["gear_mesh_order"].to_numpy()

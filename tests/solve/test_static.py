@@ -188,7 +188,14 @@ def test_figures_and_pictures(cycles):
     assert 0.2 < one["transmission_error_cycle_peak_to_peak_um"] / (2 * largest) < 3.0
     stiffness = one["gear_mesh_stiffness_n_per_um"]
     assert 0.0 < stiffness["min"] <= stiffness["mean"] <= stiffness["max"]
-    assert len(transmission_error_chart(cycles).axes) == 4
+    chart = transmission_error_chart(cycles)
+    assert len(chart.axes) == 4
+    plain = {
+        f"{error}_error": 0.0 * cycles[f"{error}_error"] - 1.5e-6 + noise
+        for error, noise in (("transmission", 2e-22), ("unloaded_transmission", 0.0))
+    }
+    title = transmission_error_chart(cycles.assign(plain)).axes[0].get_title(loc="left")
+    assert title.count("−1.5 ± 0 µm") == 2
     assert len(stiffness_chart(cycles).axes) == 2
 
 
