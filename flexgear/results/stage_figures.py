@@ -186,6 +186,15 @@ class StageRun:
             if seats or load[0].any()
         }
 
+    def largest_axial(self) -> dict[str, float]:
+        """Largest axial load over the positions, N, of bearings other than planets' by label;
+        without those that carry none."""
+        return {
+            label: float(load[1].max())
+            for label, (place, load) in self.bearing_loads.items()
+            if place.part != "planet" and load[1].any()
+        }
+
     def lives(self) -> dict[str, float]:
         """L₁₀ₕ, h, of bearings by label, under the constant loads of equal damage over the
         positions; without bearings that have no rating or do not turn."""
@@ -279,6 +288,8 @@ SEATS = (
     Figure("bearing_force_n.<bearing>", "N", "that of the bearings of pinion, gear, sun, hub and "
            "lumped carrier", "", lambda s: s.largest_radial(seats=False),
            "{name}, largest radial load"),
+    Figure("axial_bearing_force_n.<bearing>", "N", "largest axial load of each of these bearings",
+           "", StageRun.largest_axial, "{name}, largest axial load"),
 )  # fmt: skip
 LIVES = (
     Figure("bearing_life_h.<bearing>", "h", "L₁₀ₕ of bearings under "

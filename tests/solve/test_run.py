@@ -179,7 +179,7 @@ def test_lives_of_the_bearings_on_the_seats_of_a_heavy_carrier():
     """Under weight and a force of the rotor; only the seat with a rating has a life."""
     rating = {"dynamic_rating_kn": "3000", "rolling": "roller"}
     settings = {f"stage.carrier.bearing_far.{key}": value for key, value in rating.items()}
-    load = {"member": "stage.carrier", "force": (0.0, -2e5, 0.0)}
+    load = {"member": "stage.carrier", "force": (0.0, -2e5, 5e4)}
     case = make_case(**SMALL, **settings).with_(gravity=(0.0, -G, 0.0), loads=(load,)).case
     model = model_of(case, build_system(case, make_bodies(case.view())))
     data = static(model, np.linspace(0.0, 2 * np.pi, 5, endpoint=False))
@@ -188,6 +188,11 @@ def test_lives_of_the_bearings_on_the_seats_of_a_heavy_carrier():
     radial = np.hypot(seat.sel(dof="ux"), seat.sel(dof="uy")).to_numpy()
     assert stage["carrier_bearing_force_n"].keys() == {"drive", "far"}
     assert stage["carrier_bearing_force_n"]["far"] == pytest.approx(radial.max(), rel=1e-12)
+    axial = abs(data["bearing_force"].sel(dof="uz"))
+    for label, largest in stage["axial_bearing_force_n"].items():
+        support = f"stage.{label.replace('_bearing', '')}"
+        assert largest == pytest.approx(float(axial.sel(support=support).max()), rel=1e-12)
+    assert stage["axial_bearing_force_n"]["carrier_bearing_far"] > 1e3
     assert radial.min() > 1e3
     mean = np.mean(radial**ROLLER) ** (1 / ROLLER)
     expected = rating_life_hours(3e6, mean, case.inputs[0].speed)
