@@ -77,7 +77,7 @@ def drawn_side(
 
 def _lead(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> str:
     """Sentences on the case: stages, speeds, torques, analyses."""
-    stages = "; ".join(f"{words(s.name).capitalize()}: {stage_line(s)}" for s in case.stages)
+    stages = "; ".join(f"{words(s.name).capitalize()}: {stage_line(case, s)}" for s in case.stages)
     ports = ", ".join(
         f"{words(name)} {with_unit(abs(flow.speed[name]), 'rad/s')}, "
         f"{with_unit(abs(torque), 'N m')}"

@@ -129,7 +129,7 @@ class Case(case.Case):
         return rate_case(self, out, force, workers, progress_or_bars(progress))
 
     def _repr_html_(self) -> str:
-        stages = {stage.name: stage_line(stage) for stage in self.stages}
+        stages = {stage.name: stage_line(self, stage) for stage in self.stages}
         ports = ", ".join(port.member for port in self.ports)
         return html_table({"case": self.title or self.name, **stages, "ports": ports})
 

@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from flexgear.model.case import Case
 from flexgear.model.names import PLANET_PASS, SHAFT, ExcitationName, MemberName
 from flexgear.model.stage import Stage
 from flexgear.model.units import ALL_SUFFIXES, unit_name
@@ -151,11 +152,12 @@ def split_unit(key: str) -> tuple[str, str]:
     return words(key.removesuffix(f"_{suffix}")), _UNITS.get(suffix) or unit_name(suffix)
 
 
-def stage_line(stage: Stage) -> str:
-    """Text such as "planetary, 3 planets, 21/42/105 teeth, normal module 15 mm, double-helical"."""
+def stage_line(case: Case, stage: Stage) -> str:
+    """Text such as "planetary, 3 planets, carrier held, 21/42/105 teeth, normal module 15 mm"."""
     gears = ("sun", "planet", "ring") if stage.kind == "planetary" else ("pinion", "gear")
     teeth = "/".join(str(getattr(stage, gear).teeth) for gear in gears)
     planets = f", {stage.planets} planets" if stage.kind == "planetary" else ""
+    held = "".join(f", {m.part} held" for m in case.held_members() if m.stage == stage.name)
     module = with_unit(stage.normal_module, "m")
     halves = ", double-helical" if stage.double_helical else ""
-    return f"{stage.kind}{planets}, {teeth} teeth, normal module {module}{halves}"
+    return f"{stage.kind}{planets}{held}, {teeth} teeth, normal module {module}{halves}"
