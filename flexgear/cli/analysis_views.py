@@ -110,7 +110,7 @@ def show_equilibria(
     member = str(data["input_coordinate"][0].item())
     typer.echo(f"{model.case.name}, {model.variant}: equilibrium")
     for angle, figures in positions.items():
-        typer.echo(f"\n{member} turned by {angle}")
+        typer.echo(f"\n{words(member)} turned by {angle}")
         for section, rows in figures.items():
             if rows:
                 typer.echo("")
@@ -167,7 +167,7 @@ def show_modes(
         same = [r for r in rows[at : at + row["multiplicity"]] if r["type"] == row["type"]]
         times = f" x{len(same)}" if len(same) > 1 else ""
         energies = (
-            ", ".join(f"{name} {100 * share:.0f} %" for name, share in top_shares(row[of]))
+            ", ".join(f"{words(name)} {100 * share:.0f} %" for name, share in top_shares(row[of]))
             for of in ("kinetic_energy", "strain_energy")
         )
         lines.append((

@@ -16,7 +16,7 @@ import typer
 from flexgear.files.atomic import plain
 from flexgear.model.errors import FlexgearError
 from flexgear.results.report.parts import MARKS, Table, Verdict, titled
-from flexgear.results.report.wording import with_unit
+from flexgear.results.report.wording import with_unit, words
 
 Report = Callable[[str, float], None]
 MAX_FIGURES = 6  # of a name, in a line of a table
@@ -284,7 +284,10 @@ def by_figure(rows: Mapping[str, Any]) -> Mapping[str, Any]:
     if not flat or len(flat) < len(rows) or min(map(len, flat.values())) <= MAX_FIGURES:
         return rows
     figures = dict.fromkeys(key for row in flat.values() for key in row)
-    return {"of": list(rows), **{key: [row.get(key) for row in flat.values()] for key in figures}}
+    return {
+        "of": [words(name) for name in rows],
+        **{key: [row.get(key) for row in flat.values()] for key in figures},
+    }
 
 
 def flattened(figures: Mapping[str, Any]) -> dict[str, Any]:

@@ -44,6 +44,9 @@ def test_figures_of_the_load_along_the_face_have_words():
     assert rows_of({"k_h_beta": 1.2})[0].label == "face load factor K_Hβ (ISO 6336-1)"
     (row,) = rows_of({"misalignment_by_cause_um, planet_bearing": 3.0})
     assert (row.label, row.unit) == ("misalignment by the planet bearing", "µm")
+    (row,) = rows_of({"tip_load_share_max": 0.15})
+    assert row.label == "largest share of the load off the path of contact"
+    assert with_unit(row.value, row.unit) == "15 %"
 
 
 def test_orders_of_a_ring_that_are_rounding_are_not_listed():

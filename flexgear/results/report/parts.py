@@ -244,6 +244,7 @@ _WORDS = {
     "frequency_error_on_these_supports": "on the supports of the case",
     "tie": "teeth or bores are tied to their node at",
     "misalignment_by_cause_um, {part}": "misalignment by the {part}",
+    "tip_load_share_max": "largest share of the load off the path of contact",
     **{figure.path: figure.label for figure in (*STAGE_FIGURES, *FLANK_FIGURES) if figure.label},
 }
 _UNITS = {  # of those that do not end in theirs
@@ -258,6 +259,7 @@ _UNITS = {  # of those that do not end in theirs
     "cycle-based": FACTOR,
     "iec_61400_4": FACTOR,
     "misalignment_by_cause_um, {part}": "µm",
+    "tip_load_share_max": _SHARE,
     "distance_from_axis_um_max": "µm",
     "load_sharing_max": FACTOR,
     "planet_force_spread_max": _SHARE,
