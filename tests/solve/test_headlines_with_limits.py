@@ -86,6 +86,10 @@ def test_bearings_without_a_rating_are_named_unless_their_load_is_rounding():
     row = answer("bearing_life", {}, stages={"stage": SUMMARY["stages"]["stage"] | seats})
     assert "planet bearing (1.469 MN), carrier bearing, far side (25 kN)." in row["sentence"]
     assert "drive" not in row["sentence"]
+    seats["axial_bearing_force_n"] = {"carrier_bearing_far": 2e3, "ring_hub_bearing": 4e3}
+    row = answer("bearing_life", {}, stages={"stage": SUMMARY["stages"]["stage"] | seats})
+    assert "carrier bearing, far side (25 kN, axial 2 kN)" in row["sentence"]
+    assert "ring hub bearing (axial 4 kN)." in row["sentence"]
 
 
 @pytest.mark.parametrize(

@@ -238,20 +238,23 @@ def _unrated(view: StageView, figures: Mapping[str, Any], lives: Mapping[str, fl
     are rated."""
     plain = view.stage.planet_bearing.journal is not None
     rated = {*lives, *(NodeName.parse(name).kind for name in lives)}
-    loads: dict[tuple[str, str], float] = {}
+    radial, titles = dict[str, float](), dict[str, str]()
     for key, name in LOADS.items():
         if plain and key == "planet_bearing_force_n":
             continue
         value = figures.get(key, {})
-        sides = value if isinstance(value, Mapping) else {"": value}
-        loads |= {(name, side): load for side, load in sides.items() if load}
-    named = [
-        f"{name}{f', {words(side)} side' if name and side else words(side)} "
-        f"({with_unit(load, 'N')})"
-        for (name, side), load in loads.items()
-        if f"{name} {side}".strip().replace(" ", "_") not in rated
-        and load > ROUNDING * max(loads.values())
-    ]
+        for side, load in (value if isinstance(value, Mapping) else {"": value}).items():
+            bearing = f"{name} {side}".strip().replace(" ", "_")
+            radial[bearing] = load or 0.0
+            titles[bearing] = f"{name}, {words(side)} side" if name and side else words(bearing)
+    axial = figures.get("axial_bearing_force_n", {})
+    least = ROUNDING * max([*radial.values(), *axial.values()], default=0.0)
+    named = []
+    for bearing in {**radial, **axial}:
+        loads = {"": radial.get(bearing, 0.0), "axial ": axial.get(bearing, 0.0)}
+        sizes = [f"{way}{with_unit(load, 'N')}" for way, load in loads.items() if load > least]
+        if sizes and bearing not in rated:
+            named.append(f"{titles.get(bearing, words(bearing))} ({', '.join(sizes)})")
     return f"No dynamic rating given: {', '.join(named)}." if named else ""
 
 
