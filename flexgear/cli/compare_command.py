@@ -21,7 +21,9 @@ from flexgear.coupling.system import variant_label
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.results.origin import Origin
+from flexgear.results.rating import Rating
 from flexgear.results.report.sharing import DEFINITION
+from flexgear.results.report.study_tables import equal_parts
 from flexgear.results.report.wording import factor, number, titled_by_stage, with_unit
 from flexgear.results.run_folder import complete, read_folder
 from flexgear.results.stage_part import displacement_of, stage_part, tooth_loads
@@ -33,9 +35,10 @@ from flexgear.solve.result_warnings import beyond_all_planets, pulling_teeth, re
 from flexgear.solve.run import models_of
 from flexgear.solve.run_transients import is_static
 from flexgear.solve.static import static
-from flexgear.studies.compare import REFERENCE, Figures, compare_sharing, lives
 from flexgear.studies.compare import against as side_by_side
+from flexgear.studies.compare import compare_sharing, lives
 from flexgear.studies.early_workers import EarlyWorkers
+from flexgear.studies.rating import rate
 from flexgear.views.report import write_report
 
 COLUMNS = {"instantaneous": "K", "mean-based": "mean-based", "cycle-based": "cycle-based"}
@@ -111,22 +114,26 @@ def _against(case: Case, reference: Case, comparison: Comparison) -> None:
         present(title, side_by_side(case, reference), comparison.as_json)
         return
     with progress(comparison.quiet) as report:
-        by_part = lives(case, reference, progress=report)
-    figures = by_part if comparison.as_json else {"life": _in_lines(by_part)}
+        first, second = (rate(x, progress=report) for x in (case, reference))
+    figures = lives(first, second) if comparison.as_json else {"life": lines_of(first, second)}
     present(title, figures, comparison.as_json)
 
 
-def _in_lines(by_part: Figures) -> dict[str, str]:
-    """Each part in words: "load reserve 1.07 against 0.986, life 2e5 h against 1e5 h"."""
-    lines = {}
-    for part, figures in by_part.items():
-        sides = [
-            (figures.get(f"{prefix}load_reserve"), figures.get(f"{prefix}life_h"))
-            for prefix in ("", REFERENCE)
-        ]
-        reserves = ["–" if reserve is None else number(reserve, 3) for reserve, _ in sides]
-        texts = [with_unit(life, "h") for _, life in sides]
-        lines[part] = f"load reserve {' against '.join(reserves)}, life {' against '.join(texts)}"
+def lines_of(*ratings: Rating) -> dict[str, str]:
+    """Each set of equal parts of two trains in words, by the weakest part of each train: "3 planets
+    alike; load reserve 1.07 against 0.986, life 2e5 h against 1e5 h"."""
+    lines, sides = {}, [{n: p for n, p in x.equal.items() if not p[0].missing} for x in ratings]
+    for name in sides[0] | sides[1]:
+        sets = [equal_parts(x, p[name]) for x, p in zip(ratings, sides, strict=True) if name in p]
+        weakest = [p[name][0] if name in p else None for p in sides]
+        texts = (
+            [t.removesuffix("; ") for t in dict.fromkeys(sets) if t],
+            ["–" if part is None else number(part.reserve, 3) for part in weakest],
+            ["–" if part is None else with_unit(part.life, "h") for part in weakest],
+        )
+        alike, reserves, spans = (" against ".join(text) for text in texts)
+        alike = f"{alike}; " if alike else ""
+        lines[name] = f"{alike}load reserve {reserves}, life {spans}"
     return lines
 
 

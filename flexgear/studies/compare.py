@@ -8,7 +8,7 @@ from flexgear.gears.bearings.nominal import bearing_life_ratios, nominal_bearing
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
 from flexgear.model.units import RPM
-from flexgear.results.rating import PARTS, RatedPart
+from flexgear.results.rating import PARTS, RatedPart, Rating
 from flexgear.results.summary import sharing_summary_of
 from flexgear.solve.bodies import Progress, named, silent
 from flexgear.solve.linear import harmonic_data, train_harmonic, why_not_linear
@@ -16,7 +16,6 @@ from flexgear.solve.model import Model
 from flexgear.solve.run_transients import is_static
 from flexgear.solve.static import shared_stages, stages_sharing
 from flexgear.solve.transient import settled_duration, simulate
-from flexgear.studies.rating import rate
 
 REFERENCE = "reference_"  # prefix of keys with figures of the reference train
 Figures = dict[str, dict[str, Any]]
@@ -75,12 +74,9 @@ def against(case: Case, reference: Case) -> Figures:
 RATED = ("load_reserve", "safety", "damage_sum", "life")
 
 
-def lives(
-    case: Case, reference: Case, *, workers: int | None = None, progress: Progress = silent
-) -> Figures:
-    """Reserve, safety, damage and life of flanks, roots and bearings of two trains under their load
-    cases, the weakest part of the first train first, and the life ratio of parts with one name."""
-    first, second = (rate(x, workers=workers, progress=progress) for x in (case, reference))
+def lives(first: Rating, second: Rating) -> Figures:
+    """Reserve, safety, damage and life of flanks, roots and bearings of two rated trains, the
+    weakest part of the first train first, and the life ratio of parts with one name."""
     others = {part.name: part for part in second.ranked}
     figures: Figures = {}
     for part in first.ranked:

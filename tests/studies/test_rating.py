@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from flexgear.cli.compare_command import lines_of
 from flexgear.model.bearings import RollingElements
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import load_case
@@ -217,6 +218,12 @@ def test_equal_parts_are_one_row_that_names_the_worst():
     first, _, verdicts = rows(worse.get(p.name, lambda p: p)(p) for p in rating.parts)
     assert "3 planets, worst is planet 2; " in first["stage 1 planet bearings"]
     assert "3 planets, worst is planet 3; " in first["stage 1 planet root to the sun"]
+    changed = replace(rating, parts=tuple(worse.get(p.name, lambda p: p)(p) for p in rating.parts))
+    lines = lines_of(changed, rating)
+    assert not any(name.startswith("stage_1.planet_bearing_") for name in lines)
+    assert lines["stage_1.planet_bearings"].startswith(
+        "3 planets, worst is planet 2 against 3 planets alike; load reserve "
+    )
     bearings = next(v for v in verdicts if v.subject == "Bearing life, stage 1")
     assert bearings.sentence.startswith("stage 1 planet bearings: 3 planets, worst is planet 2; ")
 
@@ -243,7 +250,8 @@ def test_measures_of_a_sweep_and_of_two_designs():
     bare = case.with_(load_cases=(LoadCase(name="x", extreme=True, torque=RATED),))
     with pytest.raises(FlexgearError, match="no load case has a duration"):
         measured((bare, ("life",), 1), bare)
-    both = lives(case, case, workers=1)
+    rating = rate(case, workers=1)
+    both = lives(rating, rating)
     for figures in both.values():
         assert figures["load_reserve"] == figures["reference_load_reserve"]
         assert figures.get("life_ratio", 1.0) == 1.0

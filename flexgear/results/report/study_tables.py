@@ -37,7 +37,7 @@ def rating_verdicts(rating: Rating) -> list[Verdict]:
     verdicts, equal = [], rating.equal
     for part in rating.weakest.values():
         subject = titled_by_stage(LIMITS[part.kind], part.stage)
-        beside = _equal(rating, equal[part.alike])
+        beside = equal_parts(rating, equal[part.alike])
         sentence = f"{words(part.alike)}: {beside}{_sentence(rating, part)}"
         verdicts.append(Verdict(_level(part), subject, _figure(part), sentence, RATING))
     if rating.reliability is not None:
@@ -95,7 +95,7 @@ def _figure(part: RatedPart) -> str:
     return f"{SYMBOLS[part.kind]} {number(part.least_safety, 3)} of {number(part.required)}"
 
 
-def _equal(rating: Rating, parts: Sequence[RatedPart]) -> str:
+def equal_parts(rating: Rating, parts: Sequence[RatedPart]) -> str:
     """Text about equal parts, weakest first, such as "5 planets, worst is planet 3; "; "" for a
     single part."""
     weakest, texts = parts[0], list[str]()
@@ -149,7 +149,7 @@ def rating_tables(rating: Rating, parts: bool = True) -> list[Table]:
         Row(
             words(name),
             f"{_figure(p[0])}, load reserve {number(p[0].reserve, 3)}; "
-            f"{_equal(rating, p)}{_sentence(rating, p[0])}",
+            f"{equal_parts(rating, p)}{_sentence(rating, p[0])}",
         )
         for name, p in rating.equal.items()
         if not p[0].missing
