@@ -312,14 +312,16 @@ def _title_of(flank: GearFlank) -> str:
 
 
 def _map(figure: Figure, ax: Axes, z: Array, rho: Array, gap: Array) -> None:
-    """Draw missing material as colours with contours in round micrometres."""
+    """Draw missing material as colours with contours in round micrometres, which are lines and
+    ticks of the colour bar, too."""
     low, high = float(gap.min()), max(float(gap.max()), float(gap.min()) + 1e-9)
     colours = ax.pcolormesh(
         z, rho, gap, shading="nearest", vmin=low, vmax=high, cmap=SEQUENTIAL_MAP, rasterized=True
     )
+    bar = figure.colorbar(colours, ax=ax, label="missing (µm)")
     if np.ptp(gap) > 1e-6 * np.abs(gap).max():
         lines = ax.contour(z, rho, gap, LEVELS, colors="white", linewidths=0.6, linestyles="solid")
-        ax.clabel(lines, fontsize=7, fmt="%g")
+        bar.add_lines(lines)
+        bar.set_ticks([level for level in lines.levels if low <= level <= high])
     ax.set_xlim(z[0], z[-1])
     ax.grid(False)
-    figure.colorbar(colours, ax=ax, label="missing (µm)")

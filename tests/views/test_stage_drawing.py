@@ -93,6 +93,9 @@ def test_axes_scale_and_traces(flank):
     np.testing.assert_allclose(tip - root, 30.0)
     assert (root[0], root[-1]) == pytest.approx((-4.0, 4.0))
     assert [a.get_ylabel() for a in figure.axes].count("missing (µm)") == 2
+    bar = surface.collections[0].colorbar
+    assert not surface.texts
+    assert bar.get_ticks().tolist() == [0, 5, 10, 15, 20, 25, 30]
 
 
 def test_a_flank_that_lacks_the_same_everywhere_has_no_contours():
