@@ -90,12 +90,14 @@ MAX_DAMAGED = 6  # parts in the chart of damage, the most damaged
 MAX_PARTS = 24  # in the chart of reserves, the weakest
 MAX_NAMES = 24  # of bins; more are numbered
 LEAST_DAMAGE = 1e-6  # of the largest damage, that is shown
+EVEN = 0.01  # relative difference of damage below which equal parts are shown by their common name
 
 
 @styled
 def damage_chart(data: xr.Dataset) -> Figure:
     """Damage (share of the life) by bin of the most damaged flank, root and bearing of each stage;
-    up to the top where the load exceeds the static strength."""
+    up to the top where the load exceeds the static strength. Equal parts with equal damage have
+    their common name, others that of the worst."""
     damage = np.nan_to_num(data["damage"].transpose("part", "bin").to_numpy(), posinf=np.inf)
     largest = float(damage[np.isfinite(damage)].max(initial=0.0)) or 1.0
     above = np.isinf(damage).any(axis=1)
@@ -109,12 +111,16 @@ def damage_chart(data: xr.Dataset) -> Figure:
     if not total.any():
         return text_only("No bin damages any part that is assessed")
     names, count = data["bin"].to_numpy(), data.sizes["bin"]
+    alike = data["part_alike"].to_numpy()
     figure, axes = panels(1, 1, height_mm=95)
     ax, at = axes[0, 0], np.arange(count)
     width = 0.8 / len(order)
     for place, k in enumerate(order):
         size = "above static strength" if above[k] else rounded(float(total[k]))
-        label = f"{words(str(data['part'].to_numpy()[k]))}: {size}"
+        same = alike == alike[k]
+        even = np.allclose(damage[same], damage[k], rtol=EVEN)
+        name = alike[k] if even else data["part"].to_numpy()[k]
+        label = f"{words(str(name))}: {size}"
         colour = PLANET_COLOURS[place]
         if count <= MAX_NAMES:
             ax.bar(at + (place - (len(order) - 1) / 2) * width, damage[k], width, color=colour,

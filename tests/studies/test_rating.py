@@ -19,7 +19,7 @@ from flexgear.studies import rating as study
 from flexgear.studies.compare import lives
 from flexgear.studies.measures import chosen_measures, measured
 from flexgear.studies.rating import rate
-from flexgear.views.study_charts import safety_chart
+from flexgear.views.study_charts import damage_chart, safety_chart
 
 RATED = 5e6 / (12.1 * math.pi / 30)  # N m, of the first input
 FROZEN = {
@@ -195,7 +195,8 @@ def test_bearings_by_hand():
 
 
 def test_equal_parts_are_one_row_that_names_the_worst():
-    """Bearings of planets, alike and not; those that are not assessed, too."""
+    """Bearings of planets, alike and not; those that are not assessed, too. The chart of damage has
+    their common name where they are alike."""
     rating = _frozen(("a", 5000.0, 1.0))
 
     def rows(parts):
@@ -205,8 +206,13 @@ def test_equal_parts_are_one_row_that_names_the_worst():
         folded = [t for t in tables if t.folded and t.section == "rating"]
         return first, {t.title: len(t.rows) for t in folded}, rating_verdicts(changed)
 
+    def labels(parts):
+        (legend,) = damage_chart(replace(rating, parts=tuple(parts)).dataset()).legends
+        return [text.get_text() for text in legend.get_texts()]
+
     first, folded, _ = rows(rating.parts)
     assert "3 planets alike" in first["stage 1 planet bearings"]
+    assert any(x.startswith("stage 1 planet bearings: ") for x in labels(rating.parts))
     assert not any(label.startswith("stage 1 planet bearing ") for label in first)
     assert folded["stage 1 planet bearings, one by one"] == 3
     worse = {
@@ -217,6 +223,8 @@ def test_equal_parts_are_one_row_that_names_the_worst():
     }
     first, _, verdicts = rows(worse.get(p.name, lambda p: p)(p) for p in rating.parts)
     assert "3 planets, worst is planet 2; " in first["stage 1 planet bearings"]
+    changed = (worse.get(p.name, lambda p: p)(p) for p in rating.parts)
+    assert any(x.startswith("stage 1 planet bearing 2: ") for x in labels(changed))
     assert "3 planets, worst is planet 3; " in first["stage 1 planet root to the sun"]
     changed = replace(rating, parts=tuple(worse.get(p.name, lambda p: p)(p) for p in rating.parts))
     lines = lines_of(changed, rating)
