@@ -192,6 +192,7 @@ THINNEST_TIP = 0.2  # modules
 FLANK_LIMIT, ROOT_LIMIT = 1650e6, 1050e6  # Pa, endurance of the strongest case-hardened steel
 SHEAR_LIMIT = 650e6  # Pa, yield of quenched and tempered steel in torsion, 1100 N/mm² / √3
 LARGEST_MODIFICATION = 0.05  # modules; teeth deflect by about a hundredth
+LARGEST_CLEARANCE = 0.03  # modules, of bearings: those of grc-750kw have 0.005 and 0.01
 FACTOR = 100.0  # by which a bearing's stiffness or rating may differ from an estimate for its load
 LEAST_GRAVITY, MOST_GRAVITY = 1.0, 100.0  # m/s²: the Moon's is 1.6, gearboxes are flown at 10 g
 
@@ -221,6 +222,7 @@ def _of_stage(view: StageView, stage: StageFlow) -> Iterator[str]:
     yield from _stress(view, g, stage)
     yield from _shaft(view, stage)
     yield from _bearings(view, stage)
+    yield from _clearances(view)
     yield from _thrust(view, g, stage)
     yield from _rating(view, stage)
 
@@ -369,6 +371,21 @@ def _bearings(view: StageView, stage: StageFlow) -> Iterator[str]:
                 f"carries the {load:.3g} N of a planet or pinion here has about {usual:.2g}; check "
                 "its unit"
             )
+
+
+def _clearances(view: StageView) -> Iterator[str]:
+    """Warnings about gaps of bearings, or an interference, that are large beside the teeth."""
+    for key, bearing in view.stage.bearings.items():
+        for part in ("", ".rollers", ".elements", ".journal"):
+            source = getattr(bearing, part[1:], None) if part else bearing
+            gap = getattr(source, "clearance", None) or 0.0
+            share = abs(gap) / view.stage.normal_module
+            if share > LARGEST_CLEARANCE:
+                yield (
+                    f"{view.key(f'{key}{part}.clearance')}: {1e3 * gap:.4g} mm on every side is "
+                    f"{share:.2g} modules, by which gears leave their place, and bearings have "
+                    "some hundredths of a millimetre: check value and unit"
+                )
 
 
 def _thrust(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]:

@@ -67,6 +67,16 @@ RATED = {"stage.planet_bearing.rolling": "roller"}
             {"stage.planet.modifications.ring.helix_slope_mm": "-2"},
             ["stage.planet.modifications", "1000 µm", "ring flank"],
         ),
+        (
+            "wind-5mw",
+            {"stage.planet_bearing.clearance_mm": "2"},
+            ["stage.planet_bearing.clearance: 2 mm on every side is 0.11 modules", "unit"],
+        ),
+        (
+            "grc-750kw",
+            {"stages.0.planet_bearing.rollers.clearance_mm": "0.4"},
+            ["planet_bearing.rollers.clearance: 0.4 mm on every side is 0.04 modules"],
+        ),
         ("wind-5mw", PULLING, ["stage.gear_mesh.contact_law", "teeth pull", "one-sided"]),
         ("wind-5mw", THIN, ["tips of the sun", "addendum"]),
         ("wind-5mw", {"inputs.0.torque_knm": "4e4"}, ["sun gear mesh", "MPa", "check torque"]),
