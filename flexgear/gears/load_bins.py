@@ -12,7 +12,7 @@ from flexgear.gears.determinacy import members_of, rank
 from flexgear.gears.power_flow import NOISE, PowerFlow, power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.load_cases import LoadCase, MemberState
+from flexgear.model.load_cases import LoadCase, MemberState, title_of
 from flexgear.model.train import Input, MemberLoad
 from flexgear.model.units import RPM
 
@@ -128,6 +128,8 @@ class _Train:
     def bin_of(self, k: int, load_case: LoadCase) -> LoadBin:
         """Load bin of load case number k."""
         states = list(load_case.states(self.first))
+        if load_case.line:  # titles of a table have the name of the member
+            states = [(f"{member}." if at else "", member, s) for at, member, s in states]
         speed = self._speeds(k, states)
         self._check_loads(k, states)
         loads = self._loads(states)
@@ -152,6 +154,7 @@ class _Train:
         load_case = self.load_cases[k]
         if load_case.source:
             place = f"line {load_case.line}" if load_case.line else load_case.name
+            key = title_of(load_case, key) if load_case.line else key
             raise InputError(load_case.source, f"{place}, {key}", problem, remedy)
         raise InputError(self.case.source, f"load_cases[{k}].{key}", problem, remedy)
 

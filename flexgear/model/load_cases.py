@@ -388,6 +388,15 @@ def _column(title: str, where: str) -> tuple[str, str, str, str]:
     raise InputError(where, f"column {echo(title)}", "is not known", remedy)
 
 
+def title_of(load_case: LoadCase, key: str) -> str:
+    """The title of the column of a key, "stage.sun.torque" -> "stage.sun.torque_nm", in the table
+    of a load case; the key itself where it has no column, or several."""
+    path = Path(load_case.source)
+    header = read_cells(path, "load spectrum")[0] if path.is_file() else []
+    titles = [title for title in header if title.lower().startswith(f"{key}_".lower())]
+    return titles[0] if len(titles) == 1 else key
+
+
 def _titles() -> list[str]:
     """Usual titles of the table."""
     usual = {"force": "kn", "torque": "knm"}  # of vectors

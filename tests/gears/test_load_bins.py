@@ -141,8 +141,12 @@ def test_load_cases_that_do_not_fit_the_train_are_one_line(case_with, text, word
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("300", "300000", r"bins.csv: line 2, torque: makes 300000 N m .* 314.2 times the rated"),
-        (",300", ",-300", "bins.csv: line 2, torque: .* against the rated sense"),
+        (
+            "300",
+            "300000",
+            r"bins.csv: line 2, torque_nm: makes 300000 N m .* 314.2 times",
+        ),
+        (",300", ",-300", "bins.csv: line 2, torque_nm: .* against the rated sense"),
         ("100,300", "1e9,300", r"bins.csv: line 2, hours: 1e\+09 is outside"),
         ("100,300", "x,300", r"bins.csv: line 2, hours: 'x' is not a number"),
         ("100,300", ",300", r"bins.csv: line 2, hours: is missing"),
@@ -159,6 +163,22 @@ def test_load_cases_that_do_not_fit_the_train_are_one_line(case_with, text, word
 def test_a_wrong_table_is_one_line_with_its_place(case_with, old, new, words):
     with pytest.raises(InputError, match=words):
         bins_of_load_cases(case_with(table=TABLE.replace(old, new, 1)))
+
+
+@pytest.mark.parametrize(
+    ("title", "cell", "words"),
+    [
+        ("stage_2.pinion.speed_rpm", "-50", "is -50 r/min, but the train makes"),
+        ("stage_2.pinion.power_kw", "5", "against the rated sense"),
+        ("stage_2.gear.force_y_n", "1e9", "is 1e.09 N on stage_2.gear"),
+    ],
+)
+def test_a_wrong_value_of_another_member_is_named_by_the_title_of_its_column(
+    case_with, title, cell, words
+):
+    table = f"name,hours,speed_rpm,{title}\npart,100,5,{cell}\n"
+    with pytest.raises(InputError, match=rf"bins.csv: line 2, {title}: .*{words}"):
+        bins_of_load_cases(case_with(table=table))
 
 
 def test_hours_are_held_to_their_total(case_with):
