@@ -14,7 +14,7 @@ from flexgear.cli.analysis import Analysis
 from flexgear.cli.display import columns, table, warn
 from flexgear.model.names import GearMeshName
 from flexgear.model.units import RPM
-from flexgear.results.report.wording import with_unit, words
+from flexgear.results.report.wording import of_stage, with_unit, words
 from flexgear.solve.linear_response import linear_response
 from flexgear.solve.model import Model
 from flexgear.solve.response import DOUBLINGS
@@ -198,7 +198,7 @@ def show_response(model: Model, data: xr.Dataset, figures: dict[str, Any]) -> No
         f"{figures['curves']} {'curve' if figures['curves'] == 1 else 'curves'}"
         + (f", {longer} of them with a period of several gear meshes" if longer else ""),
         "reference member": f"{data['response_speed'].min().item() * RPM:.5g} to "
-        f"{data['response_speed'].max().item() * RPM:.5g} rpm",
+        f"{data['response_speed'].max().item() * RPM:.5g} r/min",
         "gear mesh": f"{data['gear_mesh_frequency'].min().item():.5g} to "
         f"{data['gear_mesh_frequency'].max().item():.5g} Hz",
         "distance of states": f"at most {figures['largest_step']:.2g}: narrower unstable ranges "
@@ -210,7 +210,7 @@ def show_response(model: Model, data: xr.Dataset, figures: dict[str, Any]) -> No
             else f"twice as many change the motion by {with_unit(change, 'share')} of its range"
         ),
     }
-    table(f"{model.case.name}, {model.variant}: response of {figures['stage']}", rows)
+    table(f"{model.case.name}, {model.variant}: response{of_stage(figures['stage'])}", rows)
     typer.echo("\n".join(_lines(figures)))
     if data.attrs["left_out"]:
         typer.echo(f"left out, as it does not repeat with the gear mesh: {data.attrs['left_out']}")

@@ -79,6 +79,7 @@ def test_response_of_linear_contact_says_that_teeth_pull(flexgear, tmp_path):
         f"largest gear-mesh force of stable states: {force.max().item() / 1e3:.4g} kN at {at:.4g}\n"
     )
     assert says in text and "peak at" not in text
+    assert "rpm" not in text and "response of stage\n" not in text
     assert "teeth pull, as contact is linear: nowhere" in text and "lose contact" not in text
     # four harmonics of 10 Hz do not reach the resonance of the pair
     assert code == 0 and "too few harmonics" in warning and "(they end at 36 Hz" in warning
