@@ -284,10 +284,8 @@ def by_figure(rows: Mapping[str, Any]) -> Mapping[str, Any]:
     if not flat or len(flat) < len(rows) or min(map(len, flat.values())) <= MAX_FIGURES:
         return rows
     figures = dict.fromkeys(key for row in flat.values() for key in row)
-    return {
-        "of": [words(name) for name in rows],
-        **{key: [row.get(key) for row in flat.values()] for key in figures},
-    }
+    by_key = {key: [row.get(key) for row in flat.values()] for key in figures}
+    return {"of": [words(name) for name in rows], **by_key}
 
 
 def flattened(figures: Mapping[str, Any]) -> dict[str, Any]:

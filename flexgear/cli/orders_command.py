@@ -296,14 +296,10 @@ def _sides(
             yield first + second, x + y
 
 
-def _over_turns(result: xr.DataArray, turns: str) -> str:
-    """Text such as "gear mesh force over turns of stage 1 sun"."""
-    return f"{words(str(result.name))} over {turns} of {words(str(result.attrs['of']))}"
-
-
 def _print(case: Case, result: xr.DataArray, rows: list[dict[str, Any]]) -> None:
     turns = float(result.attrs["turns"])
-    title = f"{case.name}: {_over_turns(result, f'{number(turns)} turns')}"
+    of = words(str(result.attrs["of"]))
+    title = f"{case.name}: {words(str(result.name))} over {number(turns)} turns of {of}"
     if not rows:
         quiet = "" if "phase" in result.dims else ": nothing but rounding varies"
         typer.echo(title + quiet)
@@ -336,8 +332,8 @@ def _write(folder: Path, case: Case, result: xr.DataArray, expected: Lines) -> N
         "title": f"flexgear {case.name}", "case": case.name,
         "parameters": as_json_text(case.to_dict()), "content_hash": case.content_hash(),
     }  # fmt: skip
-    caption = _over_turns(result, "turns")
-    caption = caption[:1].upper() + caption[1:]
+    of = words(str(result.attrs["of"]))
+    caption = f"{words(str(result.name)).capitalize()} over turns of {of}"
     text = f"{str(result.attrs.get('long_name', '')).capitalize()}."
     with staged_folder(folder, options.earlier(FILES)) as stage:
         data = result.to_dataset(name=str(result.name)).assign_attrs(about)

@@ -117,8 +117,7 @@ def damage_chart(data: xr.Dataset) -> Figure:
     width = 0.8 / len(order)
     for place, k in enumerate(order):
         size = "above static strength" if above[k] else rounded(float(total[k]))
-        same = alike == alike[k]
-        even = np.allclose(damage[same], damage[k], rtol=EVEN)
+        even = np.allclose(damage[alike == alike[k]], damage[k], rtol=EVEN)
         name = alike[k] if even else data["part"].to_numpy()[k]
         label = f"{words(str(name))}: {size}"
         colour = PLANET_COLOURS[place]
