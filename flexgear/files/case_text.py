@@ -18,7 +18,14 @@ import numpy as np
 from jinja2 import Environment, StrictUndefined, Template
 
 from flexgear.gears import surroundings as around
-from flexgear.gears.sizing import FLANK_LIMIT, FORM_FACTOR, LOAD_FACTOR, ROOT_LIMIT, Proposal
+from flexgear.gears.sizing import (
+    FLANK_LIMIT,
+    FORM_FACTOR,
+    LOAD_FACTOR,
+    MOST_WRAP,
+    ROOT_LIMIT,
+    Proposal,
+)
 from flexgear.model.units import RPM
 
 Value = float | int | str | bool | list[float] | list[str]
@@ -229,7 +236,7 @@ def _template() -> Template:
     environment = Environment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.globals.update(
         RPM=RPM, DEGREES=180 / math.pi, TWIST=around.TWIST,
-        FLANK=FLANK_LIMIT, ROOT=ROOT_LIMIT, FORM=FORM_FACTOR, FACTOR=LOAD_FACTOR,
+        WRAP=MOST_WRAP, FLANK=FLANK_LIMIT, ROOT=ROOT_LIMIT, FORM=FORM_FACTOR, FACTOR=LOAD_FACTOR,
         n=_rounded, mm=lambda value, digits=4: _rounded(1e3 * value, digits),
     )  # fmt: skip
     return environment.from_string((files(__package__) / "new_case.toml.j2").read_text("utf-8"))
