@@ -9,7 +9,7 @@ inertias of two gears vibrate on the stiffness of their gear mesh at
 n f_z and the lowest f_E: tooth loads are amplified near f_E, and a torque step excites it; gears
 with a higher f_E follow statically. Above the highest f_E inertia isolates: vibration by a given
 transmission error of frequency f has (f_E/f)² of its static force, so that by default n is 10, or
-as many orders as lie below six times the highest f_E, but at least 3. Defaults are fractions of
+as many orders as lie below ten times the highest f_E, but at least 3. Defaults are fractions of
 the period at the top of the band: average acceleration lengthens periods by (ωh)²/12, 0.2 % with
 forty steps a period; with eight samples a period peaks of tooth loads are one per cent low. After a
 torque step a hundred periods are computed with the finer step. So cases of any size and speed have
@@ -34,7 +34,7 @@ SAMPLES = 8  # stored, per period at the top of the band
 PERIODS = 100  # of the lowest f_E that a transient lasts, by which it decays to e^(-2π 100 ζ)
 SHORTEST, LONGEST = 40, 4  # steady step over the shortest, longest over the steady step
 ACCURACY = 0.01  # of the contact's flexibility, by default
-ISOLATED = 6.0  # frequency over the highest f_E above which orders are left out
+ISOLATED = 10.0  # frequency over the highest f_E above which orders are left out
 LEAST_ORDERS = 3  # that are resolved however fast the gears turn
 RECOVERY = 2.0  # time constants of the speed after a torque drop: 7/8 of the dip is recovered
 ENOUGH_STEPS, ENOUGH_SAMPLES = 10, 2  # per period of the highest order, to resolve it
