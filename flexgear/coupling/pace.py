@@ -8,9 +8,9 @@ inertias of two gears vibrate on the stiffness of their gear mesh at
 (ISO 6336-1:2019, resonance speed of method B; a held gear has J → ∞). The band is the larger of
 n f_z and the lowest f_E: tooth loads are amplified near f_E, and a torque step excites it; gears
 with a higher f_E follow statically. Above the highest f_E inertia isolates: vibration by a given
-transmission error of frequency f has (f_E/f)² of its static force, so that by default n is 10, or
-as many orders as lie below ten times the highest f_E, but at least 3. Defaults are fractions of
-the period at the top of the band: average acceleration lengthens periods by (ωh)²/12, 0.2 % with
+transmission error of frequency f has (f_E/f)² of its static force. So by default n is 10 for gears
+up to their highest f_E, 10 (f_E/f_z)² above it, but at least 3. Defaults are fractions of the
+period at the top of the band: average acceleration lengthens periods by (ωh)²/12, 0.2 % with
 forty steps a period; with eight samples a period peaks of tooth loads are one per cent low. After a
 torque step a hundred periods are computed with the finer step. So cases of any size and speed have
 the same steps a period.
@@ -26,7 +26,7 @@ from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.machine import TorqueDrops, machines_of, series_of
-from flexgear.model.solver import MAX_STEP_HALVINGS, Solver
+from flexgear.model.solver import GEAR_MESH_ORDERS, MAX_STEP_HALVINGS, Solver
 
 STEPS = 40  # in steady running, per period at the top of the band
 FINE_STEPS = 100  # after a torque step, per period at the top of the band
@@ -34,7 +34,6 @@ SAMPLES = 8  # stored, per period at the top of the band
 PERIODS = 100  # of the lowest f_E that a transient lasts, by which it decays to e^(-2π 100 ζ)
 SHORTEST, LONGEST = 40, 4  # steady step over the shortest, longest over the steady step
 ACCURACY = 0.01  # of the contact's flexibility, by default
-ISOLATED = 10.0  # frequency over the highest f_E above which orders are left out
 LEAST_ORDERS = 3  # that are resolved however fast the gears turn
 RECOVERY = 2.0  # time constants of the speed after a torque drop: 7/8 of the dip is recovered
 ENOUGH_STEPS, ENOUGH_SAMPLES = 10, 2  # per period of the highest order, to resolve it
@@ -152,13 +151,15 @@ def _pace(
     gear_mesh: float, resonances: Sequence[float], solver: Solver, series: tuple[str, ...]
 ) -> Pace:
     """Pace from the highest gear-mesh frequency and the f_E of all gear meshes, Hz."""
-    resonance, isolated, reasons = min(resonances), ISOLATED * max(resonances), dict[str, str]()
+    resonance, last_resonance, reasons = min(resonances), max(resonances), dict[str, str]()
     orders = solver.static_orders
-    if solver.gear_mesh_orders is None and orders * gear_mesh > isolated:
-        orders = max(LEAST_ORDERS, math.floor(isolated / gear_mesh))
+    if solver.gear_mesh_orders is None and gear_mesh > last_resonance:
+        share = (last_resonance / gear_mesh) ** 2
+        orders = max(LEAST_ORDERS, math.floor(orders * share))
         reasons["gear_mesh_orders"] = (
-            f"at least {LEAST_ORDERS}, and those below {isolated:.5g} Hz, {ISOLATED:g} times the "
-            "highest frequency at which gears vibrate on their gear mesh"
+            f"at least {LEAST_ORDERS}, else {GEAR_MESH_ORDERS} times {share:.2g}, the share of "
+            f"vibratory forces that inertia leaves above the gears' last resonance on a gear mesh, "
+            f"{last_resonance:.5g} Hz"
         )
     highest = orders * gear_mesh
 
