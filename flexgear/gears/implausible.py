@@ -22,8 +22,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from flexgear.gears.bearings.basic_life import roller_bearing_stiffness
-from flexgear.gears.bearings.nominal import nominal_bearings
 from flexgear.gears.contact import ASSEMBLY_TOLERANCE, GearMeshKind, assembly_mismatch
 from flexgear.gears.errors import errors_closing, stage_errors
 from flexgear.gears.geometry import (
@@ -32,6 +30,7 @@ from flexgear.gears.geometry import (
     inherent_backlash,
     stage_geometry,
 )
+from flexgear.gears.implausible_bearings import implausible_bearings
 from flexgear.gears.nominal_stress import largest_root_stress, pitch_point_pressure
 from flexgear.gears.paths import modified_flanks, stage_paths
 from flexgear.gears.power_flow import PowerFlow, StageFlow
@@ -192,8 +191,6 @@ THINNEST_TIP = 0.2  # modules
 FLANK_LIMIT, ROOT_LIMIT = 1650e6, 1050e6  # Pa, endurance of the strongest case-hardened steel
 SHEAR_LIMIT = 650e6  # Pa, yield of quenched and tempered steel in torsion, 1100 N/mm² / √3
 LARGEST_MODIFICATION = 0.05  # modules; teeth deflect by about a hundredth
-LARGEST_CLEARANCE = 0.03  # modules, of bearings: those of grc-750kw have 0.005 and 0.01
-FACTOR = 100.0  # by which a bearing's stiffness or rating may differ from an estimate for its load
 LEAST_GRAVITY, MOST_GRAVITY = 1.0, 100.0  # m/s²: the Moon's is 1.6, gearboxes are flown at 10 g
 
 
@@ -221,10 +218,7 @@ def _of_stage(view: StageView, stage: StageFlow) -> Iterator[str]:
     yield from _modifications(view, stage)
     yield from _stress(view, g, stage)
     yield from _shaft(view, stage)
-    yield from _bearings(view, stage)
-    yield from _clearances(view)
-    yield from _thrust(view, g, stage)
-    yield from _rating(view, stage)
+    yield from implausible_bearings(view, g, stage)
 
 
 def _places(view: StageView, g: StageGeometry) -> Iterator[str]:
@@ -348,78 +342,4 @@ def _shaft(view: StageView, stage: StageFlow) -> Iterator[str]:
             yield (
                 f"the shear stress of the sun's shaft is {shear / 1e6:.4g} MPa in section {k} at "
                 f"rated torque, and steel yields at {SHEAR_LIMIT / 1e6:.0f}; check its diameters"
-            )
-
-
-def _bearings(view: StageView, stage: StageFlow) -> Iterator[str]:
-    """Warnings about radial stiffness far from that of a roller bearing for the load. Supports of
-    suns and carriers may be soft, as these members may float."""
-    parallel = stage.kind == "parallel"
-    load = abs(stage.sun_gear_mesh_force) if parallel else stage.planet_bearing_force
-    if load == 0.0:
-        return
-    usual = roller_bearing_stiffness(load, view.stage.gear_width)
-    in_housing = ("ring.support", "ring.hub.bearing")
-    for key, bearing in view.stage.bearings.items():
-        if key in in_housing:
-            continue
-        carries = parallel or key == "planet_bearing"
-        stiffness = max(bearing.stiffness[:2])
-        if stiffness > FACTOR * usual or (carries and 0.0 < stiffness < usual / FACTOR):
-            yield (
-                f"{view.key(key)}.radial is {stiffness:.3g} N/m, and a roller bearing that "
-                f"carries the {load:.3g} N of a planet or pinion here has about {usual:.2g}; check "
-                "its unit"
-            )
-
-
-def _clearances(view: StageView) -> Iterator[str]:
-    """Warnings about gaps of bearings, or an interference, that are large beside the teeth."""
-    for key, bearing in view.stage.bearings.items():
-        for part in ("", ".rollers", ".elements", ".journal"):
-            source = getattr(bearing, part[1:], None) if part else bearing
-            gap = getattr(source, "clearance", None) or 0.0
-            share = abs(gap) / view.stage.normal_module
-            if share > LARGEST_CLEARANCE:
-                yield (
-                    f"{view.key(f'{key}{part}.clearance')}: {1e3 * gap:.4g} mm on every side is "
-                    f"{share:.2g} modules, by which gears leave their place, and bearings have "
-                    "some hundredths of a millimetre: check value and unit"
-                )
-
-
-def _thrust(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]:
-    """Warnings about bearings with an axial stiffness or a rating whose gear cannot move along its
-    axis: they carry nothing of the thrust N F sin β_b of its helical teeth."""
-    if view.stage.double_helical:
-        return
-    for role in g.gear_meshes:
-        thrust = (
-            view.stage.planets * abs(stage.gear_mesh_forces[role]) * math.sin(g.base_helix_angle)
-        )
-        parts = ("pinion", "gear") if stage.kind == "parallel" else (role,)
-        for part in parts if thrust else ():
-            kinematics = view.case.kinematics_of(f"{view.name}.{part}")
-            if kinematics not in ("planar", "torsional") or view.stage.form(part) == "fe":
-                continue
-            for key, bearing in view.stage.member(part).supports.items():
-                if bearing.stiffness[2] > 0.0 or bearing.dynamic_rating is not None:
-                    yield (
-                        f"{view.key(part)}.{key} carries no thrust, as the {part} cannot move "
-                        f"along its axis ({kinematics}), and helical teeth push it by "
-                        f'{thrust:.3g} N; set {view.key(part)}.kinematics = "spatial"'
-                    )
-
-
-def _rating(view: StageView, stage: StageFlow) -> Iterator[str]:
-    """Warnings about dynamic ratings of bearings that do not fit their nominal load."""
-    for nominal in nominal_bearings(view, stage).values():
-        bearing, hours = nominal.place.bearing, nominal.life_hours
-        if bearing.dynamic_rating is None or hours is None or not math.isfinite(hours):
-            continue
-        ratio = bearing.dynamic_rating * bearing.count / nominal.equivalent
-        if not 1.0 <= ratio <= FACTOR:
-            yield (
-                f"{nominal.place.key}.dynamic_rating is {ratio:.2g} times the load on it, with a "
-                f"life of {hours:.2g} h; check its unit"
             )

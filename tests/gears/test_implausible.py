@@ -121,6 +121,14 @@ def test_implausible_values_are_warned_of(name, changes, words):
     assert all(word in " / ".join(lines) for word in words), lines
 
 
+def test_a_clearance_is_compared_with_the_size_of_its_bearing_too():
+    """50 µm are 0.033 modules of 1.5 mm: much in a bore of 26 mm, usual in one of 43 mm."""
+    for bore, warned in ((26, True), (43, False)):
+        changes = {"stage.planet_bearing.clearance_um": "50", "stage.planet.bore_diameter_mm": bore}
+        lines = doubts("ev-reducer", {key: str(value) for key, value in changes.items()})
+        assert any("clearance: 0.05 mm" in line for line in lines) == warned, lines
+
+
 @pytest.mark.parametrize("size", [1.62, 9.81, 60])
 def test_gravity_elsewhere_is_none_to_doubt(size):
     assert not doubts("wind-5mw", {"gravity_m_per_s2": f"[0, {-size}, 0]"})

@@ -1,0 +1,110 @@
+"""Plausibility of bearings: stiffness, clearance, thrust and rating beside load and size."""
+
+import math
+from collections.abc import Iterator
+
+from flexgear.gears.bearings.basic_life import roller_bearing_stiffness
+from flexgear.gears.bearings.nominal import nominal_bearings
+from flexgear.gears.geometry import StageGeometry
+from flexgear.gears.power_flow import StageFlow
+from flexgear.model.bearings import Bearing
+from flexgear.model.stage_view import StageView
+
+FACTOR = 100.0  # by which a bearing's stiffness or rating may differ from an estimate for its load
+LARGEST_CLEARANCE = 0.03  # modules, of bearings; but no less than the share of their diameter that
+LARGEST_PLAY = 0.0012  # the widest rolling bearings (C5 of ISO 5753-1) and plain ones have
+
+
+def implausible_bearings(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]:
+    """Warnings about implausible values of the bearings of a stage."""
+    yield from _stiffness(view, stage)
+    yield from _clearances(view, g)
+    yield from _thrust(view, g, stage)
+    yield from _rating(view, stage)
+
+
+def _stiffness(view: StageView, stage: StageFlow) -> Iterator[str]:
+    """Warnings about radial stiffness far from that of a roller bearing for the load. Supports of
+    suns and carriers may be soft, as these members may float."""
+    parallel = stage.kind == "parallel"
+    load = abs(stage.sun_gear_mesh_force) if parallel else stage.planet_bearing_force
+    if load == 0.0:
+        return
+    usual = roller_bearing_stiffness(load, view.stage.gear_width)
+    in_housing = ("ring.support", "ring.hub.bearing")
+    for key, bearing in view.stage.bearings.items():
+        if key in in_housing:
+            continue
+        carries = parallel or key == "planet_bearing"
+        stiffness = max(bearing.stiffness[:2])
+        if stiffness > FACTOR * usual or (carries and 0.0 < stiffness < usual / FACTOR):
+            yield (
+                f"{view.key(key)}.radial is {stiffness:.3g} N/m, and a roller bearing that "
+                f"carries the {load:.3g} N of a planet or pinion here has about {usual:.2g}; check "
+                "its unit"
+            )
+
+
+def _clearances(view: StageView, g: StageGeometry) -> Iterator[str]:
+    """Warnings about gaps of bearings, or an interference, that are large beside the teeth."""
+    for key, bearing in view.stage.bearings.items():
+        for part in ("", ".rollers", ".elements", ".journal"):
+            source = getattr(bearing, part[1:], None) if part else bearing
+            gap = getattr(source, "clearance", None) or 0.0
+            share = abs(gap) / view.stage.normal_module
+            usual = LARGEST_PLAY * (_diameter(view, key, bearing) or g.center_distance)
+            if share > LARGEST_CLEARANCE and abs(gap) > usual:
+                yield (
+                    f"{view.key(f'{key}{part}.clearance')}: {1e3 * gap:.4g} mm on every side is "
+                    f"{share:.2g} modules, by which gears leave their place, and bearings of this "
+                    f"size have up to {1e3 * usual:.2g} mm: "
+                    "check value and unit"
+                )
+
+
+def _diameter(view: StageView, key: str, bearing: Bearing) -> float:
+    """Diameter of a bearing's circle of rolling elements, of its journal or of the planet's bore,
+    m; 0 where none of them is given."""
+    diameters = (
+        bearing.elements and bearing.elements.pitch_diameter,
+        getattr(getattr(bearing, "journal", None), "diameter", None),
+        view.stage.planet and key == "planet_bearing" and view.stage.planet.bore_diameter,
+    )
+    return next(filter(None, diameters), 0.0)
+
+
+def _thrust(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]:
+    """Warnings about bearings with an axial stiffness or a rating whose gear cannot move along its
+    axis: they carry nothing of the thrust N F sin β_b of its helical teeth."""
+    if view.stage.double_helical:
+        return
+    for role in g.gear_meshes:
+        thrust = (
+            view.stage.planets * abs(stage.gear_mesh_forces[role]) * math.sin(g.base_helix_angle)
+        )
+        parts = ("pinion", "gear") if stage.kind == "parallel" else (role,)
+        for part in parts if thrust else ():
+            kinematics = view.case.kinematics_of(f"{view.name}.{part}")
+            if kinematics not in ("planar", "torsional") or view.stage.form(part) == "fe":
+                continue
+            for key, bearing in view.stage.member(part).supports.items():
+                if bearing.stiffness[2] > 0.0 or bearing.dynamic_rating is not None:
+                    yield (
+                        f"{view.key(part)}.{key} carries no thrust, as the {part} cannot move "
+                        f"along its axis ({kinematics}), and helical teeth push it by "
+                        f'{thrust:.3g} N; set {view.key(part)}.kinematics = "spatial"'
+                    )
+
+
+def _rating(view: StageView, stage: StageFlow) -> Iterator[str]:
+    """Warnings about dynamic ratings of bearings that do not fit their nominal load."""
+    for nominal in nominal_bearings(view, stage).values():
+        bearing, hours = nominal.place.bearing, nominal.life_hours
+        if bearing.dynamic_rating is None or hours is None or not math.isfinite(hours):
+            continue
+        ratio = bearing.dynamic_rating * bearing.count / nominal.equivalent
+        if not 1.0 <= ratio <= FACTOR:
+            yield (
+                f"{nominal.place.key}.dynamic_rating is {ratio:.2g} times the load on it, with a "
+                f"life of {hours:.2g} h; check its unit"
+            )
