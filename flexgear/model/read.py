@@ -174,7 +174,7 @@ def to_si(
 
 
 def _missing_words(section: type[Section], data: Mapping[str, Any]) -> list[str]:
-    """Required keys with text as their value that are missing in the data of a section."""
+    """Required keys of a section for text values that its data do not have."""
     fields = section.model_fields.items()
     return [n for n, f in fields if f.is_required() and f.annotation is str and n not in data]
 
@@ -200,7 +200,8 @@ def table_header(path: str, is_list: bool = False) -> str:
 
 
 def tuples_of(value: Any, where: str, key: str) -> Any:
-    """Lists as tuples, also in sections; InputError for integers that are too large for arrays."""
+    """A value with tuples in place of lists, at every depth; InputError for an integer that is too
+    large for arrays."""
     if isinstance(value, list):
         return tuple(tuples_of(v, where, key) for v in value)
     if isinstance(value, dict):

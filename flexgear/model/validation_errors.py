@@ -194,8 +194,8 @@ def _places(section: type[Section], key: str, path: str = "") -> list[str]:
 
 
 def with_places(root: type[Section], fault: InputError) -> InputError:
-    """The InputError; if the key is unknown in its section and other sections take it, the remedy
-    names the nearest of these."""
+    """The InputError, whose remedy names the nearest section that knows the key, if its own does
+    not and another one does."""
     *at, key = re.sub(r"\[\d+\]|\.\d+(?=\.)", "[0]", fault.key).split(".")
 
     def distance(place: str) -> int:

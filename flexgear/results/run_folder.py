@@ -18,6 +18,7 @@ from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.input_file import MEGABYTE, read_text
 from flexgear.model.names import BodyName
+from flexgear.model.read import tuples_of
 from flexgear.model.stage_view import StageView
 from flexgear.results.dataset_file import reopened
 from flexgear.results.settling import settled
@@ -125,7 +126,7 @@ def read_folder(folder: Path) -> Run:
         raise _damaged(folder, "summary.json", f"{keys[0]} is missing")
     try:
         data = {f.stem: reopened(f) for f in sorted(folder.glob("*.nc"))}
-        validated = Case.model_validate(tuples_of(case))
+        validated = Case.model_validate(tuples_of(case, str(folder / "case.json"), "case"))
         flow = power_flow(validated)
     except ValidationError as error:
         raise _damaged(folder, "case.json", str(error).splitlines()[0]) from None
@@ -146,13 +147,6 @@ def complete(folder: Path) -> Iterator[None]:
     except (TypeError, AttributeError, ValueError, IndexError, ArithmeticError) as error:
         problem = f"values are not those of a run ({str(error).partition(chr(10))[0]})"
         raise _damaged(folder, "summary.json or its datasets", problem) from error
-
-
-def tuples_of(value: Any) -> Any:
-    """JSON data with lists replaced by tuples, as in validated cases."""
-    if isinstance(value, dict):
-        return {k: tuples_of(v) for k, v in value.items()}
-    return tuple(tuples_of(v) for v in value) if isinstance(value, list) else value
 
 
 def _json(folder: Path, name: str) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from flexgear.gears.power_flow import power_flow, speed_ratios
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearWarning, InputError
 from flexgear.model.names import BodyName
+from flexgear.model.read import tuples_of
 from flexgear.model.sensor import Sensor
 from flexgear.results.labelled_dataset import groups_in
 from flexgear.results.orders import (
@@ -28,7 +29,6 @@ from flexgear.results.orders import (
     order_spectrum,
     synchronous,
 )
-from flexgear.results.run_folder import tuples_of
 
 # rounding of histories without a mean: forces over rated torque; motions, m or rad, far below atoms
 FORCE_ROUNDING, MOTION_ROUNDING = 1e-9, 1e-14
@@ -42,7 +42,9 @@ Value = TypeVar("Value", Array, float)
 def case_of(data: xr.Dataset) -> Case:
     """The case of a result; InputError if the dataset is no result of flexgear."""
     try:
-        return Case.model_validate(tuples_of(json.loads(data.attrs["parameters"])))
+        return Case.model_validate(
+            tuples_of(json.loads(data.attrs["parameters"]), SOURCE, "parameters")
+        )
     except (KeyError, TypeError, ValueError, RecursionError):
         problem = "is not a result of flexgear, or has no case in its attributes"
         raise InputError(SOURCE, "dataset", problem, "name a transient of flexgear") from None

@@ -151,8 +151,9 @@ def pulling_teeth(case: Case, groups: Iterable[str]) -> list[str]:
 
 
 def two_senses(forces: Mapping[str, Mapping[str, float]]) -> list[str]:
-    """Groups of gear meshes with forces of both senses in the ranges ``force_ranges`` of a run,
-    each above rounding of the largest force of the train."""
+    """Groups of gear meshes whose teeth both push and pull during a run. forces: least and largest
+    force of each group, of ``force_ranges``; below ``ROUNDING`` of the train's largest force one
+    counts as none."""
     largest = max((max(-f["min_n"], f["max_n"]) for f in forces.values()), default=0.0)
     return [g for g, f in forces.items() if min(-f["min_n"], f["max_n"]) > ROUNDING * largest]
 

@@ -36,7 +36,8 @@ class FlankAmount:
     relief: Relief | None = None
 
     def amount(self, added: float) -> float:
-        """Amount after the removal of ``added`` (m) more material, m, without rounding errors."""
+        """Amount of the modification, m, once ``added`` (m) more material is removed; rounded to
+        0.1 nm, so that none is not a little below zero."""
         return round(self.base + added, 10) + 0.0
 
     def with_more(self, added: float) -> float | Relief:

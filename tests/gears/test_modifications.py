@@ -13,7 +13,7 @@ from flexgear.gears.slices import Line, cut
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.modifications import EndRelief, FlankModifications, FlankTable, Relief
-from flexgear.results.run_folder import tuples_of
+from flexgear.model.read import tuples_of
 
 EXTERNAL = Flank(tip=0.030, root=0.010, half_face=0.05, base_radius=0.06)
 INTERNAL = Flank(tip=0.040, root=0.060, half_face=0.05, base_radius=0.12)
@@ -293,7 +293,10 @@ def test_a_table_from_a_csv_file(tmp_path):
     a, b = paths(read), paths(written)
     assert a["sun"].gap_grid.max() > 1e-6 and not a["sun_coast"].gap_grid.any()
     np.testing.assert_array_equal(a["sun"].gap_grid, b["sun"].gap_grid)
-    assert Case.model_validate(tuples_of(read.to_dict())).content_hash() == read.content_hash()
+    assert (
+        Case.model_validate(tuples_of(read.to_dict(), "case", "")).content_hash()
+        == read.content_hash()
+    )
     first = read.content_hash()
     (tmp_path / "again.csv").write_text(GRID.format("30; 110; 4; x\n-30; 110; 3; x\n"))
     assert modified(tmp_path, {key: '{ file = "again.csv" }'}).content_hash() == first

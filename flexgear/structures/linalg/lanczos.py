@@ -60,8 +60,10 @@ class NotConverged(RuntimeError):
 
 
 def vectors_a_step(count: int) -> int:
-    """Size of a block for ``count`` modes: small blocks need fewer vectors in all; for many modes a
-    step costs what reading the basis does, and fewer steps read it less often."""
+    """Vectors that a step adds to the basis when ``count`` modes are sought. Few at a time need
+    the smallest basis; for many modes time goes into reading the basis in every step, and steps
+    with more vectors are fewer. Calibrated: 300 modes of 60 000 dofs take 37 s with 4, 24 with 12,
+    26 with 24; 120 modes of 133 000 dofs 16, 18 and more."""
     return 4 if count <= _MANY else 12
 
 

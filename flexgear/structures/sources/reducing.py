@@ -48,8 +48,11 @@ def tied(model: FeModel, nodes: Sequence[TiedNode]) -> Interface:
 
 @dataclass(frozen=True, eq=False)
 class Unreduced:
-    """FE model of a body, its condensation on its nodes, the loads of its static error estimate,
-    and the times that these took, s."""
+    """An FE body before its modes are chosen.
+
+    condensation: static condensation on its interface nodes; loads: load cases for the estimate of
+    its static error; seconds: computing time of each part.
+    """
 
     model: FeModel
     condensation: AnyCondensation
@@ -113,7 +116,8 @@ def reduced_body(source: FeBody, unreduced: Unreduced, progress: Progress) -> Re
 
 
 def accurate_to(body: ReducedBody) -> float:
-    """Frequency up to which a body's frequencies were compared and are as accurate as promised."""
+    """Highest frequency, Hz, below which all natural frequencies of the reduced body were compared
+    with those of the unreduced one and differ by at most ``PROMISED``."""
     errors = np.array(body.report["compared_errors"])
     wrong = np.array(body.report["compared_frequencies_hz"])[errors > estimate.PROMISED]
     return float(min([body.report["compared_to_hz"], *wrong]))
@@ -148,7 +152,7 @@ def with_errors(body: ReducedBody, supports: Array, limit_hz: float | None) -> R
 
 
 def _laps(seconds: dict[str, float]) -> Callable[[str], None]:
-    """A function that enters the time since its last call under a name."""
+    """A stopwatch: each call writes the time since the last one, s, to ``seconds`` under a name."""
     last = time.perf_counter()
 
     def lap(part: str) -> None:
