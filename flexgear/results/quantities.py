@@ -151,18 +151,6 @@ WITH_SECTION: Literal["with its section"] = "with its section"
 ABSENT: Any = {}  # value of a figure that a subject does not have
 
 
-class Bars(NamedTuple):
-    """A bar chart of a figure by stage and name.
-
-    section: section of the report; label: label of the axis without unit; sentence: text below it.
-    """
-
-    section: str
-    label: str
-    caption: str
-    sentence: str
-
-
 class Figure(NamedTuple):
     """A figure of a summary.
 
@@ -171,7 +159,7 @@ class Figure(NamedTuple):
     not. of: function of the section's subject that returns the value of the path's first key with
     all nested keys, ABSENT if the subject does not have it, None without a number. label: label of
     its rows in tables with {name} for angle brackets, "" if tables omit it. printed: unit in tables
-    if it differs. bars: its chart, if it has one.
+    if it differs.
     """
 
     path: str
@@ -181,7 +169,6 @@ class Figure(NamedTuple):
     of: Callable[[Any], Any] | None = None
     label: str = ""
     printed: str = ""
-    bars: Bars | None = None
 
     @property
     def names(self) -> list[str]:

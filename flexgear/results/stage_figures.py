@@ -20,7 +20,7 @@ from flexgear.gears.power_flow import PowerFlow, StageFlow
 from flexgear.model.names import BodyName, SupportName
 from flexgear.model.stage_view import BearingPlace, StageView
 from flexgear.model.units import RPM
-from flexgear.results.quantities import ABSENT, ALWAYS, Bars, Figure, values
+from flexgear.results.quantities import ABSENT, ALWAYS, Figure, values
 
 if TYPE_CHECKING:  # the command ``check`` does not load xarray
     import xarray as xr
@@ -292,9 +292,7 @@ SEATS = (
            "", StageRun.largest_axial, "{name}, largest axial load"),
 )  # fmt: skip
 LIVES = (
-    Figure("bearing_life_h.<bearing>", "h", "L₁₀ₕ of bearings under "
-           "the constant load of the same damage over the equilibria", "", StageRun.lives, "{name}",
-           bars=Bars("bearings", "basic rating life", "Basic rating life of the bearings, ISO 281",
-                     "Under the constant load of the same damage over the equilibria.")),
+    Figure("bearing_life_h.<bearing>", "h", "L₁₀ₕ of bearings under the constant load of the same "
+           "damage over the equilibria", "", StageRun.lives, "{name}"),
 )  # fmt: skip
 STAGE_FIGURES = (*GEAR_MESHES, *ROOTS, *PLANET_BEARINGS, *SEATS, *LIVES)

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 from flexgear.gears.paths import GearFlank, modified_flanks, stage_paths
 from flexgear.model.errors import FlexgearError
-from flexgear.results.quantities import Figure
 from flexgear.results.report.wording import of_stage, window_words, with_unit
 from flexgear.results.run_folder import Run, StageOfRun, prefix_of
 from flexgear.results.settling import window_of
@@ -120,13 +119,12 @@ def trains(run: Run) -> Iterator[Subject]:
     yield Subject({}, (run.flow,))
 
 
-def figures(figure: Figure, run: Run) -> Iterator[Subject]:
-    """Values of a figure of the summary by stage, if any stage has it."""
-    stages = run.summary["stages"].items()
-    key = figure.names[0]
-    by_stage = {stage: section[key] for stage, section in stages if key in section}
-    if by_stage:
-        yield Subject({}, (by_stage,))
+def bearing_lives(run: Run) -> Iterator[Subject]:
+    """Lives of the bearings of all stages by stage and name, if the summary has any."""
+    stages, key = run.summary["stages"].items(), "bearing_life_h"
+    lives = {stage: section[key] for stage, section in stages if key in section}
+    if lives:
+        yield Subject({}, (lives,))
 
 
 def stages(run: Run) -> Iterator[Subject]:

@@ -42,7 +42,6 @@ from flexgear.views.select import (
     windowed,
 )
 from flexgear.views.style import (
-    DIVERGING_MAP,
     KILO,
     MICRO,
     N_PER_M_TO_N_PER_UM,
@@ -223,7 +222,6 @@ def tooth_map(axes: Axes, at: Array, image: Array, **look: Any) -> QuadMesh:
     return axes.pcolormesh(at, numbers, image, shading="nearest", rasterized=True, **look)
 
 
-MAP_SAMPLES = 1500  # of a map over the carrier angle
 ROUNDING = 1e-6  # of the largest displacement: a direction with less does not move
 Pick = Callable[[xr.Dataset], xr.DataArray]
 Drawn = tuple[str, Pick, float]  # label, function of a run for the values, factor
@@ -279,7 +277,7 @@ def carrier_speed(runs: Runs, rated_rpm: float | None = None) -> Figure:
     """Input torque and carrier speed (r/min) of one or several runs over time (Figure 10)."""
     figure, axes = panels(2, 1, height_mm=96, sharex=True, height_ratios=[1, 2])
     top, bottom = axes[:, 0]
-    torque_panel(top, runs, "time")
+    torque_panel(top, runs)
     over_runs(bottom, runs, "time", SPEED)
     rated = []
     if rated_rpm is not None:
@@ -294,10 +292,10 @@ def input_torque(part: xr.Dataset) -> xr.DataArray:
     return part["port_torque"].isel(port=0)
 
 
-def torque_panel(axes: Axes, runs: Runs, x: str) -> None:
-    """Draw the input torque in a suitable unit, with zero in view."""
+def torque_panel(axes: Axes, runs: Runs) -> None:
+    """Draw the input torque over time in a suitable unit, with zero in view."""
     unit, factor = scale([float(abs(input_torque(d)).max()) for d in runs.values()], "N m")
-    over_runs(axes, runs, x, (f"input torque\n({unit})", input_torque, factor))
+    over_runs(axes, runs, "time", (f"input torque\n({unit})", input_torque, factor))
     low, high = axes.get_ylim()
     axes.set_ylim(min(0.0, low), 1.12 * high if high > 0 else high)
 
@@ -324,19 +322,34 @@ def load_sharing(runs: Runs, x: str = "stage_angle", spread: bool = False) -> Fi
 def torque_drop(runs: Runs) -> Figure:
     """A torque drop over time: torque, speed, mean mesh force, load sharing, force spread."""
     figure, axes = panels(5, 1, height_mm=190, sharex=True, height_ratios=[0.7, 1, 1, 1, 1])
-    torque_panel(axes[0, 0], runs, "time")
+    torque_panel(axes[0, 0], runs)
     for ax, drawn in zip(axes[1:, 0], (SPEED, FORCE, SHARING, SPREAD), strict=True):
         over_runs(ax, runs, "time", drawn, envelope=False)
     axes[2, 0].axhline(0, color=NEUTRAL, lw=0.7)
     return finish(figure, axes, runs, "time")
 
 
+DISPLACEMENTS: dict[str, tuple[str, Pick, Sequence[str]]] = {
+    # title, function of a run that returns the displacement (n, ≥ 3), m, and its directions
+    "tooth node": (
+        "ring tooth node 1",
+        lambda run: variable(run, "tooth_displacement").isel(tooth=0),
+        ("X", "Y", "Z"),
+    ),
+    "sun": ("the sun, axes of the carrier", lambda run: displacement_of(run, "sun"), AXES),
+    "planet": (
+        "planet 1, its own axes",
+        lambda run: displacement_of(run, "planet").isel(body=0),
+        ("x, radial", "y, tangential", "z, axial"),
+    ),
+}
+
+
 @styled
-def three_directions(
-    runs: Runs, pick: Pick, title: str, directions: tuple[str, str, str], x: str
-) -> Figure:
-    """A panel for each direction (µm) with every variant; pick: function of a run that returns a
-    displacement (n, ≥ 3), m."""
+def displacement(runs: Runs, of: str, x: str = "stage_angle") -> Figure:
+    """Displacement (µm) of the "sun" (Figures 14, 20), "planet" 1 (15, 21), or "tooth node" 1 of
+    the ring (16, 22): a panel for each direction with every variant."""
+    title, pick, directions = DISPLACEMENTS[of]
     colours = variant_colours(runs)
     figure, axes = panels(3, 1, height_mm=132, sharex=True)
     fields = {name: pick(d).transpose(leading_dim(d), ...)[:, :3] for name, d in runs.items()}
@@ -358,7 +371,7 @@ def three_directions(
             ax.set_ylim(-0.1 * of_all, 0.1 * of_all)
         ax.axhline(0, color=NEUTRAL, lw=0.6, zorder=1)
         ax.set_ylabel(f"{directions[k]} (µm)")
-    figure.suptitle(title, fontsize=9.5, weight="bold")
+    figure.suptitle(f"Displacement of {title}", fontsize=9.5, weight="bold")
     return finish(figure, axes, runs, x)
 
 
@@ -366,44 +379,3 @@ def _last_displacement(data: xr.Dataset) -> float:
     """Largest displacement of a body in the last sample, m."""
     last = data["body_displacement"].isel({leading_dim(data): -1, "dof": slice(3)})
     return float(abs(last).max())
-
-
-def tooth_node_displacement(runs: Runs, x: str = "stage_angle") -> Figure:
-    """X, Y, Z displacement of ring tooth node 1, global (Figures 16, 22)."""
-    title = "Displacement of ring tooth node 1"
-    return three_directions(
-        runs, lambda d: variable(d, "tooth_displacement").isel(tooth=0), title, ("X", "Y", "Z"), x
-    )
-
-
-def sun_displacement(runs: Runs, x: str = "stage_angle") -> Figure:
-    """x, y, z displacement of the sun, carrier axes (Figures 14, 20)."""
-    title = "Displacement of the sun, axes of the carrier"
-    return three_directions(runs, lambda d: displacement_of(d, "sun"), title, AXES, x)
-
-
-def planet_displacement(runs: Runs, x: str = "stage_angle") -> Figure:
-    """Radial, tangential and axial displacement of planet 1 (Figures 15, 21)."""
-    title = "Displacement of planet 1, its own axes"
-    names = ("x, radial", "y, tangential", "z, axial")
-    return three_directions(
-        runs, lambda d: displacement_of(d, "planet").isel(body=0), title, names, x
-    )
-
-
-@styled
-def tooth_displacement_map(dataset: xr.Dataset, axis: str = "x") -> Figure:
-    """Displacement of all tooth nodes along ``axis`` as a map over carrier angle (Figure 13)."""
-    dataset = thinned(dataset, MAP_SAMPLES)
-    field = variable(dataset, "tooth_displacement").isel(axis=AXES.index(axis))
-    image = np.asarray(field.transpose(leading_dim(dataset), "tooth"), dtype=float).T * MICRO
-    at = abscissa(dataset, "stage_angle")
-    limit = float(np.nanmax(np.abs(image), initial=1e-12))
-    figure, axes = panels(1, 1, height_mm=92)
-    ax = axes[0, 0]
-    mapped = tooth_map(ax, at, image, cmap=DIVERGING_MAP, vmin=-limit, vmax=limit)
-    ax.set_ylabel("ring tooth number")
-    ax.set_title(f"{axis.upper()} displacement of the {len(image)} ring tooth nodes")
-    figure.colorbar(mapped, ax=ax, label=f"{axis.upper()} displacement (µm)", pad=0.01)
-    finish_x(ax, "stage_angle", planet_count(dataset), at[0], at[-1])
-    return figure

@@ -203,10 +203,7 @@ def _grid(points: Array, cells: NDArray[np.integer]) -> Any:
     corners = cells.shape[1]
     if corners == 8:
         cells = cells[:, HEX_TO_VTK]
-    head = np.full((len(cells), 1), corners, dtype=np.int64)
-    table = np.hstack([head, cells.astype(np.int64)]).ravel()
-    kinds = np.full(len(cells), VTK_CELLS[corners], dtype=np.uint8)
-    return pyvista.UnstructuredGrid(table, kinds, np.ascontiguousarray(points, dtype=float))
+    return pyvista.UnstructuredGrid({VTK_CELLS[corners]: cells}, points.astype(float))
 
 
 def snapshot(

@@ -19,19 +19,22 @@ from flexgear.results.run_folder import StageOfRun
 from flexgear.results.run_orders import HIGHEST_ORDER, case_of, gear_mesh_orders
 from flexgear.results.settling import settled
 from flexgear.results.sinks import between
-from flexgear.results.stage_figures import STAGE_FIGURES
 from flexgear.results.time_figures import ORDERS, radial_harmonics
 from flexgear.results.tooth_pattern import ToothPattern, gear_pattern, planet_pattern
 from flexgear.views import chart as each
-from flexgear.views import charts, face_load_charts, histories, sharing_charts, star, style
+from flexgear.views import face_load_charts, histories, sharing_charts, star, style
 from flexgear.views.chart import Chart, Drawing, NotDrawn, Subjects, having
-from flexgear.views.charts import figure_bars
 from flexgear.views.face_load_charts import root_stress_chart, tooth_rows_chart
 from flexgear.views.mode_charts import campbell_chart, modes_chart
 from flexgear.views.order_charts import order_chart, sensors_chart, static_sensors_chart
 from flexgear.views.select import thinned, within_window
 from flexgear.views.stage_drawing import flank_drawing, front_drawing, section_drawing
-from flexgear.views.vibration_charts import linear_response_chart, response_chart, stability_chart
+from flexgear.views.vibration_charts import (
+    energy_balance,
+    linear_response_chart,
+    response_chart,
+    stability_chart,
+)
 
 DPI = 150  # of pictures, which are as wide as a page
 MAX_READ = 1_000_000  # samples of a transient that a picture reads, the last ones
@@ -122,7 +125,7 @@ def _two_positions(ring: StageOfRun) -> tuple[xr.DataArray, Any, star.StageOutli
 def _harmonics(ring: StageOfRun) -> Any:
     """Radial harmonics of the ring in the first position."""
     orders = np.abs(radial_harmonics(ring.equilibria["tooth_displacement"].to_numpy()[0]))
-    return charts.radial_harmonics(orders[:ORDERS], ring.view.stage.planets)
+    return star.radial_harmonics(orders[:ORDERS], ring.view.stage.planets)
 
 
 def _first(ring: StageOfRun) -> xr.Dataset:
@@ -146,7 +149,7 @@ def _drop(ring: StageOfRun, depth: str) -> dict[str, xr.Dataset]:
 
 
 def _energy(data: xr.Dataset, *_: Any) -> Any:
-    return charts.energy_balance(thinned(data, MAX_OF_DROP))
+    return energy_balance(thinned(data, MAX_OF_DROP))
 
 
 def _animation(ring: StageOfRun) -> Drawing:
@@ -234,10 +237,10 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
     (having(each.rings, lambda ring: ring.steady), (
         Chart("{prefix}tooth_node_1", "deflections",
             "{ring}Displacement of ring tooth node 1, {window}", NODE,
-            lambda ring: histories.tooth_node_displacement(ring.steady)),
+            lambda ring: histories.displacement(ring.steady, "tooth node")),
         Chart("{prefix}tooth_displacement_map", "deflections",
             "{ring}x displacement of all tooth nodes, {window}", NODE,
-            lambda ring: histories.tooth_displacement_map(_first(ring))),
+            lambda ring: star.tooth_displacement_map(_first(ring))),
         Chart("{prefix}ring_tooth_loads", "gear_meshes", "{ring}Load of the ring's tooth pairs, "
             f"{TEETH_SHOWN} pitches; dashed: by stiffness alone", PAIRS,
             lambda ring: _pair_loads(ring, "ring")),
@@ -250,10 +253,10 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             lambda ring: histories.engagement_map(_first(ring))),
         Chart("{prefix}sun_displacement", "deflections",
             "Displacement of the sun{of}, axes of the carrier, {window}", MOVE,
-            lambda ring: histories.sun_displacement(ring.steady)),
+            lambda ring: histories.displacement(ring.steady, "sun")),
         Chart("{prefix}planet_displacement", "deflections",
             "Displacement of planet 1{of}, its own axes, {window}", MOVE,
-            lambda ring: histories.planet_displacement(ring.steady)),
+            lambda ring: histories.displacement(ring.steady, "planet")),
         Chart("{prefix}load_sharing", "sharing", "{ring}Load sharing in time, {window}", SHARES,
             lambda ring: histories.load_sharing(ring.steady)),
     )),
@@ -270,9 +273,11 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             "Work of the machines and its distribution; the rest is error of the time steps.",
             _energy, "torque_step_{depth}", "energy_kinetic"),
     )),
-    *((partial(each.figures, f), (
-        Chart(f.names[0], f.bars.section, f.bars.caption, f.bars.sentence, partial(figure_bars, f)),
-    )) for f in STAGE_FIGURES if f.bars),
+    (each.bearing_lives, (
+        Chart("bearing_life_h", "bearings", "Basic rating life of the bearings, ISO 281",
+            "Under the constant load of the same damage over the equilibria.",
+            sharing_charts.bearing_life_chart),
+    )),
     (each.trains, (
         Chart("power_flow", "power", "Speeds, torques and powers of the members",
             "Power that enters is positive, power that leaves negative.",

@@ -1,4 +1,5 @@
-"""Charts of trains: load sharing and gear-mesh forces of planets, floating members, power flow.
+"""Charts of trains: load sharing and gear-mesh forces of planets, floating members, power flow,
+lives of bearings.
 
 Datasets have ``gear_mesh_force`` and ``planet_load_factor`` by gear mesh (with stage, kind, side
 and planet) and ``body_displacement`` by body and degree of freedom, over positions or time.
@@ -11,7 +12,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from flexgear.arrays import Array
 from flexgear.gears.power_flow import PowerFlow
@@ -20,7 +21,7 @@ from flexgear.model.names import BodyName, MemberName
 from flexgear.model.units import RPM
 from flexgear.results.labelled_dataset import groups_in
 from flexgear.results.report import wording
-from flexgear.results.report.wording import scale
+from flexgear.results.report.wording import number, scale, words
 from flexgear.views.histories import layer
 from flexgear.views.select import (
     MAX_OSCILLATIONS,
@@ -58,6 +59,7 @@ HALVES = {"left": "-", "right": "--"}
 EQUAL = 1e-4  # of the largest value: planets that differ less have one line
 STATIONARY = 1e-9  # of the largest displacement: a smaller one is rounding
 GAP = 1.5  # of the usual step: a longer step is a gap of the line
+FAR_APART = 50.0  # largest over smallest of some bars above which the axis is logarithmic
 
 
 @styled
@@ -176,6 +178,32 @@ def power_flow_chart(flow: PowerFlow) -> Figure:
         f"{flow.mobility} independent speed{'s' if flow.mobility > 1 else ''}",
         fontsize=9, weight="bold",
     )  # fmt: skip
+    return figure
+
+
+@styled
+def bearing_life_chart(lives: Mapping[str, Mapping[str, float | None]]) -> Figure:
+    """Bars of the basic rating life (h) of bearings by name, with a colour for each stage."""
+    bars = [
+        (k, words(f"{stage} {name}"), float(life or 0.0))
+        for k, (stage, of_stage) in enumerate(lives.items())
+        for name, life in of_stage.items()
+    ]
+    colours = [PLANET_COLOURS[k % len(PLANET_COLOURS)] for k, *_ in bars]
+    labels, sizes = [label for _, label, _ in bars], [life for *_, life in bars]
+    figure, axes = panels(1, 1, height_mm=26 + 7.0 * len(bars))
+    ax = axes[0, 0]
+    labelled_bars(ax, sizes, labels, list(map(number, sizes)), colours)
+    ax.set_xlabel("basic rating life (h)")
+    if max(sizes) > FAR_APART * min(sizes) > 0.0:
+        ax.set_xscale("log")
+        ax.set_xlim(0.3 * min(sizes), 10.0 * max(sizes))
+        ax.xaxis.set_major_locator(LogLocator(numticks=6))
+        ax.xaxis.set_minor_locator(NullLocator())
+    else:
+        ax.xaxis.set_major_locator(MaxNLocator(5))
+        ax.margins(x=0.15)
+    ax.xaxis.set_major_formatter(lambda value, _: number(value))
     return figure
 
 

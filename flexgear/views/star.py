@@ -13,6 +13,7 @@ import os
 from dataclasses import dataclass
 from math import pi
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -27,8 +28,11 @@ from PIL import Image
 from flexgear.arrays import Array
 from flexgear.files.atomic import atomic_file
 from flexgear.results.time_figures import radial
+from flexgear.views.histories import finish_x, tooth_map
+from flexgear.views.select import abscissa, leading_dim, planet_count, thinned, variable
 from flexgear.views.style import (
     DEFORMED_COLOUR,
+    DIVERGING_MAP,
     MICRO,
     NEUTRAL,
     ORIGINAL_COLOUR,
@@ -40,6 +44,7 @@ from flexgear.views.style import (
     styled,
 )
 
+MAP_SAMPLES = 1500  # of a map over the carrier angle
 MILLIMETRES = FuncFormatter(lambda metres, _: f"{1e3 * metres:g}".replace("-", "−"))
 
 
@@ -288,3 +293,44 @@ def animate_star(
             duration=round(1000 / frames_per_second), optimize=False,
         )  # fmt: skip
     return Path(path)
+
+
+@styled
+def radial_harmonics(harmonics: Array, planets: int) -> Figure:
+    """Amplitudes (m) of the ring's radial displacement by order 0, 1, 2, …
+
+    Multiples of the number of planets are red: equal planets without errors cause no other order.
+    """
+    figure, axes = panels(1, 1, height_mm=66)
+    ax, micrometres = axes[0, 0], np.abs(harmonics) * MICRO
+    order = np.arange(micrometres.size)
+    multiple = order % planets == 0
+    ax.bar(order, micrometres, 0.8, color=np.where(multiple, DEFORMED_COLOUR, "#9CA3AF").tolist())
+    above: Any = {"xytext": (0, 2), "textcoords": "offset points", "ha": "center"}
+    for n in order[multiple & (micrometres > 0)]:
+        ax.annotate(f"{micrometres[n]:.3g}", (n, micrometres[n]), fontsize=7.5, **above)
+    ax.set_xticks(order)
+    ax.grid(axis="x", visible=False)
+    ax.set_xlabel("order around the ring (–)")
+    ax.set_ylabel("radial amplitude (µm)")
+    ax.margins(y=0.1)
+    ax.set_title(f"red: multiples of {planets} planets", fontsize=8, weight="normal")
+    return figure
+
+
+@styled
+def tooth_displacement_map(dataset: xr.Dataset) -> Figure:
+    """X displacement of all tooth nodes as a map over carrier angle (Tan 2023, Figure 13)."""
+    dataset = thinned(dataset, MAP_SAMPLES)
+    field = variable(dataset, "tooth_displacement").isel(axis=0)
+    image = np.asarray(field.transpose(leading_dim(dataset), "tooth"), dtype=float).T * MICRO
+    at = abscissa(dataset, "stage_angle")
+    limit = float(np.nanmax(np.abs(image), initial=1e-12))
+    figure, axes = panels(1, 1, height_mm=92)
+    ax = axes[0, 0]
+    mapped = tooth_map(ax, at, image, cmap=DIVERGING_MAP, vmin=-limit, vmax=limit)
+    ax.set_ylabel("ring tooth number")
+    ax.set_title(f"X displacement of the {len(image)} ring tooth nodes")
+    figure.colorbar(mapped, ax=ax, label="X displacement (µm)", pad=0.01)
+    finish_x(ax, "stage_angle", planet_count(dataset), at[0], at[-1])
+    return figure

@@ -3,6 +3,7 @@
 Lines with more points than a screen are reduced to their envelope.
 """
 
+import math
 import re
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -19,7 +20,6 @@ Array = NDArray[Any]
 POINTS = 12_000  # of all lines of a panel
 LEAST_POINTS = 400  # of one line
 CELLS = 200  # of a map along each side
-DIGITS = 5
 DASHES = {"-": "solid", "--": "dash", ":": "dot", "-.": "dashdot"}
 MARKERS = {"o": "circle", ".": "circle", ">": "triangle-right", "<": "triangle-left",
            "d": "diamond-tall"}  # fmt: skip
@@ -195,15 +195,9 @@ def numbers(values: Any) -> Array:
 
 def listed(values: Array) -> list[float | None]:
     """Numbers with five digits, None for NaN and infinity, which plotly omits."""
-    v = np.asarray(values, float)
-    finite = np.isfinite(v)
-    size = np.where(finite & (v != 0.0), np.abs(v), 1.0)
-    places = DIGITS - 1 - np.floor(np.log10(size)).astype(int)  # decimals
-    up, down = (10.0 ** np.clip(sign * places, 0, 300) for sign in (1, -1))
-    rounded: list[float | None] = (np.round(v * up / down) * down / up).tolist()
-    if not finite.all():
-        rounded = [x if is_finite else None for x, is_finite in zip(rounded, finite, strict=True)]
-    return rounded
+    return [
+        float(f"{v:.5g}") if math.isfinite(v) else None for v in np.asarray(values, float).tolist()
+    ]
 
 
 def colour_of(value: Any) -> str:

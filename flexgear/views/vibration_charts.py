@@ -1,5 +1,5 @@
 """Charts of vibration over speed: steady states with all branches, linear response, and parametric
-instability."""
+instability; and of the energy balance over time."""
 
 import itertools
 from collections.abc import Callable, Iterable
@@ -15,7 +15,11 @@ from numpy.typing import NDArray
 
 from flexgear.arrays import Array
 from flexgear.model.names import GearMeshName
+from flexgear.results import time_figures
+from flexgear.results.report.wording import scale
+from flexgear.views.select import variable
 from flexgear.views.style import (
+    DEFORMED_COLOUR,
     KILO,
     MICRO,
     NEUTRAL,
@@ -344,3 +348,59 @@ def with_edges(data: xr.Dataset, stage: str) -> tuple[np.ndarray, np.ndarray]:
     factors = np.concatenate([factor, edges])
     order = np.argsort(factors, kind="stable")
     return factors[order], np.concatenate([growth, np.zeros(len(edges))])[order]
+
+
+ENERGY_LABELS = {  # label and colour by term
+    "input_work": ("work of the input torque", "#0072B2"),
+    "brake_work": ("work of the brake", "#D55E00"),
+    "damping_work": ("work of structural damping", "#009E73"),
+    "pair_damping_work": ("work of tooth-pair damping", "#CC79A7"),
+    "parametric_work": ("work of varying tooth stiffness", "#8C6D1F"),
+    "load_work": ("work of weight and loads", "#6A51A3"),
+    "kinetic": ("kinetic energy", "#56B4E9"),
+    "elastic": ("elastic energy, bodies", "#E69F00"),
+    "pair_elastic": ("elastic energy, tooth pairs", "#444444"),
+}
+BALANCED = 1e-4  # of the peak elastic energy: a smaller residual is not drawn
+OUTGOING = ("brake_work", "damping_work", "pair_damping_work")
+STORED = ("kinetic", "elastic", "pair_elastic")
+
+
+@styled
+def energy_balance(dataset: xr.Dataset) -> Figure:
+    """Changes of energy and work since the start over time, and the residual of their balance.
+
+    The residual is that of ``time_figures.energy_balance``, in percent of the peak elastic energy
+    in the lowest panel. Brake and damping work are positive in the dataset where energy leaves the
+    system, and drawn negative.
+    """
+    balance, outer = time_figures.energy_balance(dataset), ("input_work", "brake_work")
+    left = balance["left"].to_numpy()
+    residual = (left - left[0]) / float(balance["elastic"].max())
+    time = np.asarray(variable(dataset, "time"), dtype=float)
+    energies = {t: np.asarray(dataset[f"energy_{t}"], dtype=float) for t in ENERGY_LABELS}
+    changes = {t: (-1 if t in OUTGOING else 1) * (v - v[0]) for t, v in energies.items()}
+    balanced = float(np.abs(residual).max()) <= BALANCED
+    rows = 2 + int(not balanced)
+    figure, axes = panels(rows, 1, height_mm=26 + 42 * rows, sharex=True)
+    for ax, group in zip(axes[:, 0], (outer, [t for t in changes if t not in outer]), strict=False):
+        unit, factor = scale([float(np.max(np.abs(changes[t]))) for t in group], "J")
+        for term in group:
+            line = "-" if term in STORED else "--"
+            label, colour = ENERGY_LABELS[term]
+            ax.plot(time, changes[term] * factor, line, color=colour, label=label)
+        ax.set_ylabel(f"change since\nthe start ({unit})")
+    last = axes[-1, 0]
+    if balanced:
+        text = f"balanced to {100 * BALANCED:g} % of the largest elastic energy"
+        last.set_title(text, weight="normal", fontsize=8)
+    else:
+        last.plot(time, 100 * residual, color=DEFORMED_COLOUR, lw=1)
+        last.set_ylabel("residual (% of\npeak elastic)")
+    for ax in axes[:, 0]:
+        ax.axhline(0, color=NEUTRAL, lw=0.7)
+    last.set_xlabel("time (s)")
+    last.set_xlim(time[0], time[-1])
+    figure.align_ylabels(axes[:, 0])
+    figure.legend(loc="outside lower center", ncols=3)
+    return figure

@@ -1,16 +1,12 @@
-"""Pictures that a run gets, and figures as bars."""
-
-import numpy as np
+"""Pictures that a run gets, and lives of bearings as bars."""
 
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
-from flexgear.results.quantities import Bars, Figure
 from flexgear.results.report.parts import SECTIONS
 from flexgear.results.run_folder import Run
-from flexgear.results.stage_figures import LIVES
 from flexgear.views.chart import planned
-from flexgear.views.charts import figure_bars
 from flexgear.views.run_charts import FLANK, RUN_CHARTS
+from flexgear.views.sharing_charts import bearing_life_chart
 
 CHARTS = [chart for _, charts in RUN_CHARTS for chart in charts]
 
@@ -31,35 +27,19 @@ def test_a_case_that_is_not_solved_has_pictures_of_its_gears():
     assert not any("{" in p.caption for p in plan.values())
 
 
-STRESS = Figure(
-    "stress_mpa", "MPa", "stress", bars=Bars("face", "stress", "Stress", "A bar a stage.")
-)
-
-
-def drawn(figure, stages):
-    ax = figure_bars(figure, stages).axes[0]
-    labels = [text.get_text() for text in ax.get_yticklabels()]
-    return labels, [bar.get_width() for bar in ax.patches], ax.get_xlabel()
-
-
 def test_a_bar_for_every_name_of_every_stage():
     lives = {"first": {"planet_bearing_1": 2e4, "planet_bearing_2": 3e4}, "second": {"far": 1e5}}
-    labels, sizes, axis = drawn(LIVES[0], lives)
+    ax = bearing_life_chart(lives).axes[0]
+    labels = [text.get_text() for text in ax.get_yticklabels()]
     assert labels == ["first planet bearing 1", "first planet bearing 2", "second far"]
-    assert sizes == [2e4, 3e4, 1e5]
-    assert axis == "basic rating life (h)"
+    assert [bar.get_width() for bar in ax.patches] == [2e4, 3e4, 1e5]
+    assert ax.get_xlabel() == "basic rating life (h)"
 
 
 def test_the_shortest_life_has_a_bar_beside_bearings_that_hardly_carry():
     lives = {"stage": {"planet_bearing_1": 3.6e4, "carrier_bearing_drive": 4e11}}
-    ax = figure_bars(LIVES[0], lives).axes[0]
+    ax = bearing_life_chart(lives).axes[0]
     left, right = ax.get_xlim()
     for bar in ax.patches:
         end = ax.transAxes.inverted().transform(ax.transData.transform((bar.get_width(), 0.0)))
         assert left < bar.get_width() < right and end[0] > 0.03
-
-
-def test_a_bar_a_stage_in_the_unit_that_reads_well():
-    labels, sizes, axis = drawn(STRESS, {"stage": 1500.0})
-    np.testing.assert_allclose(sizes, [1.5])
-    assert (labels, axis) == (["stage"], "stress (GPa)")

@@ -11,7 +11,7 @@ from rows import Drawn, Picture
 
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName, MemberName
-from flexgear.views import histories
+from flexgear.views import histories, star
 from flexgear.views.render import require_rendering
 from flexgear.views.select import Window, within_window
 from flexgear.views.style import DEFORMED_COLOUR, ORIGINAL_COLOUR, panels, styled
@@ -137,21 +137,21 @@ PICTURES = (
     ),
     Redrawn(
         13, "X displacement of all ring tooth nodes",
-        lambda runs: histories.tooth_displacement_map(runs.steady["flexible"], "x"),
+        lambda runs: star.tooth_displacement_map(runs.steady["flexible"]),
     ),
     Redrawn(
         14, "Sun displacement, steady",
-        lambda runs: histories.sun_displacement(_steady(runs)), CUT,
+        lambda runs: histories.displacement(_steady(runs), "sun"), CUT,
     ),
     Redrawn(
         15, "Planet 1 displacement, steady",
-        lambda runs: histories.planet_displacement(_to_drive_flange(runs, _steady(runs))),
+        lambda runs: histories.displacement(_to_drive_flange(runs, _steady(runs)), "planet"),
         "Against the carrier's drive flange, whose rotation is taken out; x radial, y tangential "
         f"(positive with the rotation), z axial. {CUT}",
     ),
     Redrawn(
         16, "Ring tooth node 1, steady",
-        lambda runs: histories.tooth_node_displacement(runs.steady),
+        lambda runs: histories.displacement(runs.steady, "tooth node"),
     ),
     Redrawn(
         17, "Tooth loads of sun and planet 1, steady",
@@ -164,16 +164,18 @@ PICTURES = (
     Redrawn(19, "Load sharing, steady", lambda runs: histories.load_sharing(_steady(runs)), CUT),
     Redrawn(
         20, "Sun displacement in a torque drop to 4e5 N·m",
-        lambda runs: histories.sun_displacement(_drop(runs), x="time"),
+        lambda runs: histories.displacement(_drop(runs), "sun", "time"),
     ),
     Redrawn(
         21, "Planet 1 displacement in a torque drop to 4e5 N·m",
-        lambda runs: histories.planet_displacement(_to_drive_flange(runs, _drop(runs)), x="time"),
+        lambda runs: histories.displacement(
+            _to_drive_flange(runs, _drop(runs)), "planet", "time"
+        ),
         "Against the carrier's drive flange, as in Figure 15.",
     ),
     Redrawn(
         22, "Ring tooth node 1 in a torque drop to 4e5 N·m",
-        lambda runs: histories.tooth_node_displacement(_drop(runs), x="time"),
+        lambda runs: histories.displacement(_drop(runs), "tooth node", "time"),
     ),
     Redrawn(
         23, "Tooth loads of sun and planet 1 in the torque drop",
