@@ -147,15 +147,15 @@ def _rows(figures: list[tuple[Figure, list[str]]], value: Any, name: str = "") -
 ROUNDING = 1e-6  # of the largest figure of a section, below which figures are zero
 _PITCHES = "pitches"
 _SHARE = "share"
-# labels of keys, {part} for the name of a gear or gear mesh
-_WORDS = {
+# labels of keys, {part} for the name of a gear or gear mesh; with units of keys without a suffix
+_WORDS: dict[str, str | tuple[str, str]] = {
     "planets": "number of planets",
     "bearing_life_ratio": "ratio of bearing lives, if both cases had the same bearings",
     "{part}_ball": "{part}, of balls",
     "{part}_roller": "{part}, of rollers",
     "(z_sun + z_ring)/N": "sun and ring teeth over number of planets",
     "assembles": "all planets assemble",
-    "largest_misfit_of_a_sun_tooth_in_pitches": "largest misfit of a sun tooth",
+    "largest_misfit_of_a_sun_tooth_in_pitches": ("largest misfit of a sun tooth", _PITCHES),
     "center_distance_mm": "centre distance",
     "planet_clearance_mm": "gap between the tips of neighbouring planets",
     "transverse_pressure_angle_deg": "transverse pressure angle, reference circle",
@@ -171,8 +171,11 @@ _WORDS = {
     "backlash_um": "normal backlash",
     "backlash_by": "source of the backlash",
     "errors_close_up_to_um": "backlash closed by manufacturing errors, at most",
-    "place_of_first_pair_in_pitches": "first pair (of planet 1), from the start of the path",
-    "phase_of_planets_in_pitches": "phases of the planets relative to planet 1",
+    "place_of_first_pair_in_pitches": (
+        "first pair (of planet 1), from the start of the path",
+        _PITCHES,
+    ),
+    "phase_of_planets_in_pitches": ("phases of the planets relative to planet 1", _PITCHES),
     "stiffness": "stiffness model",
     "mean_stiffness_n_per_m": "stiffness of all pairs together, mean",
     "least_stiffness_n_per_m": "stiffness of all pairs together, least",
@@ -188,7 +191,10 @@ _WORDS = {
     ),
     "form_and_notch_factor_{part}": "form factor and notch factor of the {part}",
     "coefficient_of_friction": "coefficient of friction, assumed",
-    "friction_loss_share_{part}": "power lost in friction, share of that through the {part}",
+    "friction_loss_share_{part}": (
+        "power lost in friction, share of that through the {part}",
+        _SHARE,
+    ),
     "friction_force_{part}_n": "friction force, across the line of action, {part}",
     "free_planet_rim_gives_way_{part}_um": "oval planet rim, largest deflection at the {part}",
     "pin_bends_in_planet_um": "bending of a pin inside its planet",
@@ -203,8 +209,8 @@ _WORDS = {
     "gear_mesh_orders": "orders of the gear-mesh frequency that results cover",
     "gear_mesh_resonance_hz": "gears vibrate on their gear mesh at",
     "modes_band_hz": "modes are accurate up to",
-    "modes_accuracy": "allowed error by dropped modes",
-    "modes_estimate": "error by dropped modes",
+    "modes_accuracy": ("allowed error by dropped modes", _SHARE),
+    "modes_estimate": ("error by dropped modes", _SHARE),
     "modes_limit_hz": "highest mode",
     "kept_modes": "modes kept",
     "time_step_s": "time step, steady running",
@@ -217,21 +223,21 @@ _WORDS = {
     "settling_s": "fine steps after a jump of torque last",
     "reduction_limit_hz": "reduced bodies are checked up to",
     "dofs": "degrees of freedom",
-    "instantaneous": "K at the worst instant",
-    "mean-based": "mean-based factor",
-    "cycle-based": "cycle-based factor",
-    "iec_61400_4": "assumed by IEC 61400-4",
+    "instantaneous": ("K at the worst instant", FACTOR),
+    "mean-based": ("mean-based factor", FACTOR),
+    "cycle-based": ("cycle-based factor", FACTOR),
+    "iec_61400_4": ("assumed by IEC 61400-4", FACTOR),
     "min_n": "least",
     "mean_n": "mean",
     "max_n": "largest",
-    "distance_from_axis_um_max": "largest distance from the axis",
-    "load_sharing_max": "largest load sharing factor K",
-    "planet_force_spread_max": "largest spread of the planets' forces, over the mean",
-    "ring_mesh_force_n_mean": "mean force of the ring gear meshes",
-    "load_sharing": "load sharing factor K",
-    "half_load": "load of this half, over an even share",
-    "planet_load_factor": "load of each planet over the mean",
-    "planet_force_spread": "spread of the planets' forces, over the mean",
+    "distance_from_axis_um_max": ("largest distance from the axis", "µm"),
+    "load_sharing_max": ("largest load sharing factor K", FACTOR),
+    "planet_force_spread_max": ("largest spread of the planets' forces, over the mean", _SHARE),
+    "ring_mesh_force_n_mean": ("mean force of the ring gear meshes", "N"),
+    "load_sharing": ("load sharing factor K", FACTOR),
+    "half_load": ("load of this half, over an even share", FACTOR),
+    "planet_load_factor": ("load of each planet over the mean", FACTOR),
+    "planet_force_spread": ("spread of the planets' forces, over the mean", _SHARE),
     "distance_from_axis_um": "distance from the axis",
     "tooth_displacement_largest_um": "ring teeth, largest displacement along x, y, z",
     "radial_harmonic_{part}_um": "radial shape of the ring, order {part}",
@@ -239,38 +245,15 @@ _WORDS = {
     "fe_dofs": "degrees of freedom of the FE mesh",
     "interface_dofs": "degrees of freedom of the interface",
     "fixed_interface_frequency_max_hz": "highest of them",
-    "static_error_cases": "by load",
+    "static_error": ("static error", _SHARE),
+    "static_error_cases": ("by load", _SHARE),
+    "frequency_error": ("frequency error", _SHARE),
     "frequency_limit_hz": "compared up to",
     "frequency_error_on_these_supports": "on the supports of the case",
     "tie": "teeth or bores are tied to their node at",
-    "misalignment_by_cause_um, {part}": "misalignment by the {part}",
-    "tip_load_share_max": "largest share of the load off the path of contact",
+    "misalignment_by_cause_um, {part}": ("misalignment by the {part}", "µm"),
+    "tip_load_share_max": ("largest share of the load off the path of contact", _SHARE),
     **{figure.path: figure.label for figure in (*STAGE_FIGURES, *FLANK_FIGURES) if figure.label},
-}
-_UNITS = {  # of those that do not end in theirs
-    "largest_misfit_of_a_sun_tooth_in_pitches": _PITCHES,
-    "place_of_first_pair_in_pitches": _PITCHES,
-    "phase_of_planets_in_pitches": _PITCHES,
-    "friction_loss_share_{part}": _SHARE,
-    "modes_accuracy": _SHARE,
-    "modes_estimate": _SHARE,
-    "instantaneous": FACTOR,
-    "mean-based": FACTOR,
-    "cycle-based": FACTOR,
-    "iec_61400_4": FACTOR,
-    "misalignment_by_cause_um, {part}": "µm",
-    "tip_load_share_max": _SHARE,
-    "distance_from_axis_um_max": "µm",
-    "load_sharing_max": FACTOR,
-    "planet_force_spread_max": _SHARE,
-    "ring_mesh_force_n_mean": "N",
-    "load_sharing": FACTOR,
-    "half_load": FACTOR,
-    "planet_load_factor": FACTOR,
-    "planet_force_spread": _SHARE,
-    "static_error": _SHARE,
-    "static_error_cases": _SHARE,
-    "frequency_error": _SHARE,
 }
 _VALUES = {
     "per_pair": "one spring for each tooth pair",
@@ -290,7 +273,8 @@ def label_and_unit(key: str) -> tuple[str, str]:
         match = re.fullmatch(f"{re.escape(before)}(.*){re.escape(after)}", key)
         if key == pattern or ("{part}" in pattern and match):
             part = words(match[1]) if match and match.groups() else ""
-            return text.replace("{part}", part), _UNITS.get(pattern, unit)
+            text, unit = (text, unit) if isinstance(text, str) else text
+            return text.replace("{part}", part), unit
     return label, unit
 
 
