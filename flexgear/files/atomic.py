@@ -26,12 +26,8 @@ from typing import Any
 import numpy as np
 
 from flexgear.files import STOP_SIGNALS
+from flexgear.files.locks import LOCK_NAME, acquire, fcntl, remove_lock_if_stale
 from flexgear.model.errors import FlexgearError, InputError
-
-try:
-    import fcntl
-except ImportError:  # Windows, where stale staging folders are not removed
-    fcntl = None  # type: ignore[assignment]
 
 SUFFIX = ".partial"
 _LOCK = "lock"
@@ -57,13 +53,15 @@ def private_folder(place: Path, name: str) -> Iterator[Path]:
 
 
 def remove_stale(place: Path) -> None:
-    """Remove the private folders in ``place`` whose processes have ended."""
+    """Remove the private folders and locks in ``place`` whose processes have ended."""
     if fcntl is None:
         return
     with contextlib.suppress(OSError):
         for entry in list(os.scandir(place)):
             if _FOLDER_NAME.fullmatch(entry.name) and entry.is_dir(follow_symlinks=False):
                 _remove_if_stale(Path(entry.path))
+            elif LOCK_NAME.fullmatch(entry.name) and entry.is_file(follow_symlinks=False):
+                remove_lock_if_stale(Path(entry.path))
 
 
 def _new_locked_folder(place: Path, name: str) -> tuple[Path, int]:
@@ -79,24 +77,11 @@ def _new_locked_folder(place: Path, name: str) -> tuple[Path, int]:
         except OSError:
             shutil.rmtree(folder, ignore_errors=True)
             raise
-        if _acquire(lock) and (folder / _LOCK).exists():
+        if acquire(lock) and (folder / _LOCK).exists():
             os.write(lock, f"{os.getpid()}\n".encode())
             return folder, lock
         os.close(lock)
     raise OSError(0, f"cannot make a folder in {place}")
-
-
-def _acquire(file: int) -> bool:
-    """Lock a file; False if another process holds the lock, True on file systems without locks."""
-    if fcntl is None:
-        return True
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError:
-        return True
-    return True
 
 
 def _remove_if_stale(folder: Path) -> None:

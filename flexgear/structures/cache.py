@@ -21,6 +21,7 @@ import numpy as np
 
 from flexgear.files.atomic import remove_stale, write_bytes
 from flexgear.files.cache_folder import cache_directory
+from flexgear.files.locks import one_at_a_time
 from flexgear.model.errors import FlexgearError, FlexgearWarning
 from flexgear.model.input_file import read_kept
 
@@ -89,11 +90,23 @@ def cached_arrays(
     """
     key = content_key(influence=version, **content)
     file = cache_directory() / "influence" / key / f"{kind.__name__}.npz"
+    if (stored := _stored(kind, file)) is not None:
+        return stored
+    with one_at_a_time(file.parent, bool):
+        return _stored(kind, file) or _computed(file, compute)
+
+
+def _stored(kind: type[T], file: Path) -> T | None:
+    """What is stored in a file; None where there is none or it is damaged."""
     try:
         with np.load(io.BytesIO(unsealed(read_kept(file)))) as arrays:
             return kind(**{name: array[()] for name, array in arrays.items()})
-    except (OSError, ValueError, TypeError):  # there is none, or it is damaged
-        pass
+    except (OSError, ValueError, TypeError):
+        return None
+
+
+def _computed(file: Path, compute: Callable[[], T]) -> T:
+    """Compute a dataclass of arrays and store it in a file."""
     result = compute()
     values = {f.name: getattr(result, f.name) for f in fields(result)}  # type: ignore[arg-type]
     stream = io.BytesIO()
@@ -103,7 +116,7 @@ def cached_arrays(
         write_bytes(file, sealed(stream.getvalue()))
     except (OSError, FlexgearError) as error:
         text = f"cannot keep the influence of a tooth, the next run computes it again: {error}"
-        warnings.warn(text, FlexgearWarning, stacklevel=2)
+        warnings.warn(text, FlexgearWarning, stacklevel=3)
     return result
 
 

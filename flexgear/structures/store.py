@@ -3,6 +3,7 @@
 An entry is a folder named by the SHA-256 of everything the body depends on. It is written under a
 temporary name and renamed when complete; header and arrays carry checksums, and an entry with a
 wrong checksum is deleted and computed again. The recovery array stays on disk as a memory map.
+A body that several processes need at once is computed by one of them.
 """
 
 import contextlib
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 
 from flexgear.files.atomic import private_folder, remove_stale
 from flexgear.files.cache_folder import cache_directory
+from flexgear.files.locks import one_at_a_time
 from flexgear.model.errors import FlexgearWarning
 from flexgear.model.input_file import open_regular, read_kept
 from flexgear.structures.cache import FORMAT, remove, sealed, unsealed
@@ -28,17 +30,27 @@ _ARRAYS = ("positions", "mass", "stiffness", "points", "cells", "recovery", "pro
 
 
 def cached(
-    key: str, compute: Callable[[], ReducedBody], directory: Path | None = None
+    key: str,
+    compute: Callable[[], ReducedBody],
+    directory: Path | None = None,
+    waiting: Callable[[float], object] = bool,
 ) -> ReducedBody:
     """The body stored under key; one that is not stored is computed, stored and read back.
 
-    FlexgearWarning where an entry is damaged, and where the new one cannot be written: the computed
-    body is returned all the same.
+    waiting: called with 0 again and again while another process computes it, and with 1 at the end
+    of that. FlexgearWarning where an entry is damaged, and where the new one cannot be written: the
+    computed body is returned all the same.
     """
     entry = (directory or cache_directory()) / "reduced" / key
     stored = load(entry)
     if stored is not None:
         return stored
+    with one_at_a_time(entry, waiting):
+        return (load(entry) if entry.is_dir() else None) or _computed(entry, compute)
+
+
+def _computed(entry: Path, compute: Callable[[], ReducedBody]) -> ReducedBody:
+    """Compute a body, store it and read it back."""
     body = compute()
     try:
         save(body, entry)

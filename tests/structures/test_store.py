@@ -2,8 +2,12 @@
 
 import shutil
 import signal
+import subprocess
 import sys
+import threading
+import time
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -11,6 +15,8 @@ import pytest
 from flexgear.model.errors import FlexgearWarning
 from flexgear.structures import cache, store
 from flexgear.structures.reduced import ReducedBody
+
+KEY = "0123456789abcdef" * 4
 
 
 def body(seed=0):
@@ -49,6 +55,46 @@ def test_round_trip(tmp_path):
     assert again.probe_cases == (("b", "tip"),)
     q = np.ones(15)
     assert np.allclose(again.recover(q), body().recover(q))
+
+
+def test_a_body_that_two_need_at_once_is_computed_once(tmp_path):
+    begun, shares = threading.Event(), []
+
+    def slowly():
+        begun.set()
+        time.sleep(0.5)
+        return body()
+
+    with ThreadPoolExecutor() as pool:
+        first = pool.submit(store.cached, "k1", slowly, tmp_path)
+        begun.wait()
+        again = store.cached("k1", lambda: body(1), tmp_path, shares.append)
+    assert np.array_equal(first.result().mass, again.mass)
+    assert shares[0] == 0.0 and shares[-1] == 1.0
+    assert [entry.name for entry in (tmp_path / "reduced").iterdir()] == ["k1"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="locks of POSIX")
+def test_who_waits_for_a_process_that_is_killed_computes_the_body(tmp_path):
+    """Its lock file is removed with the next entry, or when the cache is emptied."""
+    text = (
+        "import sys, time, pathlib; from flexgear.structures import store\n"
+        "store.cached(sys.argv[2], lambda: print('begun', flush=True) or time.sleep(60), "
+        "pathlib.Path(sys.argv[1]))"
+    )
+    command = [sys.executable, "-c", text, str(tmp_path), KEY]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as other:
+        other.stdout.readline()
+        entry = store.cached(KEY, body, tmp_path, lambda _: other.kill())
+        assert np.array_equal(entry.mass, body().mass)
+    with subprocess.Popen(
+        [*command[:-2], str(tmp_path / "b"), KEY], stdout=subprocess.PIPE
+    ) as other:
+        other.stdout.readline()
+        other.kill()
+    assert (tmp_path / "b" / "reduced" / f".{KEY}.lock").exists()
+    store.cached("k2", body, tmp_path / "b")
+    assert [entry.name for entry in (tmp_path / "b" / "reduced").iterdir()] == ["k2"]
 
 
 def written(tmp_path):

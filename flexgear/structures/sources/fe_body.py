@@ -181,11 +181,13 @@ class FeBody(ABC):
         )
 
         unreduced = functools.cache(lambda: unreduced_body(self, progress))  # once for all modes
+        waits = f"{self.key.part}: another process reduces it"
 
         def reduction(source: FeBody) -> ReducedBody:
             return cached(
                 content_key(**source.content()),
                 lambda: reduced_body(source, unreduced(), progress),
+                waiting=lambda share: progress(waits, share),
             )
 
         source, limit = self, limit_hz or self.limit_hz or 0.0
