@@ -216,7 +216,10 @@ def _sharing(case: Case, comparison: Comparison) -> None:
         assumed = next(iter(of_group.values()))["iec_61400_4"]
         assumption = "" if assumed is None else f"   (IEC 61400-4 assumes {assumed:g})"
         typer.echo(f"\n{group} gear meshes{assumption}")
-        rows = [(name, *(_factor(row[d]) for d in COLUMNS)) for name, row in of_group.items()]
+        rows = [
+            (name, *("–" if row[d] is None else factor(row[d]) for d in COLUMNS))
+            for name, row in of_group.items()
+        ]
         columns([("", *COLUMNS.values()), *rows], "<>")
     typer.echo(f"\n{DEFINITION}")
     typer.echo(
@@ -225,10 +228,6 @@ def _sharing(case: Case, comparison: Comparison) -> None:
     static = [label for label, context in models.items() if is_static(context)]
     if static:
         typer.echo(f"{'; '.join(static)}: rolls in one equilibrium, so there is no transient")
-
-
-def _factor(value: float | None) -> str:
-    return "–" if value is None else factor(value)
 
 
 PAGE = Path("comparison.html")

@@ -116,7 +116,8 @@ def tolerance(
         summary = tolerance_summary(data)
         write_netcdf(data, stage / "tolerance.nc")
         write_json(stage / "summary.json", summary)
-        pulled = _pulling_teeth(case, data)
+        largest = data["load_sharing_max"].max("sample").to_series().to_dict()
+        pulled = pulling_teeth(case, beyond_all_planets(case, largest))
         _write_tolerance_page(case, data, summary, stage, study.pictures, pulled)
     tolerances.batch_store(case).clear()
     show(summary, lambda: _show_tolerance(summary), study.as_json, folder)
@@ -124,12 +125,6 @@ def tolerance(
     if summary["failed"]:
         count = f"{summary['failed']} of {summary['samples']} samples"
         warn([f"{count} have no equilibrium somewhere; they are left out"])
-
-
-def _pulling_teeth(case: Case, data: xr.Dataset) -> list[str]:
-    """Lines on stages in which teeth pull, by the largest load sharing factor of all samples."""
-    largest = data["load_sharing_max"].max("sample").to_series().to_dict()
-    return pulling_teeth(case, beyond_all_planets(case, largest))
 
 
 def _write_tolerance_page(

@@ -229,7 +229,9 @@ def check_faults(case: Case) -> None:
     for k, fault in enumerate(case.faults):
         with below(f"faults.{k}"):
             stage = stage_of_fault(case, fault)
-            _check_planet(stage, fault)
+            if fault.planet is not None and fault.planet > stage.planets:
+                problem = f"{fault.planet} is beyond the {stage.planets} planets"
+                raise Refusal("planet", problem, "planets count from 1")
             if fault.of_bearing:
                 _check_bearing(case, stage, fault)
                 continue
@@ -241,12 +243,6 @@ def check_faults(case: Case) -> None:
                     problem = f"is cracked by faults.{cracked[place]} already"
                     raise Refusal("tooth", problem, "keep one crack a flank")
                 cracked[place] = k
-
-
-def _check_planet(stage: Stage, fault: Fault) -> None:
-    if fault.planet is not None and fault.planet > stage.planets:
-        problem = f"{fault.planet} is beyond the {stage.planets} planets"
-        raise Refusal("planet", problem, "planets count from 1")
 
 
 def _check_bearing(case: Case, stage: Stage, fault: Fault) -> None:

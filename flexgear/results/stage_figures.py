@@ -31,9 +31,8 @@ def root_figures(data: xr.Dataset, stage: str) -> dict[str, dict[str, float]]:
     largest range at one point along the face; empty for a stage without root stress."""
     extremes = root_extremes(data, stage)
     for gear, of_gear in gears_of(data, stage) if extremes else ():
-        largest_range = (
-            _range_of_teeth(of_gear, stage) if _by_tooth(gear, of_gear) else _range(of_gear)
-        )
+        has_all_teeth = gear == "ring" and "tooth_root_range" in of_gear  # loaded or not
+        largest_range = _range_of_teeth(of_gear, stage) if has_all_teeth else _range(of_gear)
         extremes[gear]["range"] = 1e-6 * largest_range
     return extremes
 
@@ -68,11 +67,6 @@ def _loaded(gear: str, of_gear: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
     loaded = of_gear.isel(flank=of_gear["root_stress"].notnull().any("position").to_numpy())
     if loaded.sizes["flank"]:
         yield gear, loaded
-
-
-def _by_tooth(gear: str, of_gear: xr.Dataset) -> bool:
-    """Whether the data have the stress of each tooth at all positions, loaded or not."""
-    return gear == "ring" and "tooth_root_range" in of_gear
 
 
 def _range_of_teeth(of_gear: xr.Dataset, stage: str) -> float:

@@ -159,7 +159,7 @@ def _solved(
 ) -> list[BinLoads]:
     """Loads of every bin, stored or solved now."""
     bins, store = train.bins, bin_store(train.case)
-    files = [_file(k) for k in range(len(bins))]
+    files = [f"bin_{k}.pickle" for k in range(len(bins))]
     reduced_bodies(train.case, progress)  # fills the cache that all processes read
     first = next((k for k, file in enumerate(files) if store.get(file) is None), None)
     if first is not None:  # solved first, as it compiles loops and assembles the train for all
@@ -190,10 +190,6 @@ def forget(case: Case) -> None:
     """Remove the finished bins of a rating."""
     for each in deviated_cases(case):
         bin_store(each).clear()
-
-
-def _file(number: int) -> str:
-    return f"bin_{number}.pickle"
 
 
 def deviated_cases(case: Case) -> tuple[Case, ...]:

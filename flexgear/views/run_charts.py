@@ -3,7 +3,7 @@
 ``RUN_CHARTS`` is in the order of the report. A new picture is one entry.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -13,14 +13,14 @@ import xarray as xr
 from flexgear.gears.expected_lines import TOOTH_FAULT, expected_lines
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import FlexgearError, InputError
-from flexgear.model.names import GEAR_MESH, SHAFT, GroupName
+from flexgear.model.names import GEAR_MESH, SHAFT
 from flexgear.results.report.wording import with_unit
 from flexgear.results.run_folder import StageOfRun
 from flexgear.results.run_orders import HIGHEST_ORDER, case_of, gear_mesh_orders
 from flexgear.results.settling import settled
 from flexgear.results.sinks import between
 from flexgear.results.time_figures import ORDERS, radial_harmonics
-from flexgear.results.tooth_pattern import ToothPattern, gear_pattern, planet_pattern
+from flexgear.results.tooth_pattern import gear_pattern, planet_pattern
 from flexgear.views import chart as each
 from flexgear.views import face_load_charts, histories, sharing_charts, star, style
 from flexgear.views.chart import Chart, Drawing, NotDrawn, Subjects, having
@@ -93,11 +93,6 @@ def _displacements(data: xr.Dataset) -> Any:
     """Motion of central members in the settled window."""
     rest = settled(data, MAX_READ)[["body_displacement"]].sel(dof=["ux", "uy"])
     return sharing_charts.displacements_chart(rest.load())
-
-
-def _sensors(data: xr.Dataset) -> Any:
-    """Sensors in the settled window."""
-    return sensors_chart(settled(data))
 
 
 def _outline(ring: StageOfRun) -> star.StageOutline:
@@ -200,10 +195,6 @@ def _rendered(scene: Sequence[Mapping[str, Any]], *shape: Any, **options: Any) -
     except FlexgearError as error:
         raise NotDrawn(f"no 3D renders: {error}") from None
     return Drawing(partial(style.save_figure, render_deformed(*shape, **options), dpi=DPI), scene)
-
-
-def _rows(pattern: Callable[..., ToothPattern], data: xr.Dataset, group: GroupName) -> Any:
-    return tooth_rows_chart(pattern(data, group))
 
 
 FLANK = Chart(
@@ -327,15 +318,15 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
         Chart("transient_sensors", "dynamics", "Signals of sensors and their spectra, {window}",
             "Records of a measuring system with an anti-alias filter, from the bodies of the case: "
             "without airborne noise and transfer paths through other housings.",
-            _sensors, "transient", "sensor_signal"),
+            lambda data: sensors_chart(settled(data)), "transient", "sensor_signal"),
     )),
     (each.tooth_sets, (
         Chart("face_rows_{stage}_{teeth}", "face",
             "Contact pattern of {teeth_words}, tooth by tooth, with all planets", ROWS,
-            partial(_rows, gear_pattern), "equilibrium"),
+            lambda data, group: tooth_rows_chart(gear_pattern(data, group)), "equilibrium"),
         Chart("face_rows_{stage}_planet_{teeth}", "face",
             "Contact pattern of planet 1 with {teeth_words}, tooth by tooth", ROWS,
-            partial(_rows, planet_pattern), "equilibrium"),
+            lambda data, group: tooth_rows_chart(planet_pattern(data, group)), "equilibrium"),
     )),
     (having(each.stages, lambda stage: stage.has_roots), (
         Chart("root_stress_{stage}", "face",

@@ -48,7 +48,8 @@ def front_drawing(view: StageView) -> Figure:
     ax = axes[0, 0]
     outside = _ring_radius(view, g)
     if stage.kind == "planetary":
-        _ring(ax, g, outside)
+        _circle(ax, (0.0, 0.0), outside, STEEL)
+        _fill(ax, gear_outline(g.ring, 0.0), "white")
         _carrier_circles(ax, view)
         _bolts(ax, view)
     rotations = [_planet_rotation(g, angle) for angle in stage.planet_angles]
@@ -158,11 +159,6 @@ def _sun_rotation(g: StageGeometry, angle: float, planet: float) -> float:
     """Rotation of the sun, rad, at which it meshes with planet 1."""
     past = ((angle + math.pi - planet) / g.planet.pitch_angle) % 1.0
     return angle + (past + 0.5) * g.sun.pitch_angle
-
-
-def _ring(ax: Axes, g: StageGeometry, outside: float) -> None:
-    _circle(ax, (0.0, 0.0), outside, STEEL)
-    _fill(ax, gear_outline(g.ring, 0.0), "white")
 
 
 def _ring_radius(view: StageView, g: StageGeometry) -> float:

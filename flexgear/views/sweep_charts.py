@@ -188,7 +188,8 @@ def _curves(part: xr.DataArray, key: str, other: str = "") -> list[Curve]:
             continue
         if other:
             k = at[inner.index(other)]
-            label = f"{_tick(curve[other].item())} {part[other].attrs.get('units', '')}".strip()
+            tick, unit = curve[other].item(), part[other].attrs.get("units", "")
+            label = f"{f'{tick:g}' if isinstance(tick, float) else tick} {unit}".strip()
         elif inner[-1] == "number":
             kind = str(curve[inner[0]].item())
             out.append(Curve(kind, values, TYPE_COLOURS.get(kind, NEUTRAL)))
@@ -306,10 +307,6 @@ def _key_label(ticks: xr.DataArray, room: int = WIDE_LABEL) -> str:
 def _label(dim: str, tick: Any) -> str:
     """Label of a line: "mode 3", "stage 1, sun"."""
     return f"{dim} {tick}" if isinstance(tick, int) else _title_of_key(str(tick))
-
-
-def _tick(value: Any) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _title_of_key(name: str) -> str:

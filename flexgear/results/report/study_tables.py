@@ -29,6 +29,7 @@ MIN_DAMAGE = 1e-6  # below which no digits are printed
 EVEN = 1e-3  # relative difference of loads below which equal parts count as equally loaded
 DIRECT = "direct path: computed stress at every point of the teeth, beyond ISO 6336"
 POSITIONS = ("s/g", "z/b", "φ", "planet")  # symbols of the position of the largest stress
+LEVELS: dict[bool | None, Level] = {None: "note", True: "good", False: "bad"}  # by holds
 SYMBOLS = {"flank": "S_H", "root": "S_F", "bearing": "load factor"}
 
 
@@ -39,7 +40,7 @@ def rating_verdicts(rating: Rating) -> list[Verdict]:
         subject = titled_by_stage(LIMITS[part.kind], part.stage)
         beside = equal_parts(rating, equal[part.alike])
         sentence = f"{words(part.alike)}: {beside}{_sentence(rating, part)}"
-        verdicts.append(Verdict(_level(part), subject, _figure(part), sentence, RATING))
+        verdicts.append(Verdict(LEVELS[part.holds], subject, _figure(part), sentence, RATING))
     if rating.reliability is not None:
         figure = with_unit(rating.reliability, "share")
         text = f"Probability that no part of the gearbox fails within {number(rating.hours)} h."
@@ -80,11 +81,6 @@ def _extreme(rating: Rating) -> list[Verdict]:
         text += f" Fillets of the {words(root)} yield first:"
         text += f" σ_0.2 is {number(ratio, 3)} σ_F in {name}."
     return [Verdict(level, "Extreme loads", figure, text, RATING)]
-
-
-def _level(part: RatedPart) -> Level:
-    holds = part.holds
-    return "note" if holds is None else "good" if holds else "bad"
 
 
 def _figure(part: RatedPart) -> str:
