@@ -165,6 +165,17 @@ def test_long_values_of_two_runs_wrap_on_screens(tmp_path: Path):
     assert not re.search(r"td\.value[^{]*{[^}]*nowrap", on_screen)
 
 
+def test_long_values_wrap_in_print(tmp_path: Path):
+    """A sentence in one line covered the next table, and the page was printed smaller for it."""
+    order = "69.87 Hz, +1.9 % from 71.21 Hz, tilting, of the modes 3 and 4, force 0.1 %"
+    rows = [Row("ring", 788e3, "N"), Row("order 4", order, "")]
+    one = replace(side(tmp_path), tables=[Table("gear_meshes", "forces", rows)])
+    text = page(tmp_path, one, interactive=False)
+    cells = re.findall(r'<td class="(value.*?)">(.*?)</td>', text)
+    assert cells == [("value short", "788\u00a0kN"), ("value", typeset(order))]
+    assert re.findall(r"td\.(\w+) { white-space: nowrap", text) == ["short"]
+
+
 def test_two_runs_stand_side_by_side_with_their_difference(tmp_path: Path):
     text = page(tmp_path, side(tmp_path), side(tmp_path, 394e3, "other"), interactive=False)
     row = re.search(r'<tr><th scope="row">ring</th>.*?</tr>', text)[0]
