@@ -250,7 +250,7 @@ def _write_rexs(case: Case, rexs: Path, force: bool) -> None:
     date = datetime.now(UTC).isoformat(timespec="seconds")
     write_bytes(rexs, model_of_case(case).xml("flexgear", version(), date))
     left = not_written(case)
-    typer.echo(f"wrote {rexs}" + (f"; REXS does not hold: {', '.join(left)}" if left else ""))
+    typer.echo(f"wrote {rexs}" + (f"; not in the file: {', '.join(left)}" if left else ""))
 
 
 def _write_reduced(

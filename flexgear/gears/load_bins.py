@@ -70,7 +70,7 @@ def bins_of_load_cases(case: Case, more: Sequence[LoadCase] = ()) -> tuple[LoadB
     """Load bins of the load cases of a case and of ``more``, in their order. Raises InputError for
     speeds and torques that contradict the kinematics or statics of the train, and for values that
     suggest a wrong sign or unit."""
-    load_cases = (*case.load_cases, *more)
+    load_cases = _with_names((*case.load_cases, *more))
     if not load_cases:
         return ()
     case.require_load()
@@ -78,6 +78,20 @@ def bins_of_load_cases(case: Case, more: Sequence[LoadCase] = ()) -> tuple[LoadB
     bins = tuple(train.bin_of(k, load_case) for k, load_case in enumerate(load_cases))
     train.require_unit(bins)
     return bins
+
+
+def _with_names(load_cases: Sequence[LoadCase]) -> tuple[LoadCase, ...]:
+    """Load cases with unique names: "load case 3" of a third one without a name; the number is
+    added to a name that another one has."""
+    taken, named = {load_case.name for load_case in load_cases}, list[LoadCase]()
+    used = set[str]()
+    for number, load_case in enumerate(load_cases, 1):
+        name = load_case.name or f"load case {number}"
+        if name in used or (not load_case.name and name in taken):
+            name = f"{name} (number {number})"
+        used.add(name)
+        named.append(load_case.model_copy(update={"name": name}))
+    return tuple(named)
 
 
 def _completed(
@@ -144,9 +158,8 @@ class _Train:
         if load_case.cycles:
             hours = load_case.cycles * 2.0 * math.pi / turn / HOUR
         source = load_case.source + (f" line {load_case.line}" if load_case.line else "")
-        name = load_case.name or f"load case {k + 1}"
         return LoadBin(
-            name, hours, torque, speed, loads, load_case.extreme, load_case.back_driven,
+            load_case.name, hours, torque, speed, loads, load_case.extreme, load_case.back_driven,
             source or f"load_cases[{k}]",
         )  # fmt: skip
 

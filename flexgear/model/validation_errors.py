@@ -161,8 +161,9 @@ def _out_of_range(
     name = next(p for p in reversed(loc) if isinstance(p, str))
     low, high = limits_of(owner, name)
     value = float(first["input"])
+    excluded = " without this end" if value in (low, high) else ""
     if quantity is None or not suffix:
-        problem = f"{value:.6g} is outside {_range_text(low, high, '')}"
+        problem = f"{value:.6g} is outside {_range_text(low, high, '')}{excluded}"
         return InputError(where, key, problem, f"correct it{' (SI)' if quantity else ''}")
     unit = unit_name(suffix)
     in_unit = quantity.from_si(value, suffix)
@@ -173,7 +174,7 @@ def _out_of_range(
         if other != suffix and (low is None or si >= low) and (high is None or si <= high):
             remedy = f"check the unit: {name}_{other} = {in_unit:.6g}?"
             break
-    problem = f"{in_unit:.6g} {unit} is outside {_range_text(limits[0], limits[1], unit)}"
+    problem = f"{in_unit:.6g} {unit} is outside {_range_text(limits[0], limits[1], unit)}{excluded}"
     return InputError(where, key, problem, remedy)
 
 

@@ -148,8 +148,8 @@ class RatedPart:
 class Rating:
     """A case rated under its load bins.
 
-    variant: description of flexible bodies. reliability: probability that the whole gearbox
-    survives ``hours``, None if a part has no life. not_assessed: reasons by part. positions: number
+    variant: description of flexible bodies. reliability: probability that no assessed part fails
+    within ``hours``, None if no part has a life. not_assessed: reasons by part. positions: number
     of equilibria by stage. closure: largest relative imbalance of equilibria.
     """
 

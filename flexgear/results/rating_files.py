@@ -29,7 +29,9 @@ def rating_rows(rating: Rating) -> Iterator[tuple[str, str, str, float | str, st
             values = np.atleast_1d(of(part)).tolist()
             for b, value in zip(bins if "bin" in quantity.dims else [ALL], values, strict=True):
                 if not math.isnan(value):
-                    yield part.name, b, name, value, quantity.units, "computed"
+                    is_life = name == "required" and part.kind == "bearing"
+                    unit = "h" if is_life else quantity.units
+                    yield part.name, b, name, value, unit, "computed"
         for k, damage in enumerate(part.of_rows.tolist(), 1):
             yield part.name, ALL, f"damage_sum of row {k}", damage, "1", "computed"
     sheets = [(part.name, ALL, part.direct) for part in rating.parts]

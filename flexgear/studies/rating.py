@@ -14,7 +14,6 @@ that the case states. Each gear mesh takes the load factors of the train in whic
 the bearings of a stage the forces of the train with the largest force.
 """
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -27,11 +26,11 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.load_bins import LoadBin, case_in_bin
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.rating.damage import PartLife, WeibullKind, system_reliability
-from flexgear.gears.rating.load_factors import tolerance
+from flexgear.gears.rating.load_factors import SLOPE_SIGNS, misalignment, tolerance
 from flexgear.gears.rating.pair import gear_pair
 from flexgear.gears.tooth_faults import NOT_ASSESSED
 from flexgear.model.case import Case
-from flexgear.model.errors import FlexgearError
+from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.names import GroupName, MemberName
 from flexgear.model.stage_view import StageView
 from flexgear.results.rating import NOT_COVERED, RatedPart, Rating
@@ -204,8 +203,11 @@ def deviated_cases(case: Case) -> tuple[Case, ...]:
         seeds = [pitch_seeds(stage.name, seed, numbers) for stage in case.stages]
         return tuple(with_sample(case, values, j, [s[j] for s in seeds]) for j in numbers)
     slopes = {stage.name: _slopes(case.view(stage.name)) for stage in case.stages}
-    signs = [{"sun": s, "ring": r} for s, r in itertools.product((1.0, -1.0), repeat=2)]
-    return (case, *(_sloped(case, slopes, of_flanks) for of_flanks in signs))
+    if not any(slopes.values()):
+        problem = "is 'worst', and no stage has load along the face, which slopes act on"
+        remedy = 'set gear_mesh.model = "face_load", or leave deviations out'
+        raise InputError(case.source, "rating.deviations", problem, remedy)
+    return (case, *(_sloped(case, slopes, of_flanks) for of_flanks in SLOPE_SIGNS))
 
 
 def _slopes(view: StageView) -> dict[str, float]:
@@ -216,14 +218,12 @@ def _slopes(view: StageView) -> dict[str, float]:
     slopes = {}
     for role in geometry.gear_meshes:
         pair = gear_pair(view, geometry, role)
-        squares = []
-        for gear in pair.gears.values():
-            deviation = tolerance(pair, gear, "helix")
-            if deviation is None:
-                key = f"{gear.name}.rating.accuracy_grade"
-                raise view.refuse(key, "is missing", 'give it, or rating.deviations = "stated"')
-            squares.append(deviation**2)
-        slopes[role] = math.sqrt(sum(squares))
+        slope = misalignment(pair)
+        if slope is None:
+            gear = next(g for g in pair.gears.values() if tolerance(pair, g, "helix") is None)
+            key = f"{gear.name}.rating.accuracy_grade"
+            raise view.refuse(key, "is missing", 'give it, or rating.deviations = "stated"')
+        slopes[role] = slope
     return slopes
 
 

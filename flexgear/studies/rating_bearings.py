@@ -228,6 +228,7 @@ def _in_bin(
     radial, _, axial, *moment = load.vector.tolist()
     how = COMPUTED if load_factor == 1.0 else f"computed, times {load_factor:.4g} by key k_gamma"
     loads_of = {"F_r": radial, "F_a": axial, "M": math.hypot(*moment), "F_r,max": load.largest}
+    loads_of |= dict(zip(("M_x", "M_y"), moment, strict=True))
     factors = sheet_of(loads_of, how)
     if not rated or not load.vector.any():
         return _InBin(math.inf, math.inf if rated else math.nan, factors, {})

@@ -21,8 +21,10 @@ from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.rating.capacity import LOAD_FACTORS, OIL, Limit, missing_keys, rate
 from flexgear.gears.rating.damage import Spectrum
 from flexgear.gears.rating.load_factors import (
+    SLOPE_SIGNS,
     dynamic_factor,
     method_b_inputs,
+    misalignment,
     root_face_factor,
     tolerance,
     transverse_factors,
@@ -217,6 +219,10 @@ def load_factors(
     take("K_Hβ", (of_planet, computed.k_h_beta), least=rules.least("face_load_factor"))
     by_rule = (f"{METHOD_B}, N = {resonance:.3g}", k_v)
     beside = f"; {METHOD_B}: {k_v:.4g}" if math.isfinite(k_v) else ""
+    slope = misalignment(pair)
+    if rules.deviations == "worst" and computed.deviated and slope is not None:
+        sign = SLOPE_SIGNS[computed.deviated - 1][pair.role]
+        lines["f_ma"] = factor("f_ma", 1e6 * sign * slope)
     of_train = (f"computed, motion of the train{beside}", computed.k_v)
     take("K_v", of_train, by_rule, least=rules.least("dynamic_factor"))
     of_flank = value_of(lines, "K_Hβ")

@@ -186,7 +186,7 @@ def ring_safety_chart(data: xr.Dataset) -> Figure:
                 ax.plot([0.0, 360.0], [norm, norm], ls="--", lw=1.2, color=colour, label=label)
         ax.set_xlim(0.0, 360.0)
         ax.set_xticks(np.arange(0, 361, 45))
-        ax.set_ylim(bottom=0.0)
+        ax.set_ylim(0.0, 1.05 * ax.get_ylim()[1])
         ax.set_ylabel("safety (–)")
         ax.set_title(f"{words(str(stage))}: teeth of the stationary ring, by computed stresses")
     axes[-1, 0].set_xlabel("azimuth of the tooth (deg)")

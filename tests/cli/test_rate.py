@@ -59,6 +59,8 @@ def test_screen_files_and_page(flexgear, tmp_path):
         if (r["of"], r["bin"]) == ("stage_1.sun flank", "extreme torque")
     }
     assert {"stress", "bin_safety", "load_cycles", "Z_H", "σ_H"} <= of_bin
+    of_required = {r["unit"] for r in rows if r["quantity"] == "required" and "bearing" in r["of"]}
+    assert of_required == {"h"} and "no assessed part fails within" in text
     damage = dict[str, float]()
     for r in rows:
         if re.match(r"stage_3\.\w+ (flank|root)$", r["of"]) and r["quantity"] == "damage":

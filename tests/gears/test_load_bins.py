@@ -11,6 +11,7 @@ from flexgear.gears.load_bins import bins_of_load_cases, case_in_bin
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
+from flexgear.model.load_cases import LoadCase
 
 IN, OUT, RATIO = "stage_1.carrier", "stage_2.pinion", -8.0  # 1 + 60/20 and −40/20
 TRAIN = SMALL.replace("teeth = 60", "teeth = 60, addendum = 0.8")  # no interference
@@ -95,6 +96,17 @@ def test_rows_of_a_table_are_load_cases(case_with):
     assert storm.extreme and not storm.hours and storm.speed[OUT] == 0.0
     assert storm.torque[OUT] == pytest.approx(1200 / 8)
     assert storm.source.endswith("bins.csv line 4")
+
+
+def test_every_bin_has_its_own_name(case_with):
+    """A default name gives way to a stated one: two alike would be one in rating.json."""
+    table = "name,hours\n,1\n,2\nload case 2,3\n,4\n"
+    bins = bins_of_load_cases(case_with(table=table))
+    names = ["load case 1", "load case 2 (number 2)", "load case 2", "load case 4"]
+    assert [load_bin.name for load_bin in bins] == names
+    series = [LoadCase(name="bin 1", hours=1.0), LoadCase(name="bin 2", hours=1.0)]
+    bins = bins_of_load_cases(case_with(in_case(name='"bin 1"', hours=7)), series)
+    assert [load_bin.name for load_bin in bins] == ["bin 1", "bin 1 (number 2)", "bin 2"]
 
 
 def test_where_a_table_lies_and_how_it_is_written_is_no_part_of_the_content(case_with):

@@ -96,6 +96,11 @@ def test_missing_file_folder_binary_and_unknown_name(tmp_path):
         ("stage.ring.fe.bolts.number", "'a'", "'a' is not a whole number"),
         ("stage.planet_bearing.radial_n_per_m", "0", "the planet is not held"),
         ("stage.errors.pin_tangential_um", "[1e5, 0, 0]", "100 mm is outside -2 … 2 mm"),
+        (
+            "stage.planet_bearing.dynamic_rating_kn",
+            "0",
+            "outside 0 … 1e.06 kN without this",
+        ),
         ("stage.planet_positions_deg", "[0, 1e300, 1, 2, 3]", "are more than two turns"),
         (
             "loads",

@@ -82,6 +82,14 @@ def test_a_thrust_alone_wears_out_rows_that_carry_it(monkeypatch):
     assert _part(rating, "stage.planet_bearing_1").life == math.inf  # left to ribs
 
 
+def test_moments_are_about_the_radial_load_and_across_it(monkeypatch):
+    """By hand: (4, −3) is the normal on the right of a load along (3, 4)."""
+    _loaded(monkeypatch, [[3e5, 4e5, 0, 3e3 + 4e2, 4e3 - 3e2, 0]])
+    sheet = _part(_rated(planet=ROLLERS | {"z_mm": "0"}), "stage.planet_bearing_1").factors[0]
+    moments = [sheet[symbol].value for symbol in ("M_x", "M_y", "M")]
+    assert moments == pytest.approx([5e3, -5e2, math.hypot(5e3, 5e2)], rel=1e-9)
+
+
 def test_a_life_without_lubricant_is_said_to_be_basic():
     oil = {
         "lubricant.viscosity_40_mm2_per_s": "320", "lubricant.temperature_c": "65",

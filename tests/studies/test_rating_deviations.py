@@ -1,6 +1,7 @@
 """Ratings with manufacturing deviations: grades by hand, worst of signs, drawn samples."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -83,6 +84,13 @@ def test_the_worst_case_is_the_worst_of_its_signs_and_of_none():
         assert worst["K_Hβ"].value == pytest.approx(max(of_all), rel=2e-3)
         assert max(of_all) > of_all[0] + 0.01
         assert "deviations" in worst["K_Hβ"].source
+    sheet = factors(case)["stage sun"]
+    (number,) = re.findall(r"deviations (\d)", sheet["K_Hβ"].source)
+    (slope, *_) = trains[int(number)].stages[0].errors.planet_sun_helix_slope
+    assert sheet["f_ma"].value == pytest.approx(1e6 * slope, rel=1e-9)
+    assert abs(sheet["f_ma"].value) == pytest.approx(1e6 * f_ma, rel=1e-9)
+    with pytest.raises(InputError, match="no stage has load along the face"):
+        deviated_cases(case.with_(**{"stage.gear_mesh.model": "per_pair"}))
 
 
 def test_drawn_deviations_are_those_of_tolerance():

@@ -174,6 +174,7 @@ def test_a_hub_moment_that_stands_loads_one_sector_of_a_ring():
     assert float(safety.max()) > 1.05 * float(safety.min())
     (axes,) = ring_safety_chart(data).axes
     drawn, norm = axes.lines
+    assert axes.get_ylim()[1] > 1.04 * max(float(safety.max()), norm.get_ydata()[0])
     assert drawn.get_ydata() == pytest.approx(safety.to_numpy())
     assert norm.get_ydata() == pytest.approx(float(data["safety"].sel(part="stage.ring flank")))
     moved = math.remainder(second["ring"]["φ"] - first["ring"]["φ"] - 72.0, 360.0)

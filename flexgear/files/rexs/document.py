@@ -74,11 +74,13 @@ class Relation:
 
 @dataclass
 class LoadCase:
-    """Attributes of components in one load case, as pairs of component id and attribute."""
+    """Attributes of components in one load case, as pairs of component id and attribute. name: an
+    attribute of the element, which the format allows and flexgear writes; "" without."""
 
     spectrum: int
     id: int
     attributes: list[tuple[int, Attribute]]
+    name: str = ""
 
 
 Item = TypeVar("Item", Component, Relation)
@@ -232,9 +234,14 @@ def number(components: Sequence[Component], ids: str | Iterable[str], unit: str)
 
 def read(components: Sequence[Component], row: Row) -> Datum | None:
     """Value of a case's field from the attributes of components, in the field's unit, or None. If
-    the row is positive, values that are not positive count as missing."""
+    the row is positive, values that are not positive count as missing, and remain unused."""
     datum = number(components, row.names, row.unit)
-    return None if datum is not None and row.positive and datum.value <= 0 else datum
+    if datum is None or not row.positive or datum.value > 0:
+        return datum
+    for attributes in (component.attributes for component in components):
+        for name in row.names & attributes.keys():
+            attributes[name].used = False
+    return None
 
 
 def mean(

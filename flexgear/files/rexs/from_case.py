@@ -243,7 +243,7 @@ def _add_load_case(
     """Add a load case with speeds, torques, powers and loads of a load bin. ports, forces: ids of
     external loads by member. Loads equal to those of the case are not repeated."""
     model = train.model
-    model.begin_load_case()
+    model.begin_load_case(load_bin.name)
     model.result(train.unit, operating_time=HOUR * load_bin.hours)
     for member, speed in load_bin.speed.items():
         model.result(train.shafts[member], rotational_speed=speed)

@@ -85,7 +85,7 @@ class GearReader:
     def teeth(self, gears: list[Component]) -> Datum | None:
         """Number of teeth, positive."""
         datum = number(gears, "number_of_teeth", "none")
-        return None if datum is None else Datum(abs(round(datum.value)), datum.source)
+        return None if datum is None else Datum(abs(datum.value), datum.source)
 
     def shift(self, gears: list[Component], rack: Rack) -> Datum | None:
         """Profile shift coefficient in the file."""

@@ -23,6 +23,7 @@ class Outgoing:
     components: list[tuple[str, str, Attributes]] = field(default_factory=list)
     relations: list[tuple[str, int, dict[str, int]]] = field(default_factory=list)
     load_cases: list[dict[int, Attributes]] = field(default_factory=lambda: [{}])
+    load_case_names: list[str] = field(default_factory=lambda: [""])
 
     def add(self, kind: str, name: str = "", **attributes: Written | None) -> int:
         """Add a component, without attributes that are None; returns its id."""
@@ -51,9 +52,10 @@ class Outgoing:
         """Add attributes of a component to the last load case."""
         self.load_cases[-1].setdefault(number, {}).update(_in_units(attributes))
 
-    def begin_load_case(self) -> None:
+    def begin_load_case(self, name: str) -> None:
         """Begin a new load case, to which ``result`` then adds attributes."""
         self.load_cases.append({})
+        self.load_case_names.append(name)
 
     def xml(self, application: str, version: str, date: str) -> bytes:
         """The model as XML. date: ISO 8601 with time zone."""
@@ -77,7 +79,9 @@ class Outgoing:
         if any(self.load_cases):
             spectrum = ET.SubElement(root, "load_spectrum", id="1")
             for place, results in enumerate(self.load_cases, 1):
-                case = ET.SubElement(spectrum, "load_case", id=str(place))
+                name = self.load_case_names[place - 1]
+                head = {"id": str(place)} | ({"name": name} if name else {})
+                case = ET.SubElement(spectrum, "load_case", head)
                 for number, attributes in sorted(results.items()):
                     kind, name, _ = self.components[number - 1]
                     _component(case, number, kind, name, attributes)

@@ -98,7 +98,8 @@ class _Reader:
         attributes = [(k, attribute) for k, attribute in every if k in components]
         if len(attributes) < len(every):
             self.other.append(f"load case {number}: attributes of components not in the file")
-        return LoadCase(spectrum, number, attributes)
+        name = " ".join(str(case.get("name", "")).split())
+        return LoadCase(spectrum, number, attributes, name)
 
     def _accumulations(self, data: dict[str, Any]) -> None:
         """Add results that are accumulated over load cases to the list of unused content."""

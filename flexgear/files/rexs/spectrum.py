@@ -19,6 +19,7 @@ from flexgear.files.rexs.ports import POWER, SPEED, TORQUE, forces_of, ports_of,
 from flexgear.files.rexs.shafts import SunShaft
 from flexgear.files.rexs.stages import Member
 from flexgear.files.rexs.tables import PORT
+from flexgear.model.errors import InputError
 
 _TIME = ("operating_time", "load_duration")
 _SHARE = ("operating_time_fraction", "load_duration_fraction")
@@ -32,9 +33,10 @@ def write_load_cases(
     text: CaseText,
     members: list[Member],
     shafts: Mapping[Member, SunShaft],
+    where: str,
 ) -> set[int]:
     """Write the load cases that have a duration at the end of a case; returns their ids. shafts: of
-    suns."""
+    suns; where: name of the file. InputError for a duration that is none."""
     written: dict[str, Any] = tomllib.loads(text.text())
     ports = [*written.get("inputs", ()), *([written["output"]] if "output" in written else [])]
     if "output" not in written:
@@ -47,12 +49,14 @@ def write_load_cases(
         total_time = number(document.kind("gear_unit"), _TIME, "h")
     for load_case in document.load_cases:
         with document.values_of(load_case):
-            hours = _hours(document, load_case, total_time, text)
+            hours = _hours(document, load_case, total_time, text, where)
             if hours is None:
                 continue
             ids.add(load_case.id)
             section = text.section("[[load_cases]]")
-            section.put("name", f"load case {load_case.id}", "")
+            alike = [other.name for other in document.load_cases].count(load_case.name) > 1
+            name = "" if alike else load_case.name
+            section.put("name", name or f"load case {load_case.id}", "")
             if hours.value > 0.0:
                 section.put("hours", hours.value, hours.source)
             else:
@@ -105,16 +109,22 @@ def _section(text: CaseText, sections: dict[str, Section], member: str, why: str
 
 
 def _hours(
-    document: Document, load_case: LoadCase, total_time: Datum | None, text: CaseText
+    document: Document, load_case: LoadCase, total_time: Datum | None, text: CaseText, where: str
 ) -> Datum | None:
-    """Duration of a load case, h; None if the file does not state it."""
+    """Duration of a load case, h; None if the file does not state it. InputError for a value that
+    is no number, or negative."""
     stated = {attribute.id for _, attribute in load_case.attributes}
     units = document.kind("gear_unit")
-    if stated & {*_TIME}:
-        return number(units, _TIME, "h")
-    share = number(units, _SHARE, "none") if stated & {*_SHARE} else None
-    if share is None:
+    names, unit = (_TIME, "h") if stated & {*_TIME} else (_SHARE, "none")
+    if not stated & {*names}:
         return None
+    share = number(units, names, unit)
+    if share is None or share.value < 0.0:
+        problem = "is no duration" if share is None else f"{share.value:g} is negative"
+        key = f"load case {load_case.id}, {min(stated & {*names})}"
+        raise InputError(where, key, problem, "correct it; 0 marks an extreme load")
+    if unit == "h":
+        return share
     if total_time is None:
         line = f"load cases have only shares of time: of {_TOTAL_HOURS:g} h in all, assumed"
         if line not in text.assumed:

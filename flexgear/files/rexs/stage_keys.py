@@ -70,6 +70,9 @@ class StageWriter:
         datum = self.gears.teeth(self.stage.gears(role))
         if datum is None:
             raise self._missing(self.stage.gears(role)[0], "number_of_teeth")
+        if datum.value != round(datum.value):
+            problem = f"{datum.value:g} is not a whole number"
+            raise InputError(self.where, datum.source, problem, "correct it")
         return datum
 
     def _rack(self) -> Rack:
@@ -98,6 +101,9 @@ class StageWriter:
         if datum is None:
             self.case.assume(self.section, "helix_angle_deg", 0, "no helix angle in the file: spur")
             return 0.0
+        if abs(datum.value) >= 90.0:
+            problem = f"{datum.value:g} deg is no helix angle"
+            raise InputError(self.where, datum.source, problem, "correct it; most are below 35 deg")
         self.section.put("helix_angle_deg", abs(datum.value), datum.source)
         if datum.value == 0:
             return 0.0

@@ -148,7 +148,7 @@ class _Conversion:
                 shaft.write_bearings(self.case, section, self.supports, scale)
         gears.modified.write(self._carries(named))
         written = write_load_cases(
-            self.document, self.assembly, self.case, self.members, self.joints.shafts
+            self.document, self.assembly, self.case, self.members, self.joints.shafts, self.where
         )
         self._list_other_cases(written)
         self._warn_of_units()

@@ -46,6 +46,9 @@ RANGES = (  # mm, of module, reference diameter, face width; ISO 1328-1:1995
     (4, 10, 20, 40, 80, 160, 250, 400, 650, 1000),
 )
 Deviation = Literal["pitch", "profile", "helix"]
+SLOPE_SIGNS = tuple(  # of f_ma, of trains 1 to 4 with the worst deviations
+    {"sun": sun, "ring": ring} for sun in (1.0, -1.0) for ring in (1.0, -1.0)
+)
 
 
 def tolerance(pair: GearPair, gear: RatedGear, kind: Deviation) -> float | None:
@@ -76,6 +79,12 @@ def tolerance(pair: GearPair, gear: RatedGear, kind: Deviation) -> float | None:
     value = 2.0 ** ((gear.data.accuracy_grade - 5) / 2) * grade_5[kind][pair.rules.edition != 2006]
     step = 0.1 if value < 5.0 else 0.5 if value <= 10.0 else 1.0
     return 1e-6 * step * math.floor(value / step + 0.5)
+
+
+def misalignment(pair: GearPair) -> float | None:
+    """f_ma = √(f_Hβ1² + f_Hβ2²) of both gears, m; None for a gear without accuracy grade."""
+    first, second = (tolerance(pair, gear, "helix") for gear in pair.gears.values())
+    return None if first is None or second is None else math.hypot(first, second)
 
 
 def _range_mean(size: float, ends: tuple[float, ...]) -> float:

@@ -43,7 +43,7 @@ def rating_verdicts(rating: Rating) -> list[Verdict]:
         verdicts.append(Verdict(LEVELS[part.holds], subject, _figure(part), sentence, RATING))
     if rating.reliability is not None:
         figure = with_unit(rating.reliability, "share")
-        text = f"Probability that no part of the gearbox fails within {number(rating.hours)} h."
+        text = f"Probability that no assessed part fails within {number(rating.hours)} h."
         verdicts.append(Verdict("note", "Reliability", figure, text, RATING))
     verdicts += _extreme(rating)
     names = ", ".join(words(name) for name in rating.not_assessed)

@@ -78,6 +78,38 @@ def test_meshing_planets_are_said_not_to_fit(tmp_path):
         m.case(tmp_path)
 
 
+WRONG = {
+    "teeth": ("planet", {"number_of_teeth": (25.5, "")}, "25.5 is not a whole number"),
+    "helix": ("planet", {"helix_angle_reference_diameter": (95.0, "deg")}, "no helix angle"),
+    "hours": ("unit", {"operating_time": (-7.0, "h")}, "-7 is negative"),
+    "word": ("unit", {"operating_time": ("long", "h")}, "is no duration"),
+    "share": ("unit", {"operating_time_fraction": ("nan", "%")}, "is no duration"),
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_wrong_numbers_are_refused(tmp_path, what):
+    """They would become other gears, or another spectrum: -7 h an extreme load."""
+    where, attributes, message = WRONG[what]
+    m = planetary()
+    if where == "unit":
+        m.load_cases = {1: {m.unit: attributes}}
+    else:
+        for planet in m.planets:
+            m.set(planet, **attributes)
+    with pytest.raises(InputError, match=message):
+        m.case(tmp_path)
+
+
+def test_a_rating_that_is_none_is_listed(imported):
+    m = planetary()
+    for bearing in m.planet_bearings:
+        m.set(bearing, radial_dynamic_load_rating=(-900.0, "kN"))
+    case, conversion = imported(m)
+    assert case.stages[0].planet_bearing.dynamic_rating is None
+    assert any("radial_dynamic_load_rating" in line for line in conversion.left_out)
+
+
 def test_case_that_cannot_run_is_written_for_mending(tmp_path):
     m = planetary()
     for number in m.of("cylindrical_stage"):

@@ -221,6 +221,7 @@ speed_rpm = 0
             assert storm.members and not still.members  # no loads of zero
             assert storm.moment == (4, 5, 0) and still.moment is None
         for first, second in zip(bins, bins_of_load_cases(back), strict=True):
+            assert second.name == first.name
             assert (first.extreme, second.hours) == (second.extreme, pytest.approx(first.hours))
             assert dict(second.torque) == pytest.approx(dict(first.torque), rel=1e-6)
             assert dict(second.speed) == pytest.approx(dict(first.speed), rel=1e-9)
