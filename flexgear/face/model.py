@@ -13,8 +13,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from flexgear.face import accessor as accessor  # datasets have ``.fg`` from here on
-from flexgear.face.notebook import Progress, html_table, progress_or_bars
-from flexgear.model.arguments import Count, Numbers, Positive, checked
+from flexgear.face.notebook import Progress, html_table, progress_or_bars, with_bars
+from flexgear.model.arguments import Numbers, Positive, checked
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearWarning, InputError, echo
 from flexgear.model.load import load_case
@@ -22,14 +22,14 @@ from flexgear.model.machine import TorqueHistory
 from flexgear.model.read import nearest
 from flexgear.results.dataset_file import chosen, dataset_file, reopened
 from flexgear.results.sinks import TIME, MemorySink
-from flexgear.solve import deformed, model, response, static, transient
+from flexgear.solve import deformed, model, static, transient
 from flexgear.solve.angles import lead_angles, reference_member
 from flexgear.solve.bodies import Bodies, silent
-from flexgear.solve.campbell import MARGIN, campbell
-from flexgear.solve.linear_response import ORDERS, linear_response
-from flexgear.solve.linear_response import SPEEDS as LINEAR_SPEEDS
+from flexgear.solve.campbell import campbell
+from flexgear.solve.linear_response import linear_response
 from flexgear.solve.modes import modes, usual_limit
-from flexgear.solve.stability import SPEEDS, stability
+from flexgear.solve.response import response
+from flexgear.solve.stability import stability
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -93,65 +93,11 @@ class Model(model.Model):
         at_rest = modes(self, limit_hz=limit)
         return at_rest.merge(over_speed).assign_attrs({**at_rest.attrs, **over_speed.attrs})
 
-    @checked
-    def campbell(
-        self,
-        factors: Numbers | None = None,
-        *,
-        orders: Numbers | None = None,
-        limit_hz: Positive | None = None,
-        margin: Positive = MARGIN,
-    ) -> xr.Dataset:
-        """Frequencies over speed, orders of gear meshes and shafts, and their intersections.
-
-        factors: (s,) speeds over rated speed; if left out from zero to a fifth above the highest
-        speed of the case; orders: of gear meshes, if left out those in their stiffness; limit_hz:
-        highest frequency at zero speed; margin: share of a natural frequency within which an
-        excitation at an operating speed counts as a resonance.
-        """
-        return campbell(self, factors=factors, orders=orders, limit_hz=limit_hz, margin=margin)
-
-    @checked
-    def stability(
-        self,
-        speeds: tuple[float, float] | None = None,
-        *,
-        count: Count = SPEEDS,
-        limit_hz: Positive | None = None,
-        progress: Progress | None = None,
-    ) -> xr.Dataset:
-        """Parametric instability by the varying gear-mesh stiffness: speeds at which free vibration
-        grows, its growth rate, and its modes.
-
-        The analysis is linear, with the tooth pairs that touch under rated torque, one stage at a
-        time with the mean stiffness of all others. speeds: lowest and highest over rated speed; if
-        left out up to a fifth above the highest speed of the case; count: number of speeds, beside
-        those of expected bands; limit_hz: highest natural frequency of the modes used.
-        """
-        return stability(
-            self, speeds, count=count, limit_hz=limit_hz, progress=progress_or_bars(progress)
-        )
-
-    @checked
-    def linear_response(
-        self,
-        speeds: tuple[float, float] | None = None,
-        *,
-        count: Count = LINEAR_SPEEDS,
-        orders: Count = ORDERS,
-        limit_hz: Positive | None = None,
-        progress: Progress | None = None,
-    ) -> xr.Dataset:
-        """Forced response to the static transmission error at mean gear-mesh stiffness: amplitudes
-        of forces by order over speed, and the share of every mode in each peak.
-
-        speeds, limit_hz: see ``stability``; count: number of equally spaced speeds, to which peaks
-        add more; orders: number of orders of the gear-mesh frequency.
-        """
-        report = progress_or_bars(progress)
-        return linear_response(
-            self, speeds, count=count, orders=orders, limit_hz=limit_hz, progress=report
-        )
+    # analyses of a model as they are, with checked arguments
+    campbell = checked(campbell, "Model.")
+    stability = with_bars(checked(stability, "Model."))
+    linear_response = with_bars(checked(linear_response, "Model."))
+    response = with_bars(checked(response, "Model."))
 
     @checked
     def transient(
@@ -204,40 +150,6 @@ class Model(model.Model):
         with dataset_file(out, save) as sink:
             simulate(sink=sink)
         return reopened(out)
-
-    @checked
-    def response(
-        self,
-        speeds: tuple[float, float] | None = None,
-        *,
-        torques: tuple[float, float] | None = None,
-        speed: float = 1.0,
-        torque: float = 1.0,
-        stage: str = "",
-        harmonics: int | None = None,
-        doublings: int = response.DOUBLINGS,
-        progress: Progress | None = None,
-    ) -> xr.Dataset:
-        """Steady states over speed or torque, stable and unstable, with their turning points.
-
-        speeds: lowest and highest over rated speed, at the share ``torque`` of rated torque;
-        torques: lowest and highest over rated torque, at the share ``speed`` of rated speed. stage:
-        the one whose gear meshes excite the train. harmonics: number of harmonics of the gear-mesh
-        frequency; if left out enough to pass the natural frequency of gears on their gear mesh.
-        doublings: number of successive period doublings that are followed. InputError for a range
-        that includes zero.
-        """
-        return response.response(
-            self,
-            speeds=speeds,
-            torques=torques,
-            speed=speed,
-            torque=torque,
-            stage=stage,
-            harmonics=harmonics,
-            doublings=doublings,
-            progress=progress_or_bars(progress),
-        )
 
     @checked
     def deformed(

@@ -90,16 +90,17 @@ _ARGUMENTS = {  # by command-line option, or place of an error
 _FUNCTIONS = ("orders", "deformed", "mode_field", "output", "sweep", "with_")
 
 
-def checked(function: F) -> F:
+def checked(function: F, owner: str = "") -> F:
     """Decorator that checks the arguments of a function against the types of its signature.
 
     InputError names the function and the first argument that is unknown or of a wrong type. In an
     InputError about a command-line option, the argument of that name replaces the option; in one
     about a value, the argument with this value is named. The types are read from source text: the
-    module has ``from __future__ import annotations``.
+    module has ``from __future__ import annotations``. owner: class of which a function is a method,
+    with a dot.
     """
     parameters = inspect.signature(function).parameters
-    place = f"flexgear.{function.__qualname__}()"
+    place = f"flexgear.{owner}{function.__qualname__}()"
 
     @wraps(function)
     def called(*args: Any, **kwargs: Any) -> Any:
@@ -182,7 +183,7 @@ def _wrong_argument(place: str, parameters: Any, line: Any) -> InputError:
     names, argument = list(parameters), line["loc"][0]
     if line["type"].endswith(("_argument", "_argument_values")):
         problem = f"{line['msg'].lower()} {argument}"
-        takes = ", ".join(name for name in names if name != "self")
+        takes = ", ".join(name for name in names if name not in ("self", "model"))
         return InputError(place, "arguments", problem, f"it takes {takes}")
     if isinstance(argument, int):
         argument = names[min(argument, len(names) - 1)]

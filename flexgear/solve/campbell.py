@@ -1,5 +1,7 @@
 """Campbell diagram: natural frequencies over speed, excitations, and their intersections."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -7,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike
 
 from flexgear.analysis.excitation import (
     ABSENT,
@@ -24,6 +25,7 @@ from flexgear.analysis.linear_dynamics import campbell as whirl_over_speed
 from flexgear.analysis.modes import Modes, planar_rows
 from flexgear.arrays import Array, Ints
 from flexgear.gears.expected_lines import PASS, pass_lines, shaft_lines
+from flexgear.model.arguments import Numbers, Positive
 from flexgear.model.errors import InputError
 from flexgear.model.machine import machines_of
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT, ExcitationName
@@ -159,17 +161,19 @@ MEETING = {
 
 def campbell(
     model: Model,
+    factors: Numbers | None = None,
     *,
-    factors: ArrayLike | None = None,
-    orders: ArrayLike | None = None,
-    limit_hz: float | None = None,
-    margin: float = MARGIN,
+    orders: Numbers | None = None,
+    limit_hz: Positive | None = None,
+    margin: Positive = MARGIN,
 ) -> xr.Dataset:
-    """Frequencies over speed factors, orders of gear meshes and shafts, and their intersections.
+    """Frequencies over speed, orders of gear meshes and shafts, and their intersections.
 
     Frequencies are those in the frames of the bodies, with the mean stiffness of the gear meshes;
-    without gyroscopic terms they do not depend on speed. orders: see ``excitations``; other
-    arguments: see ``face.model.Model.campbell``.
+    without gyroscopic terms they do not depend on speed. factors: (s,) speeds over rated speed; if
+    left out from zero to a fifth above the highest speed of the case; orders: of gear meshes, if
+    left out those in their stiffness; limit_hz: highest frequency at zero speed; margin: share of a
+    natural frequency within which an excitation at an operating speed counts as a resonance.
     """
     operating = operating_factors(model)
     if factors is None:

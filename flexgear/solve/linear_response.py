@@ -18,6 +18,8 @@ mode j is its term in v_mᵀ q_l (Özgüven & Houser 1988, J. Sound Vib. 125:71,
 Contact is not lost, orders are not coupled, and k(ψ) does not include gaps of modified flanks.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,6 +30,7 @@ from scipy.signal import find_peaks
 from flexgear.analysis.excitation import PeriodicTrain
 from flexgear.analysis.flank_cycle import harmonics
 from flexgear.arrays import Array, Complex
+from flexgear.model.arguments import Count, Positive
 from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import result_attrs, result_labels
@@ -62,16 +65,18 @@ def linear_response(
     model: Model,
     speeds: tuple[float, float] | None = None,
     *,
-    count: int = SPEEDS,
-    orders: int = ORDERS,
-    limit_hz: float | None = None,
+    count: Count = SPEEDS,
+    orders: Count = ORDERS,
+    limit_hz: Positive | None = None,
     progress: Progress = silent,
 ) -> xr.Dataset:
-    """Dataset of the amplitudes of gear-mesh forces and transmission errors over speed, each stage
-    excited by its gear meshes, and the shares of modes in each peak.
+    """Forced response to the static transmission error at mean gear-mesh stiffness: amplitudes of
+    forces and transmission errors by order over speed, each stage excited by its gear meshes, and
+    the share of every mode in each peak.
 
-    count: number of equally spaced speeds, to which peaks add more; orders: number of orders;
-    speeds, limit_hz: see ``stability``."""
+    speeds, limit_hz: see ``stability``; count: number of equally spaced speeds, to which peaks add
+    more; orders: number of orders of the gear-mesh frequency.
+    """
     model.case.require_load()
     first, last = speed_range(model, speeds)
     numbers, shapes, omega = kept_modes(model, limit_hz, None)

@@ -4,6 +4,8 @@ Curves of steady states with the period of the gear mesh (``analysis.continuatio
 with twice the period that branch off, as a dataset.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -46,8 +48,8 @@ CUTS = {
 
 def response(
     model: Model,
-    *,
     speeds: tuple[float, float] | None = None,
+    *,
     torques: tuple[float, float] | None = None,
     speed: float = 1.0,
     torque: float = 1.0,
@@ -56,10 +58,14 @@ def response(
     doublings: int = DOUBLINGS,
     progress: Progress = silent,
 ) -> xr.Dataset:
-    """Dataset of steady states over speed or torque; arguments: see ``face.model.Model.response``.
+    """Steady states over speed or torque, stable and unstable, with their turning points.
 
-    InputError for a range that includes zero and for a stage that is unknown or does not turn;
-    FlexgearError where no steady state was found.
+    speeds: lowest and highest over rated speed, at the share ``torque`` of rated torque; torques:
+    lowest and highest over rated torque, at the share ``speed`` of rated speed. stage: the one
+    whose gear meshes excite the train. harmonics: number of harmonics of the gear-mesh frequency;
+    if left out enough to pass the natural frequency of gears on their gear mesh. doublings: number
+    of successive period doublings that are followed. InputError for a range that includes zero and
+    for a stage that is unknown or does not turn; FlexgearError where no steady state was found.
     """
     span = _range(speeds, torques, speed, torque)
     if not 0 <= doublings <= MAX_DOUBLINGS:

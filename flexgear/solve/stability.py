@@ -1,5 +1,7 @@
 """Parametric instability of a train over speed: growth rates, bands of speed, and their modes."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,6 +13,7 @@ from scipy import linalg
 from flexgear.analysis.excitation import PeriodicTrain, acting_modes
 from flexgear.arrays import Array, Ints
 from flexgear.coupling.system import orthonormal_rigid
+from flexgear.model.arguments import Count, Positive
 from flexgear.model.errors import InputError
 from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.solve.angles import share_range
@@ -48,17 +51,20 @@ def stability(
     model: Model,
     speeds: tuple[float, float] | None = None,
     *,
-    count: int = SPEEDS,
-    limit_hz: float | None = None,
+    count: Count = SPEEDS,
+    limit_hz: Positive | None = None,
     progress: Progress = silent,
 ) -> xr.Dataset:
-    """Dataset of the growth of free vibration under varying gear-mesh stiffness, by stage.
+    """Parametric instability by the varying gear-mesh stiffness: speeds at which free vibration
+    grows, its growth rate, and its modes.
 
-    For each stage the stiffness of its gear meshes varies over their cycle, with the tooth pairs
-    that touch under rated torque without errors, and all other gear meshes have their mean
-    stiffness; contact is not lost. At most ``MAX_MODES`` modes vibrate; all others follow the
-    forces of the stage's gear meshes without inertia. Arguments: see
-    ``face.model.Model.stability``. InputError for an invalid range or limit.
+    The analysis is linear. For each stage the stiffness of its gear meshes varies over their cycle,
+    with the tooth pairs that touch under rated torque without errors, and all other gear meshes
+    have their mean stiffness; contact is not lost. At most 60 modes vibrate; all others follow the
+    forces of the stage's gear meshes without inertia. speeds: lowest and highest over rated speed;
+    if left out up to a fifth above the highest speed of the case; count: number of speeds, beside
+    those of expected bands; limit_hz: highest natural frequency of the modes used. InputError for
+    an invalid range or limit.
     """
     model.case.require_load()
     first, last = speed_range(model, speeds)
