@@ -31,6 +31,7 @@ from flexgear.gears.geometry import (
     stage_geometry,
 )
 from flexgear.gears.implausible_bearings import implausible_bearings
+from flexgear.gears.load_bins import idle_loads
 from flexgear.gears.nominal_stress import largest_root_stress, pitch_point_pressure
 from flexgear.gears.paths import modified_flanks, stage_paths
 from flexgear.gears.power_flow import PowerFlow, StageFlow
@@ -196,7 +197,7 @@ LEAST_GRAVITY, MOST_GRAVITY = 1.0, 100.0  # m/s²: the Moon's is 1.6, gearboxes 
 
 def implausible(case: Case, flow: PowerFlow) -> list[str]:
     """Warnings about implausible values of a case, in the order of its stages."""
-    warnings = list(_gravity(case))
+    warnings = [*_gravity(case), *_idle(case)]
     for stage in flow.stages:
         prefix = f"{stage.name}: " if len(case.stages) > 1 else ""
         warnings += [prefix + text for text in _of_stage(case.view(stage.name), stage)]
@@ -207,6 +208,19 @@ def _gravity(case: Case) -> Iterator[str]:
     size = math.hypot(*case.gravity)
     if size and not LEAST_GRAVITY <= size <= MOST_GRAVITY:
         yield f"gravity is {size:g} m/s², and that of the Earth 9.81: check its unit"
+
+
+def _idle(case: Case) -> list[str]:
+    """Warnings about loads, of load cases and series, too, that have no effect on their member."""
+    loads = [(str(load.member), np.abs(load.points).max(axis=0)) for load in case.loads]
+    series, zeros = case.load_series, (0.0, 0.0, 0.0)
+    for load_case in case.load_cases:
+        for _, member, state in load_case.states(case.inputs[0].member):
+            loads.append((member, np.array([*(state.force or zeros), *(state.moment or zeros)])))
+    if series is not None:
+        channels = np.array([*map(bool, (*series.force, *series.moment)), False])
+        loads.append((case.inputs[0].member, channels))
+    return [f"{name}: {reason}" for name, reason in idle_loads(case, loads).items()]
 
 
 def _of_stage(view: StageView, stage: StageFlow) -> Iterator[str]:

@@ -1,18 +1,20 @@
 """Load bins: speeds, torques and loads of all members of a train in each load case, by statics."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from flexgear.arrays import Array
+from flexgear.gears.bearings.nominal import COMPONENTS
 from flexgear.gears.determinacy import members_of, rank
 from flexgear.gears.power_flow import NOISE, PowerFlow, power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.load_cases import LoadCase, MemberState, title_of
+from flexgear.model.names import MemberName
 from flexgear.model.train import Input, MemberLoad
 from flexgear.model.units import RPM
 
@@ -78,6 +80,26 @@ def bins_of_load_cases(case: Case, more: Sequence[LoadCase] = ()) -> tuple[LoadB
     bins = tuple(train.bin_of(k, load_case) for k, load_case in enumerate(load_cases))
     train.require_unit(bins)
     return bins
+
+
+DIRECTIONS = ("forces along x", "forces along y", "forces along z", "moments about x",
+              "moments about y")  # fmt: skip
+
+
+def idle_loads(case: Case, loads: Iterable[tuple[str, Array]]) -> dict[str, str]:
+    """Reasons, by "loads on stage.carrier", why components of loads (6,) on members have no effect:
+    the member does not move in their direction. The last component is a torque."""
+    idle = dict[str, str]()
+    for member, components in loads:
+        free, name = COMPONENTS.get(case.kinematics_of(member), ()), MemberName.parse(member)
+        texts = [text for k, text in enumerate(DIRECTIONS) if components[k] and k not in free]
+        if texts:
+            key = case.view(name.stage).key(name.part)
+            idle[f"loads on {member}"] = (
+                f"{', '.join(texts)} have no effect, as it does not move there; set "
+                f'{key}.kinematics = "spatial"'
+            )
+    return idle
 
 
 def _with_names(load_cases: Sequence[LoadCase]) -> tuple[LoadCase, ...]:

@@ -23,7 +23,7 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.load_bins import LoadBin, case_in_bin
+from flexgear.gears.load_bins import LoadBin, case_in_bin, idle_loads
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.rating.damage import PartLife, WeibullKind, system_reliability
 from flexgear.gears.rating.load_factors import SLOPE_SIGNS, misalignment, tolerance
@@ -96,6 +96,7 @@ def rate(
         not_assessed={
             **missing,
             **open_parts,
+            **idle_loads(case, [(load.member, load.first) for b in bins for load in b.loads]),
             **({} if any(b.hours for b in bins) else {"damage and life": NO_SPECTRUM}),
             **_yield_unknown(bins, parts),
             **({"faults": NOT_ASSESSED} if case.faults else {}),

@@ -7,7 +7,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from small_train import SMALL
 
-from flexgear.gears.load_bins import bins_of_load_cases, case_in_bin
+from flexgear.gears.implausible import implausible
+from flexgear.gears.load_bins import bins_of_load_cases, case_in_bin, idle_loads
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
@@ -107,6 +108,22 @@ def test_every_bin_has_its_own_name(case_with):
     series = [LoadCase(name="bin 1", hours=1.0), LoadCase(name="bin 2", hours=1.0)]
     bins = bins_of_load_cases(case_with(in_case(name='"bin 1"', hours=7)), series)
     assert [load_bin.name for load_bin in bins] == ["bin 1", "bin 1 (number 2)", "bin 2"]
+
+
+@pytest.mark.parametrize(
+    ("kinematics", "named"),
+    [("planar", ("forces along z", "moments about x")), ("axial", ("moments about x",)),
+     ("spatial", ())],
+)  # fmt: skip
+def test_loads_without_effect_are_named(case_with, kinematics, named):
+    """The hub moment of a carrier that cannot tilt would be left out of the rating in silence."""
+    text = in_case(hours=1, force_kn="[1, 0, 2]", moment_knm="[0.3, 0, 0]")
+    case = case_with(text).with_(**{"kinematics": kinematics, "stages.stage_1.planets": 4})
+    warnings = [w for w in implausible(case, power_flow(case)) if "no effect" in w]
+    stated = f"loads on {IN}: {', '.join(named)} have no effect, as it does not move there; "
+    assert [w.startswith(stated) for w in warnings] == [True] * bool(named)
+    (load_bin,) = bins_of_load_cases(case)
+    assert len(idle_loads(case, [(x.member, x.first) for x in load_bin.loads])) == bool(named)
 
 
 def test_where_a_table_lies_and_how_it_is_written_is_no_part_of_the_content(case_with):
