@@ -84,7 +84,10 @@ def _lead(rating: Rating) -> str:
     count = "1 load bin" if len(rating.bins) == 1 else f"{len(rating.bins)} load bins"
     where = positions or "one position"
     hours = f", {number(rating.hours)} h" if rating.hours else ""
-    return f"{count}{hours}; in each equilibria at {where}."
+    rules = rating.case.rating
+    worst = {"worst": 5, "drawn": rules.deviation_samples}
+    trains = f" of {worst[rules.deviations]} trains" if rules.deviations in worst else ""
+    return f"{count}{hours}; in each equilibria{trains} at {where}."
 
 
 def _show_rating(rating: Rating) -> None:

@@ -195,7 +195,8 @@ def load_factors(
     forced = rules.forced(group.stage, group.role)
     of_planet = f"computed, planet {computed.planet}" if pair.stage.planets > 1 else "computed"
     of_planet += f", gear-mesh cycle {computed.cycle + 1}"
-    of_planet += f", deviations {computed.deviated}" if computed.deviated else ""
+    train = computed.deviated + (rules.deviations == "drawn")  # without a train of the case alone
+    of_planet += f", deviations {train}" if train else ""
 
     def take(symbol: str, *sources: tuple[str, float], least: float = 0.0) -> None:
         """Set a factor from its key or else the first source with a finite value, if there is one,

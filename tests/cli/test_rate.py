@@ -99,6 +99,14 @@ def test_without_keys_of_rating(flexgear, tmp_path):
     assert summary["reliability"] is None
 
 
+def test_the_first_line_counts_trains_with_deviations(flexgear):
+    drawn = "rating.deviations=drawn", "rating.deviation_samples=2"
+    error = "tolerance.errors.pin_tangential.standard_deviation_um=10"
+    keys = [part for key in (*drawn, error) for part in ("--set", key)]
+    text = flexgear.out("rate", "pitch-drive", *FEW, *keys, "-q")
+    assert "; in each equilibria of 2 trains at " in text.splitlines()[0]
+
+
 @pytest.mark.parametrize(
     ("more", "message"),
     [

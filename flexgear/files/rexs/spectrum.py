@@ -20,6 +20,7 @@ from flexgear.files.rexs.shafts import SunShaft
 from flexgear.files.rexs.stages import Member
 from flexgear.files.rexs.tables import PORT
 from flexgear.model.errors import InputError
+from flexgear.model.load_cases import SUM_OF_HOURS
 
 _TIME = ("operating_time", "load_duration")
 _SHARE = ("operating_time_fraction", "load_duration_fraction")
@@ -47,9 +48,10 @@ def write_load_cases(
     loaded = {load["member"] for load in written.get("loads", ())}  # a load case may unload them
     with document.values_of(None):  # of the model, not of the selected load case
         total_time = number(document.kind("gear_unit"), _TIME, "h")
+    shares: list[float] = []
     for load_case in document.load_cases:
         with document.values_of(load_case):
-            hours = _hours(document, load_case, total_time, text, where)
+            hours = _hours(document, load_case, total_time, text, where, shares)
             if hours is None:
                 continue
             ids.add(load_case.id)
@@ -91,6 +93,8 @@ def write_load_cases(
                 source = " + ".join(labels)
                 section = _section(text, sections, member, source)
                 put_forces(section, total.tolist(), source)
+    if shares and abs(sum(shares) - 1.0) > SUM_OF_HOURS:
+        text.warn(f"shares of time add up to {100.0 * sum(shares):.4g} %")
     over, highest = largest
     if highest is not None and document.load_case is not None:
         text.warn(
@@ -109,10 +113,11 @@ def _section(text: CaseText, sections: dict[str, Section], member: str, why: str
 
 
 def _hours(
-    document: Document, load_case: LoadCase, total_time: Datum | None, text: CaseText, where: str
-) -> Datum | None:
-    """Duration of a load case, h; None if the file does not state it. InputError for a value that
-    is no number, or negative."""
+    document: Document, load_case: LoadCase, total_time: Datum | None, text: CaseText, where: str,
+    shares: list[float],
+) -> Datum | None:  # fmt: skip
+    """Duration of a load case, h; None if the file does not state it. A share of the total time is
+    appended to ``shares``. InputError for a value that is no number, or negative."""
     stated = {attribute.id for _, attribute in load_case.attributes}
     units = document.kind("gear_unit")
     names, unit = (_TIME, "h") if stated & {*_TIME} else (_SHARE, "none")
@@ -125,6 +130,7 @@ def _hours(
         raise InputError(where, key, problem, "correct it; 0 marks an extreme load")
     if unit == "h":
         return share
+    shares.append(share.value)
     if total_time is None:
         line = f"load cases have only shares of time: of {_TOTAL_HOURS:g} h in all, assumed"
         if line not in text.assumed:

@@ -51,6 +51,7 @@ def test_load_cases_with_durations(imported, spectrum):
     assert second.speed * TURNS == pytest.approx(6)
     assert any("of 20000 h in all, assumed" in line for line in conversion.assumed)
     assert any("load case 12" in line for line in conversion.left_out)
+    assert "shares of time add up to 30 %" in conversion.assumed
     assert not any("load case 9 (" in line for line in conversion.left_out)
     assert not any("the rated one" in line for line in conversion.assumed)
     m.set(m.unit, operating_time=(1000.0, "h"))
