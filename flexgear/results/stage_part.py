@@ -159,13 +159,9 @@ def flank_histories(data: xr.Dataset, gear: str, planet: int = 0) -> xr.Dataset:
     return xr.Dataset({"load": pairs["load"].where(pairs["tooth"] > 0), **carrying})
 
 
-def carrying_flank(data: xr.Dataset, gear: str, planet: int = 0) -> str:
-    """Flanks that are loaded at any sample: "drive", "coast", "drive and coast" or "none"."""
-    return flank_names(flank_histories(data, gear, planet))
-
-
 def flank_names(histories: xr.Dataset) -> str:
-    """Loaded flanks by ``flank_histories`` or their largest values, as ``carrying_flank``."""
+    """Flanks that are loaded at any sample, by ``flank_histories`` or their largest values:
+    "drive", "coast", "drive and coast" or "none"."""
     return " and ".join(w for w in ("drive", "coast") if bool(histories[w].any())) or "none"
 
 

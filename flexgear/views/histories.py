@@ -21,9 +21,10 @@ from flexgear.model.units import RPM
 from flexgear.results.quantities import AXES
 from flexgear.results.report.wording import scale
 from flexgear.results.stage_part import (
-    carrying_flank,
     carrying_pairs,
     displacement_of,
+    flank_histories,
+    flank_names,
     of_kind,
     ring_force_spread,
     ring_sharing,
@@ -101,7 +102,7 @@ def pair_arrays(dataset: xr.Dataset, gear_mesh: str, planet: int) -> tuple[Array
 
 def flank_label(datasets: Iterable[xr.Dataset], gear_mesh: str) -> str:
     """Loaded flank of planet 1 for the title of a picture; empty for the drive flank."""
-    flanks = {carrying_flank(d, gear_mesh, 1) for d in datasets} - {"none"}
+    flanks = {flank_names(flank_histories(d, gear_mesh, 1)) for d in datasets} - {"none"}
     if flanks <= {"drive"}:
         return ""
     return ", coast flank" if flanks == {"coast"} else ", loaded flank"

@@ -137,9 +137,10 @@ def _assessed(
     sharing = findings.sharings.get(stage) if computed else None
     in_equilibria = (sharing and sharing.in_equilibria) or 1.0
     peak = stress * max(1.0, ratio / in_equilibria) ** kind.exponent
+    use, peak_use = (with_unit(size / limit, "share") for size in (stress, peak))
     reason = (
-        f"{_percent(stress / limit)} of the allowable; {number(peak / 1e6)} MPa, "
-        f"{_percent(peak / limit)}, with the largest gear-mesh force, {factor(ratio)} × nominal."
+        f"{use} of the allowable; {number(peak / 1e6)} MPa, {peak_use}, with the largest "
+        f"gear-mesh force, {factor(ratio)} × nominal."
     )
     if stress > limit:
         return "bad", reason
@@ -150,10 +151,6 @@ def _assessed(
     view = findings.case.view(stage)
     lacks = "load" if view.gear_mesh.model != "face_load" else "root stress"
     return "note", f"{reason} No verdict: the {lacks} along the face is not computed."
-
-
-def _percent(share: float) -> str:
-    return f"{number(100.0 * share, 3)} %"
 
 
 ROOT_STRESS = Headline(
