@@ -290,7 +290,7 @@ def case_of_file(path, load_case_id=None):
 
 
 def exported(case, path):
-    path.write_bytes(model_of_case(case).xml("flexgear", "0", "2026-01-01T00:00:00+00:00"))
+    path.write_bytes(model_of_case(case).xml("0"))
     return path
 
 

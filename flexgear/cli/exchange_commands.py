@@ -1,7 +1,6 @@
 """Commands for FE meshes and reductions of bodies, and for files of other programs."""
 
 import math
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -247,8 +246,7 @@ def _write_rexs(case: Case, rexs: Path, force: bool) -> None:
     if rexs.suffix.lower() != ".rexs":
         raise InputError("--rexs", str(rexs), "does not end in .rexs", "use this suffix")
     options.require_new(rexs, "--rexs", force)
-    date = datetime.now(UTC).isoformat(timespec="seconds")
-    write_bytes(rexs, model_of_case(case).xml("flexgear", version(), date))
+    write_bytes(rexs, model_of_case(case).xml(version()))
     left = not_written(case)
     typer.echo(f"wrote {rexs}" + (f"; not in the file: {', '.join(left)}" if left else ""))
 

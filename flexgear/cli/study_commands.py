@@ -2,7 +2,6 @@
 
 import csv
 from dataclasses import replace
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -64,8 +63,7 @@ def save_rating(rating: Rating, folder: Path, pictures: bool = True) -> None:
         rows.writerow(COLUMNS)
         rows.writerows(rating_rows(rating))
     model = model_of_case(rating.case, rexs_results(rating))
-    date = datetime.now(UTC).isoformat(timespec="seconds")
-    write_bytes(folder / "rating.rexs", model.xml("flexgear", version(), date))
+    write_bytes(folder / "rating.rexs", model.xml(version()))
     if pictures:
         verdicts = [replace(v, sentence=spelled(v.sentence)) for v in rating_verdicts(rating)]
         tables = list(map(in_words, rating_tables(rating)))

@@ -144,7 +144,7 @@ def run_sweep(
         first = f"{', '.join(f'{key} = {text}' for key, text in sets)}: {outcomes[0].message}"
         start = f"all {len(plan.grid)} points failed; the first, " if len(plan.grid) > 1 else ""
         raise FlexgearError(start + first)
-    data = collected(plan.keys, plan.grid, outcomes)
+    data = collected(plan.keys, outcomes)
     data.attrs = provenance(
         case=plan.base.name,
         variant="sweep of " + " and ".join(k.key for k in plan.keys),
@@ -169,9 +169,7 @@ def finished(plan: Sweep) -> int:
 GAPS = "where the point failed or has fewer of them, and where its own value is missing"
 
 
-def collected(
-    keys: Sequence[SweptKey], grid: Sequence[Point], outcomes: Sequence[Outcome[MeasuredValues]]
-) -> xr.Dataset:
+def collected(keys: Sequence[SweptKey], outcomes: Sequence[Outcome[MeasuredValues]]) -> xr.Dataset:
     """Dataset over the grid; missing values where a point failed or has fewer modes, planets or
     stages than others."""
     coords = {key.key: _coordinate(key) for key in keys}

@@ -3,6 +3,7 @@
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 
 from flexgear.files.rexs.tables import SCHEMA_UNITS, from_si, without_rounding
 
@@ -57,14 +58,14 @@ class Outgoing:
         self.load_cases.append({})
         self.load_case_names.append(name)
 
-    def xml(self, application: str, version: str, date: str) -> bytes:
-        """The model as XML. date: ISO 8601 with time zone."""
+    def xml(self, version: str) -> bytes:
+        """The model as XML with the present date. version: of flexgear."""
         root = ET.Element(
             "model",
             version=VERSION,
-            applicationId=application,
+            applicationId="flexgear",
             applicationVersion=version,
-            date=date,
+            date=datetime.now(UTC).isoformat(timespec="seconds"),
         )
         relations = ET.SubElement(root, "relations")
         for number, (kind, order, roles) in enumerate(self.relations, 1):
