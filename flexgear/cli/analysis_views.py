@@ -18,7 +18,14 @@ from flexgear.results.load_sharing import without_rounding
 from flexgear.results.quantities import number
 from flexgear.results.report.sharing import DEFINITION
 from flexgear.results.report.tables import meetings
-from flexgear.results.report.wording import titled_by_stage, window_words, with_unit, words
+from flexgear.results.report.wording import number as value_number
+from flexgear.results.report.wording import (
+    signal_scale,
+    titled_by_stage,
+    window_words,
+    with_unit,
+    words,
+)
 from flexgear.results.sinks import Ranges
 from flexgear.results.stage_part import (
     GEARS,
@@ -293,10 +300,21 @@ def show_transient(title: str, figures: dict[str, Any], notes: list[str]) -> Non
         if isinstance(value, dict) and value and name != "second_reduction":
             typer.echo("")
             title = "mean_port_torque_nm" if name == "port_torque_nm" else name
-            key_table(title, {k: _plain(v) for k, v in value.items()})
+            plain = _level if name == "sensors" else _plain
+            key_table(title, {k: plain(v) for k, v in value.items()})
     last = [*([DEFINITION] if figures["load_sharing"] else []), *notes]
     if last:
         typer.echo("\n" + "\n".join(last))
+
+
+def _level(figures: Mapping[str, Any]) -> str:
+    """Text of the level of a sensor: mean, rms about it, range, or the value that is constant."""
+    mean, rms, low, high = (figures[k] for k in ("mean", "rms_about_mean", "min", "max"))
+    unit, by = signal_scale((mean, low, high), figures["unit"])
+    if low == high:
+        return f"constant, {value_number(by * mean)} {unit}"
+    texts = [value_number(by * x) for x in (mean, rms, low, high)]
+    return f"mean {texts[0]} {unit}, rms about it {texts[1]}, from {texts[2]} to {texts[3]} {unit}"
 
 
 def _plain(value: Any) -> Any:

@@ -24,14 +24,16 @@ from flexgear.model.units import RPM
 from flexgear.results.dataset_file import reopened, write_netcdf
 from flexgear.results.orders import PADDING, SOURCE, order_map, order_spectrum, side_lobes
 from flexgear.results.origin import origin_of_case
-from flexgear.results.report.wording import number, scale, words
+from flexgear.results.report.wording import number, words
 from flexgear.results.run_folder import complete, transient_file
 from flexgear.results.run_orders import (
     case_of,
+    column_words,
     expected_orders,
     first_input,
     history_over_turns,
     over_time,
+    scale_of,
     warn_of_aliases,
 )
 from flexgear.results.settling import settled
@@ -180,7 +182,8 @@ def columns_of(history: xr.DataArray, text: str) -> xr.DataArray:
         return history
     labels = product(*(history[d].to_numpy() for d in others))
     names = np.array([" ".join(map(str, label)) for label in labels], dtype=str)
-    chosen = np.flatnonzero(np.char.find(names, text) >= 0)
+    shown = np.array([column_words(history, name) for name in names], dtype=str)
+    chosen = np.flatnonzero((np.char.find(names, text) >= 0) | (np.char.find(shown, text) >= 0))
     at = dict(
         zip(others, np.unravel_index(chosen, [history.sizes[d] for d in others]), strict=True)
     )
@@ -212,7 +215,7 @@ def _expected(
     lines_at = partial(expected_orders, case, member, against, sensors=tuple(map(str, sensors)))
     first = lines_at()
     gear_meshes = [order / line.harmonic for line, order in first if line.kind == "gear mesh"]
-    harmonics = int(highest / min(gear_meshes)) if gear_meshes else HARMONICS
+    harmonics = math.ceil(highest / min(gear_meshes)) if gear_meshes else HARMONICS
     lines = lines_at(harmonics=max(HARMONICS, min(harmonics, 100)))
     return [(line, order) for line, order in lines if order <= highest]
 
@@ -306,10 +309,11 @@ def _print(case: Case, result: xr.DataArray, rows: list[dict[str, Any]]) -> None
         return
     resolution, window = number(RESOLUTION / turns, 2), result.attrs["window"]
     title += f", {window} window; lines less than {resolution} orders apart are one"
-    unit, by = scale([rows[0]["amplitude"]], str(result.attrs["units"]))
+    unit, by = scale_of(result, rows[0]["amplitude"])
     lines = {}
     for row in rows:
-        texts = [f"{number(by * row['amplitude'])} {unit}", row.get("column", "")]
+        column = column_words(result, row.get("column", ""))
+        texts = [f"{number(by * row['amplitude'])} {unit}", column]
         if "speed_rpm" in row:
             texts.append(f"at {number(row['speed_rpm'])} r/min")
         texts.append(f"({', '.join(row['expected'][:2])})" if row["expected"] else "")

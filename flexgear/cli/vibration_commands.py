@@ -14,7 +14,7 @@ from flexgear.cli.analysis import Analysis
 from flexgear.cli.display import columns, table, warn
 from flexgear.model.names import GearMeshName
 from flexgear.model.units import RPM
-from flexgear.results.report.wording import of_stage, with_unit, words
+from flexgear.results.report.wording import number, of_stage, signal_scale, with_unit, words
 from flexgear.solve.linear_response import linear_response
 from flexgear.solve.model import Model
 from flexgear.solve.response import DOUBLINGS
@@ -107,7 +107,9 @@ def response(
     analysis.save(data, linear_response_chart if linear else response_chart)
     if linear:
         peaks = [_linear_peak(model, data.isel(peak=k)) for k in range(data.sizes.get("peak", 0))]
-        analysis.show({"peaks": peaks}, partial(_show_linear, model, peaks))
+        largest = _linear_largest(model, data)
+        shown = partial(_show_linear, model, peaks, largest)
+        analysis.show({"largest": largest, "peaks": peaks}, shown)
     else:
         figures = response_figures(data)
         analysis.show(figures, partial(show_response, model, data, figures))
@@ -132,28 +134,35 @@ def stability(
     analysis.show({"bands": bands}, partial(_show_stability, model, data, bands))
 
 
-def _show_linear(model: Model, peaks: list[dict[str, Any]]) -> None:
-    """Print the highest peaks of gear-mesh forces, and the modes with the largest shares."""
+def _show_linear(model: Model, peaks: list[dict[str, Any]], largest: dict[str, Any]) -> None:
+    """Print the highest peaks of gear-mesh forces, and the modes with the largest shares; before
+    these the largest amplitude if it is none of them, as near the ends of the range."""
     typer.echo(
         f"{model.case.name}, {model.variant}: response to the static transmission error, mean "
         "stiffness"
     )
     if not peaks:
         typer.echo("  no peak in this range")
+    if largest["force_n"] > max((peak["force_n"] for peak in peaks), default=0.0):
+        typer.echo(
+            f"  largest amplitude in this range: {with_unit(largest['force_n'], 'N')}, "
+            f"{words(largest['gear_mesh'])}, order {largest['order']}, at "
+            f"{largest['speed_share']:.4g} of rated speed"
+        )
     alike = _alike_planets(peaks)
     for peak, names in alike[:MAX_LINES]:
         modes = ", ".join(f"mode {m} {100 * s:.0f} %" for m, s in peak["modes"].items())
         typer.echo(
-            f"  {names}, order {peak['order']}, {peak['speed_share']:.4g} of rated "
+            f"  {words(names)}, order {peak['order']}, {peak['speed_share']:.4g} of rated "
             f"speed: {with_unit(peak['force_n'], 'N')} ({modes})"
         )
     if len(alike) > MAX_LINES:
         typer.echo(f"  and {len(alike) - MAX_LINES} lower ones (--json lists all)")
-    lost = [peak for peak in peaks if peak["force_n"] > peak["mean_force_n"]]
+    lost = [peak for peak in (*peaks, largest) if peak["force_n"] > peak["mean_force_n"]]
     if lost:
         worst = max(lost, key=lambda p: p["force_n"] - p["mean_force_n"])
         warn([
-            f"{worst['gear_mesh']}: amplitude {with_unit(worst['force_n'], 'N')} at "
+            f"{words(worst['gear_mesh'])}: amplitude {with_unit(worst['force_n'], 'N')} at "
             f"{worst['speed_share']:.4g} of rated speed exceeds the mean force of "
             f"{with_unit(worst['mean_force_n'], 'N')}: teeth lose contact there, which a linear "
             "response does not have; leave out --linear to see how high the resonance is"
@@ -169,22 +178,29 @@ def _alike_planets(peaks: list[dict[str, Any]]) -> list[tuple[dict[str, Any], st
     return [(of[0], GearMeshName.joined([p["gear_mesh"] for p in of])) for of in alike.values()]
 
 
+def _linear_largest(model: Model, data: xr.Dataset) -> dict[str, Any]:
+    """The largest amplitude of a gear-mesh force by an order."""
+    force = data["linear_force_amplitude"]
+    at = force[force.argmax(...)]
+    place = at["gear_mesh"].item(), int(at["gear_mesh_order"]), float(at["speed_factor"])
+    return _amplitude(model, *place, float(at))
+
+
+def _amplitude(model: Model, name: str, order: int, share: float, force: float) -> dict[str, Any]:
+    """An amplitude of the force of a gear mesh, with the mean force there."""
+    mean = float(model.mean_forces[model.gear_meshes.names.index(GearMeshName.parse(name))])
+    return {"gear_mesh": GearMeshName.parse(name), "order": order, "speed_share": share,
+            "force_n": force, "mean_force_n": mean}  # fmt: skip
+
+
 def _linear_peak(model: Model, row: xr.Dataset) -> dict[str, Any]:
     """A peak with its three largest modal shares."""
-    name = GearMeshName.parse(row["peak_gear_mesh"].item())
+    at = (row["peak_gear_mesh"].item(), int(row["peak_order"]), float(row["peak_factor"]))
     share = row["peak_mode_share"].to_numpy()
     largest = np.argsort(-np.abs(share))[:3]
     numbers = row["kept_mode"].to_numpy()
-    return {
-        "gear_mesh": name,
-        "order": int(row["peak_order"]),
-        "speed_share": float(row["peak_factor"]),
-        "force_n": float(row["peak_force"]),
-        "mean_force_n": float(model.mean_forces[model.gear_meshes.names.index(name)]),
-        "modes": {
-            int(numbers[k]): float(share[k]) for k in largest if abs(share[k]) >= LEAST_SHARE
-        },
-    }
+    modes = {int(numbers[k]): float(share[k]) for k in largest if abs(share[k]) >= LEAST_SHARE}
+    return {**_amplitude(model, *at, float(row["peak_force"])), "modes": modes}
 
 
 def show_response(model: Model, data: xr.Dataset, figures: dict[str, Any]) -> None:
@@ -269,7 +285,8 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
         text = text + with_unit(row["force_n"], "N") if row["stable"] else "unstable"
         yield f"  curve {row['curve']}, {period_words(row['period'])}: {text}"
     for name, row in figures["sensors"].items():
-        signal = with_unit(row["rms"], row["unit"])
+        unit, by = signal_scale([row["rms"]], row["unit"])
+        signal = f"{number(by * row['rms'])} {unit}"
         yield f"  sensor {name}: up to {signal} rms on stable branches, at {row[share]:.4g}"
     for name, what in {"lost_contact": figures["without_contact"], **RANGES}.items():
         if figures[name] or name != "several_stable":

@@ -29,6 +29,7 @@ from flexgear.results.orders import (
     order_spectrum,
     synchronous,
 )
+from flexgear.results.report.wording import scale, signal_scale, words
 
 # rounding of histories without a mean: forces over rated torque; motions, m or rad, far below atoms
 FORCE_ROUNDING, MOTION_ROUNDING = 1e-9, 1e-14
@@ -216,6 +217,17 @@ def motion_rounding(unit: str, time: Array) -> float:
         return 0.0
     highest = np.pi * (len(time) - 1) / float(np.ptp(time)) if rates[per] else 1.0  # rad/s
     return float(MOTION_ROUNDING * highest ** rates[per])
+
+
+def column_words(data: xr.DataArray, label: str) -> str:
+    """Words of a column's label; names of sensors as they are in the case."""
+    return label if data.name == "sensor_signal" else words(label)
+
+
+def scale_of(data: xr.DataArray, largest: float) -> tuple[str, float]:
+    """Printed unit of a history or its amplitudes up to ``largest``, and the factor to it."""
+    scaled = signal_scale if data.name == "sensor_signal" else scale
+    return scaled([largest], str(data.attrs.get("units", "")))
 
 
 def first_input(data: xr.Dataset) -> str:

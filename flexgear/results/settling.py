@@ -25,6 +25,8 @@ import numpy as np
 import xarray as xr
 
 from flexgear.arrays import Array
+from flexgear.results.orders import SINGLE
+from flexgear.results.run_orders import motion_rounding
 from flexgear.results.sinks import SENSOR_TIME, TIME, DatasetSink, Ranges, RunSize, between
 
 SHARE = 0.05  # of the peak-to-peak, allowed difference from settled motion
@@ -215,6 +217,7 @@ class SensorRanges(DatasetSink):
     def __init__(self, edges: Array) -> None:
         self._ranges = WindowedRanges(lambda x: x.assign(square=x["sensor_signal"] ** 2), edges)
         self._units: dict[str, str] = {}
+        self._end = np.empty(0)  # times of the last samples
 
     def begin(self, run_size: RunSize) -> None:
         """Read names and units of the sensors."""
@@ -226,17 +229,23 @@ class SensorRanges(DatasetSink):
     def append(self, data: xr.Dataset) -> None:
         """Add the next samples."""
         if data.sizes.get(SENSOR_TIME):
+            self._end = np.append(self._end, data[SENSOR_TIME])[-16:]
             of_sensors = data[["sensor_signal"]].drop_vars(TIME, errors="ignore")
             self._ranges.append(of_sensors.rename({SENSOR_TIME: TIME}))
 
     def figures(self, start: float) -> dict[str, dict[str, Any]]:
-        """Statistics of each sensor in the windows from ``start``, s; empty without samples."""
+        """Statistics of each sensor in the windows from ``start``, s, without variation that is
+        rounding; empty without samples."""
         rest = self._ranges.since(start)
         if not rest.first.data_vars:
             return {}
         mean, square = (rest.mean[n].to_numpy() for n in ("sensor_signal", "square"))
         least, largest = (r["sensor_signal"].to_numpy() for r in (rest.least, rest.largest))
         rms = np.sqrt(np.maximum(square - mean**2, 0.0))
+        noise = np.array([motion_rounding(unit, self._end) for unit in self._units.values()])
+        mean[np.maximum(np.abs(least), np.abs(largest)) <= noise] = 0.0
+        constant = largest - least <= np.maximum(noise, SINGLE * np.abs(mean))
+        rms[constant], least[constant], largest[constant] = 0.0, mean[constant], mean[constant]
         return {
             name: {
                 "unit": unit,

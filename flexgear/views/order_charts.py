@@ -18,10 +18,12 @@ from flexgear.results.orders import order_spectrum
 from flexgear.results.report.wording import number, scale, words
 from flexgear.results.run_orders import (
     case_of,
+    column_words,
     expected_orders,
     first_input,
     history_over_turns,
     motion_rounding,
+    scale_of,
 )
 from flexgear.results.sinks import SENSOR_TIME
 from flexgear.views.style import (
@@ -59,7 +61,7 @@ def curves(values: xr.DataArray, along: str) -> Iterator[tuple[str, Array]]:
         return
     for label, curve in values.stack(curve=others).groupby("curve", squeeze=False):
         names = label if isinstance(label, tuple) else (label,)
-        yield " ".join(map(str, names)), curve.to_numpy().reshape(-1)
+        yield column_words(values, " ".join(map(str, names))), curve.to_numpy().reshape(-1)
 
 
 @styled
@@ -70,10 +72,10 @@ def order_chart(spectrum: xr.DataArray, lines: Lines = ()) -> Figure:
     amplitudes = dict(curves(spectrum, "order"))
     largest = max((float(np.nanmax(a, initial=0.0)) for a in amplitudes.values()), default=0.0)
     mean = float(spectrum.attrs.get("largest_mean", 0.0))
-    unit, by = scale([max(largest, mean)], str(spectrum.attrs["units"]))
+    unit, by = scale_of(spectrum, max(largest, mean))
     if largest <= spectrum.attrs.get("rounding", 0.0):
         return text_only(f"Constant, {by * mean:.4g} {unit}: no amplitudes to show")
-    unit, by = scale([largest], str(spectrum.attrs["units"]))
+    unit, by = scale_of(spectrum, largest)
     figure, axes = panels(1, 1, height_mm=85)
     ax = axes[0, 0]
     for k, (label, amplitude) in enumerate(amplitudes.items()):
@@ -95,7 +97,7 @@ def order_chart(spectrum: xr.DataArray, lines: Lines = ()) -> Figure:
 def _order_axis(spectrum: xr.DataArray) -> str:
     """Axis label: whose turns orders count, the window of the transform and its length in turns."""
     of, window, turns = (spectrum.attrs[name] for name in ("of", "window", "turns"))
-    counted = "cycles" if of == "the gear mesh" else "turns"
+    of, counted = words(of), "cycles" if of == "the gear mesh" else "turns"
     return f"order of {of} (–); {window} window over {turns:.4g} {counted} of {of}"
 
 
@@ -141,7 +143,7 @@ def order_map_chart(mapped: xr.DataArray, lines: Lines = (), title: str = "") ->
     pooled = _pooled(mapped)
     order, values = pooled["order"].to_numpy(), pooled.to_numpy()
     largest = float(values.max(initial=0.0))
-    unit, by = scale([largest], str(mapped.attrs["units"]))
+    unit, by = scale_of(mapped, largest)
     speed = np.abs(pooled["speed"].to_numpy()) * RPM
     steady = not ((np.diff(speed) > 0).all() or (np.diff(speed) < 0).all())
     vertical = pooled["time"].to_numpy() if steady else speed
@@ -161,10 +163,12 @@ def order_map_chart(mapped: xr.DataArray, lines: Lines = (), title: str = "") ->
             ax.axvline(at, color="white", ls=":", lw=0.6)
     _name_harmonics(ax, [x for x in lines if x[0].harmonic <= MAX_HARMONICS], highest)
     ax.set_xlabel(_order_axis(mapped))
-    of = mapped.attrs["of"].partition(" against ")[0]
+    of = words(mapped.attrs["of"].partition(" against ")[0])
     ax.set_ylabel("time (s)" if steady else f"speed of {of} (r/min)")
     name = f"Amplitude of {words(str(mapped.name))}"
-    column = f", {mapped['column'].item()}" if "column" in mapped.coords else ""
+    column = ""
+    if "column" in mapped.coords:
+        column = f", {column_words(mapped, mapped['column'].item())}"
     ax.set_title(title or f"{name}{column}", pad=14)
     figure.colorbar(image, ax=ax, label=f"log10 of the amplitude in {unit}", pad=0.01)
     return figure
@@ -186,7 +190,7 @@ def average_chart(mean: xr.DataArray) -> Figure:
     """Means over a turn, with a panel for each planet, or one panel."""
     parts = list(mean.transpose("planet", ...)) if "planet" in mean.dims else [mean]
     largest = float(np.abs(mean).max())
-    unit, by = scale([largest], str(mean.attrs.get("units", "")))
+    unit, by = scale_of(mean, largest)
     figure, axes = panels(len(parts), 1, height_mm=30 + 45 * len(parts), sharex=True, sharey=True)
     for ax, part in zip(axes[:, 0], parts, strict=True):
         for k, (label, curve) in enumerate(curves(part, "phase")):
@@ -248,7 +252,7 @@ def sensors_chart(data: xr.Dataset) -> Figure:
     axes[-1, 0].set_xlabel(f"time (s), last {MAX_SHOWN} samples" if shortened else "time (s)")
     visible = [ax for ax in axes[:, 1] if ax.get_visible()]
     if spectrum is not None and visible:
-        visible[-1].set_xlabel(f"order of {spectrum.attrs['of']} (–)")
+        visible[-1].set_xlabel(f"order of {words(spectrum.attrs['of'])} (–)")
         visible[-1].tick_params(labelbottom=True)
     if kinds:
         legend_below(figure, list(kinds.values()), len(kinds))

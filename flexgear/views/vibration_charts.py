@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from flexgear.arrays import Array
 from flexgear.model.names import GearMeshName
 from flexgear.results import time_figures
-from flexgear.results.report.wording import scale
+from flexgear.results.report.wording import scale, signal_scale
 from flexgear.views.select import variable
 from flexgear.views.style import (
     DEFORMED_COLOUR,
@@ -69,9 +69,12 @@ def response_chart(data: xr.Dataset) -> Figure:
             _contact(ax, of_drawn, x, y[:, k], k)
     for ax, sensor in zip(of_sensors, sensors, strict=True):
         signal = data["response_sensor"].sel(sensor=sensor, measure="rms").to_numpy()
+        shown = signal[data["stable"].to_numpy() == 1] if data["stable"].any() else signal
+        unit, by = signal_scale(shown, data["sensor_unit"].sel(sensor=sensor).item())
+        signal = by * signal
         _curve(ax, data, x, signal, NEUTRAL, 1.2)
         _limit(ax, signal[:, None], 0.0, data["stable"].to_numpy() == 1)
-        ax.set_ylabel(f"{sensor}, rms ({data['sensor_unit'].sel(sensor=sensor).item()})")
+        ax.set_ylabel(f"{sensor}, rms ({unit})")
     for ax, y, low in ((force, top, bottom), (error, swing, swing)):
         _limit(ax, y, float(low.min()), data["stable"].to_numpy() == 1)
         ax.set_xlim(float(x.min()), float(x.max()))

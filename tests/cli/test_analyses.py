@@ -89,12 +89,27 @@ def test_linear_response_has_a_line_for_all_planets_and_warns_of_lost_contact(fl
     wave = STAGE.replace('"constant"', '"rectangular"\ndamping_ratio = 0.001')
     path = write(tmp_path, wave.format(planets=4, helix=0, sun=1e8))
     code, text, warning = flexgear("response", path, "--linear", "--speed-range", 3, 9, "--quiet")
-    assert code == 0 and "stage sun 1, 2, 3, 4, order " in text and "sun 2, order" not in text
+    assert code == 0 and "  sun 1, 2, 3, 4, order " in text and "sun 2, order" not in text
     force = 3000 / 4 / (94 + 26) * 26 / (0.052 * np.cos(np.radians(20)))
     peaks = flexgear.json("response", path, "--linear", "--speed-range", 3, 9)["peaks"]
     assert [peak["mean_force_n"] for peak in peaks] == pytest.approx([force] * len(peaks), rel=1e-3)
     assert max(peak["force_n"] for peak in peaks) > force
     assert "exceeds the mean force of 3.326 kN: teeth lose contact" in warning
+
+
+def test_linear_response_names_the_largest_amplitude_at_an_end_of_the_range(flexgear, tmp_path):
+    """On the slope of a resonance, beside peaks of other orders that are lower."""
+    path = write(tmp_path, gears_text(model="per_pair"))
+    command = ("response", path, "--linear", "--speed-range", 20, 80)
+    text = flexgear.out(*command, "--quiet", "--out", tmp_path / "linear.nc")
+    force = load(tmp_path / "linear.nc")["linear_force_amplitude"]
+    order = int(force["gear_mesh_order"][int(force.max(["speed_factor", "gear_mesh"]).argmax())])
+    largest = float(force.max())
+    figures = flexgear.json(*command)
+    assert figures["largest"]["force_n"] == pytest.approx(largest)
+    assert figures["peaks"][0]["force_n"] < 0.5 * largest
+    assert f"largest amplitude in this range: {largest:.4g} N, " in text
+    assert f", order {order}, at 80 of rated speed" in text
 
 
 def test_rigid_ring_does_not_bend(flexgear):
@@ -385,7 +400,7 @@ def test_a_peak_of_a_gear_mesh_without_mean_force_is_a_warning(capsys):
     model = fg.load_case("lin-parker").assemble()
     peak = {"gear_mesh": GearMeshName.parse("stage sun 1"), "order": 1, "speed_share": 0.5,
             "force_n": 2.0, "mean_force_n": 0.0, "modes": {}}  # fmt: skip
-    vibration_commands._show_linear(model, [peak])
+    vibration_commands._show_linear(model, [], peak)
     assert "amplitude 2 N at 0.5 of rated speed exceeds the mean force of 0 kN" in (
         capsys.readouterr().err
     )

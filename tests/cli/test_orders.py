@@ -1,6 +1,7 @@
 """``flexgear orders`` and ``data.fg``: a transient of a small stage, lines where they belong."""
 
 import json
+import re
 import shutil
 from dataclasses import replace
 
@@ -184,7 +185,10 @@ def test_a_train_that_nothing_excites_has_no_lines(flexgear, tmp_path):
         f'{{ name = "{m}", {sensor}, measures = "{m}" }}' for m in ("velocity", "acceleration")
     ) + "]"  # fmt: skip
     options = [x for k, v in settings.items() for x in ("--set", f"{k}={v}")]
-    flexgear.out("simulate", "lin-parker", *options, "--duration-s", 0.15, "--out", file, "-q")
+    command = ("simulate", "lin-parker", *options, "--duration-s", 0.15, "--out", file)
+    levels = flexgear.out(*command, "-q").splitlines()
+    assert "  velocity      constant, 0 m/s" in levels
+    assert "  acceleration  constant, 0 m/s²" in levels
     for of, only in (
         ("gear_mesh_force", ""), ("inertia_torque", ""), ("bearing_force", "sun"),
         ("body_displacement", "sun u"), ("port_speed", ""), ("sensor_signal", "velocity"),
@@ -194,6 +198,25 @@ def test_a_train_that_nothing_excites_has_no_lines(flexgear, tmp_path):
         assert out.count("\n") == 1 and out.endswith("nothing but rounding varies\n")
     figures = flexgear.json("orders", file, "--out", tmp_path / "quiet")
     assert figures["lines"] == []
+
+
+def test_labels_of_columns_and_levels_of_sensors_are_words_with_units(flexgear, tmp_path):
+    """The only stage has no name; a torque and a speed have a mean and a range."""
+    sensors = ", ".join(
+        f'{{ name = "the_{m}", on = "stage.{on}", measures = "{m}" }}'
+        for m, on in (("torque", "carrier"), ("speed", "sun"))
+    )
+    settings = SETTINGS | {"sensors": f"[{sensors}]"}
+    options = [x for key, value in settings.items() for x in ("--set", f"{key}={value}")]
+    file = tmp_path / "run.nc"
+    text = flexgear.out("simulate", "lin-parker", *options, "--out", file, "-q")
+    levels = r"  the torque  mean -480 N m, rms about it .*, from -48.* to -47.* N m\n"
+    assert re.search(levels, text)
+    assert re.search(r"the speed   mean [\d.\s]+ r/min, rms about it .* r/min\n", text)
+    text = flexgear.out("orders", file, "--only", "ring", "--out", tmp_path / "orders", "-q")
+    assert "  ring 1  (" in text and "stage ring" not in text
+    command = ("orders", file, "--of", "body_displacement", "--only", "planet 2 u", "-q")
+    assert "  planet 2 u" in flexgear.out(*command)
 
 
 @pytest.mark.parametrize("window", ["hann", "boxcar", "blackman"])

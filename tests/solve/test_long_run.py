@@ -2,6 +2,8 @@
 
 import os
 import sys
+import time
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -212,3 +214,18 @@ def test_steps_and_samples_are_counted_before(train, stepping):
     fewest = sum(plan.ticks >> len(plan.sizes) - 1 for plan in plans)
     most = sum(plan.ticks for plan in plans)
     assert fewest <= taken.taken <= most
+
+
+def test_compilation_on_a_busy_processor_leaves_a_time_for_the_steps(train, monkeypatch):
+    """It then takes longer than the processor works, which is subtracted from that work."""
+
+    @contextmanager
+    def slow():
+        times = []
+        yield times
+        time.sleep(0.5)
+        times.append(0.5)
+
+    monkeypatch.setattr(long_run, "compilation_times", slow)
+    run = simulate(train, duration=400 * STEP)
+    assert 1e-4 < run.simulated / run.core < 1e4 and 0.0 < run.core <= 1.1 * run.wall

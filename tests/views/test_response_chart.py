@@ -82,7 +82,7 @@ def test_sensors_have_a_panel_each(curve):
     curve = curve.assign_coords(sensor=["top", "foot"], sensor_unit=("sensor", ["m/s2", "1"]))
     curve["response_sensor"] = (("point", "sensor", "measure"), signals)
     labels = [ax.get_ylabel() for ax in response_chart(curve).axes]
-    assert labels[2:] == ["top, rms (m/s2)", "foot, rms (1)"]
+    assert labels[2:] == ["top, rms (m/s²)", "foot, rms (µm/m)"]
 
 
 def test_forces_of_backs_are_in_the_picture(curve):

@@ -26,6 +26,7 @@ _SCALES: dict[str, tuple[tuple[float, str, float], ...]] = {
     "share": ((0, "%", 100),),
     "rad/s": ((0, "r/min", 30 / math.pi),),
     "m/s2": ((0, "m/s²", 1),),
+    "strain": ((0, "µm/m", 1e6),),
 }
 ZERO = 1e-12  # in SI, below which values are printed as 0
 # significant digits other than four: for dimensions to 1 µm, and for similar speeds and frequencies
@@ -45,6 +46,11 @@ def scale(values: Iterable[float], unit: str) -> tuple[str, float]:
     if largest <= ZERO:
         return steps[min(1, len(steps) - 1)][1:]
     return next((name, by) for least, name, by in steps if largest >= least)
+
+
+def signal_scale(values: Iterable[float], unit: str) -> tuple[str, float]:
+    """``scale`` of a sensor's signal, whose unit 1 is that of strain."""
+    return scale(values, "strain" if unit == "1" else unit)
 
 
 def number(value: float, digits: int = 4) -> str:
