@@ -13,7 +13,7 @@ from flexgear.gears.determinacy import members_of, rank
 from flexgear.gears.power_flow import NOISE, PowerFlow, power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.load_cases import LoadCase, MemberState, title_of
+from flexgear.model.load_cases import SUM_OF_HOURS, LoadCase, MemberState, title_of
 from flexgear.model.names import MemberName
 from flexgear.model.train import Input, MemberLoad
 from flexgear.model.units import RPM
@@ -69,9 +69,10 @@ def case_in_bin(case: Case, load_bin: LoadBin) -> Case:
 
 
 def bins_of_load_cases(case: Case, more: Sequence[LoadCase] = ()) -> tuple[LoadBin, ...]:
-    """Load bins of the load cases of a case and of ``more``, in their order. Raises InputError for
-    speeds and torques that contradict the kinematics or statics of the train, and for values that
-    suggest a wrong sign or unit."""
+    """Load bins of the load cases of a case and of ``more``, in their order, without those of zero
+    hours beside others. Raises InputError for speeds and torques that contradict the kinematics or
+    statics of the train, for values that suggest a wrong sign or unit, and for turns whose hours
+    miss the total."""
     load_cases = _with_names((*case.load_cases, *more))
     if not load_cases:
         return ()
@@ -79,7 +80,13 @@ def bins_of_load_cases(case: Case, more: Sequence[LoadCase] = ()) -> tuple[LoadB
     train = _Train(case, load_cases)
     bins = tuple(train.bin_of(k, load_case) for k, load_case in enumerate(load_cases))
     train.require_unit(bins)
-    return bins
+    total, hours = case.spectrum.total_hours, sum(load_bin.hours for load_bin in bins)
+    turns = any(load_case.cycles for load_case in load_cases)
+    if total is not None and turns and abs(hours / total - 1.0) > SUM_OF_HOURS:
+        problem = f"is {total:g}, but hours and turns of the load cases add up to {hours:g}"
+        remedy = "correct hours, cycles or the total"
+        raise InputError(case.source, "spectrum.total_hours", problem, remedy)
+    return tuple(b for b in bins if b.hours or b.extreme) or bins
 
 
 DIRECTIONS = ("forces along x", "forces along y", "forces along z", "moments about x",

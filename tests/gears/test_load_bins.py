@@ -216,6 +216,21 @@ def test_hours_are_held_to_their_total(case_with):
         case_with(table=TABLE, total="total_hours = 200")
 
 
+def test_turns_are_held_to_the_total_hours_too(case_with):
+    """6000 turns at 10 r/min are 10 h."""
+    table = "name,cycles,speed_rpm\na,6000,10\n"
+    (load_bin,) = bins_of_load_cases(case_with(table=table, total="total_hours = 10\n"))
+    assert load_bin.hours == pytest.approx(10.0)
+    with pytest.raises(InputError, match="add up to 10"):
+        bins_of_load_cases(case_with(table=table, total="total_hours = 5\n"))
+
+
+def test_a_bin_of_zero_hours_is_no_load(case_with):
+    """An empty class of a histogram would be rated for endurance, and decide the safety."""
+    table = "name,hours,torque_nm\npart,100,300\nempty,0,1900\n"
+    assert [b.name for b in bins_of_load_cases(case_with(table=table))] == ["part"]
+
+
 def test_hours_may_be_shares_of_the_total(case_with):
     shares = TABLE.replace("hours", "share", 1)
     shares = shares.replace("part,100,", "part,0.4,").replace("full,50,", "full,0.6,")
