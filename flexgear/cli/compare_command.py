@@ -115,7 +115,12 @@ def _against(case: Case, reference: Case, comparison: Comparison) -> None:
         return
     with progress(comparison.quiet) as report:
         first, second = (rate(x, progress=report) for x in (case, reference))
-    figures = lives(first, second) if comparison.as_json else {"life": lines_of(first, second)}
+    figures: dict[str, Any] = lives(first, second)
+    if not comparison.as_json:
+        figures = {"life": lines_of(first, second)}
+        for one, other in ((first, second), (second, first)):
+            if reasons := one.not_assessed.items() - other.not_assessed.items():
+                figures[f"not assessed in {one.case.name}"] = dict(sorted(reasons))
     present(title, figures, comparison.as_json)
 
 

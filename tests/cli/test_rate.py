@@ -99,6 +99,17 @@ def test_without_keys_of_rating(flexgear, tmp_path):
     assert summary["reliability"] is None
 
 
+def test_comparing_two_designs_says_why_a_part_has_no_life(flexgear, tmp_path):
+    flexgear.out("cases", "nrel-5mw", "--copy", tmp_path / "own.toml")
+    text = (tmp_path / "own.toml").read_text()
+    (tmp_path / "bare.toml").write_text(text.replace("dynamic_rating_kn = 2380 ", "# "))
+    cases = [tmp_path / "own.toml", "--against", tmp_path / "bare.toml"]
+    text = flexgear.out("compare", *cases, "--life", "-q")
+    assert "load reserve 1" in text and "not assessed in own" not in text
+    reasons = text.split("not assessed in bare\n")[1]
+    assert "stages.stage_2.planet_bearing.dynamic_rating_kn is missing" in reasons
+
+
 def test_the_first_line_counts_trains_with_deviations(flexgear):
     drawn = "rating.deviations=drawn", "rating.deviation_samples=2"
     error = "tolerance.errors.pin_tangential.standard_deviation_um=10"
