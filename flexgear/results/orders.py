@@ -105,7 +105,8 @@ def _refuse(turns: xr.DataArray, steps: Array, highest: float | None) -> None:
     if not steps.any():
         raise InputError(SOURCE, _of(turns), "does not rotate", "name a member that rotates")
     if not (steps > 0).all():
-        at = float(time[int(np.argmax(steps <= 0))])
+        first = steps[np.flatnonzero(steps)[0]]
+        at = float(time[int(np.argmax(steps * np.sign(first) <= 0))])
         remedy = "use a part of the run with one sense of rotation"
         raise InputError(SOURCE, f"speed of {_of(turns)}", f"passes zero at {at:.4g} s", remedy)
     limit = highest_order(turns)

@@ -183,6 +183,18 @@ def test_planets_are_told_apart(stage):
     assert other.max() < 0.03 * of_itself[0]  # of a run that is no whole number of cycles
 
 
+def test_the_time_is_named_at_which_a_member_turns_back():
+    """Also where it turns further back than it turned before."""
+    time, turns = run_up()
+    history, end = labelled(time, chirp(time, turns)), time[-1] - time[0]
+    for first, last in ((-1.0, 2.0), (1.2, 3.0)):
+        back = turns_of(time, np.sin(np.linspace(first, last, len(time))))
+        at = time[0] + end * (np.pi / 2 - first) / (last - first)
+        with pytest.raises(InputError, match="passes zero at") as refused:
+            synchronous(history, back)
+        assert f"at {at:.3g}"[:6] in str(refused.value)
+
+
 def test_bad_input_is_refused_in_one_line(stage):
     """One line each."""
     _, data = stage
