@@ -16,11 +16,19 @@ from flexgear.files.atomic import file_target
 from flexgear.model.errors import InputError
 from flexgear.results.dataset_file import write_netcdf
 from flexgear.results.origin import origin_of_case
+from flexgear.results.report.wording import number, words
 from flexgear.studies.measures import MEASURES, WARNING
 from flexgear.studies.sweep import failures, finished, planned, run_sweep
 from flexgear.studies.sweep_keys import FORMS, WHERE, Values, parse_setting
 from flexgear.views import style
-from flexgear.views.sweep_charts import drawn_variables, keys_of, scale_of, sweep_chart
+from flexgear.views.sweep_charts import (
+    SAMPLE,
+    drawn_variables,
+    keys_of,
+    label_at,
+    scale_of,
+    sweep_chart,
+)
 
 MAX_COLUMNS = 8  # of a printed table
 MAX_ROWS = 24  # of a printed table
@@ -138,7 +146,8 @@ def _tables(data: xr.Dataset) -> None:
         field = data[name]
         factor, unit = scale_of(field)
         for title, part in _parts(field):
-            heading = f"{', '.join(filter(None, (name.replace('_', ' '), title)))} ({unit})"
+            heading = ", ".join(filter(None, (name.replace("_", " "), title)))
+            heading += f" ({unit})" if unit else ""
             titles, values = _columns(part, factor)
             if len(values) > 1 and _is_constant(values):
                 pairs = [f"{c} {v:.6g}" for c, v in zip(titles, values[0], strict=True)]
@@ -148,6 +157,9 @@ def _tables(data: xr.Dataset) -> None:
             else:
                 typer.echo(f"\n{heading}")
                 _table(part, titles, values)
+    for history in (str(n) for n, field in data.data_vars.items() if SAMPLE in field.dims):
+        count = number(data.sizes[SAMPLE])
+        typer.echo(f"\n{words(history)}: {count} samples a point, in the dataset")
 
 
 def _parts(field: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
@@ -164,6 +176,8 @@ def _columns(part: xr.DataArray, factor: float) -> tuple[list[str], NDArray[np.f
     inner = [d for d in part.dims if d not in keys]
     labels = part[inner[0]].to_numpy().tolist() if inner else ["value"]
     titles = [f"{inner[0]} {t}" if isinstance(t, int) else str(t) for t in labels]
+    if inner == ["sensor"]:
+        titles = [label_at(part[{"sensor": k}], "sensor") for k in range(len(titles))]
     return titles, part.transpose(*keys, *inner).to_numpy().reshape(-1, len(titles)) * factor
 
 

@@ -15,8 +15,10 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.read import nearest
-from flexgear.results.labelled_dataset import coordinate, groups_in
+from flexgear.results.labelled_dataset import groups_in
+from flexgear.results.orders import SINGLE
 from flexgear.results.rating import PARTS
+from flexgear.results.run_orders import motion_rounding
 from flexgear.results.sinks import SENSOR_TIME
 from flexgear.results.stage_part import GEARS, stage_part, tooth_loads
 from flexgear.results.time_figures import axis_distance, central_distance
@@ -223,8 +225,11 @@ def sensors(point: Point) -> MeasuredValues:
     if not len(rest):
         raise FlexgearError("the settled part is too short for the filter of its sensors")
     about = {"units": "", "long_name": "root mean square about its mean of a signal, SI"}
-    names = coordinate("sensor", "sensor", signal["sensor"].to_numpy())
-    return {"sensor_rms": xr.DataArray(rest.std(axis=0), {"sensor": names}, "sensor", attrs=about)}
+    time, units = data[SENSOR_TIME].to_numpy(), signal["sensor_unit"].to_numpy().tolist()
+    noise = np.array([motion_rounding(unit, time) for unit in units])
+    rms = rest.std(axis=0)
+    rms[rms <= np.maximum(noise, SINGLE * np.abs(rest).max(axis=0))] = 0.0
+    return {"sensor_rms": xr.DataArray(rms, signal["sensor"].coords, "sensor", attrs=about)}
 
 
 @measure("what sensors measure in a transient, sample by sample", SENSORS)
@@ -240,7 +245,6 @@ def sensor_signals(point: Point) -> MeasuredValues:
     values = {
         name: data[name]
         .drop_vars(SENSOR_TIME)
-        .reset_coords(drop=True)
         .rename({SENSOR_TIME: "sample"})
         .assign_coords(sample=samples)
         for name in ("sensor_signal", "sensor_input_angle")

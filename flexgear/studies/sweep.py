@@ -172,7 +172,7 @@ GAPS = "where the point failed or has fewer of them, and where its own value is 
 def collected(keys: Sequence[SweptKey], outcomes: Sequence[Outcome[MeasuredValues]]) -> xr.Dataset:
     """Dataset over the grid; missing values where a point failed or has fewer modes, planets or
     stages than others."""
-    coords = {key.key: _coordinate(key) for key in keys}
+    coords: dict[str, Any] = {key.key: _coordinate(key) for key in keys}
     shape = tuple(len(key.ticks) for key in keys)
     dims = tuple(coords)
     patterns: dict[str, xr.DataArray] = {}
@@ -198,9 +198,11 @@ def collected(keys: Sequence[SweptKey], outcomes: Sequence[Outcome[MeasuredValue
     messages = np.reshape([outcome.message for outcome in outcomes], shape)
     about = {"units": "", "long_name": "why the point failed; empty where it did not"}
     variables["message"] = (dims, messages.astype(str), about)
-    return xr.Dataset(
-        variables, {**coords, **{d: (d, list(ticks[d]), inner[d].attrs) for d in inner}}
-    )
+    for dim, axis in inner.items():
+        coords[dim] = xr.Variable(dim, list(ticks[dim]), axis.attrs)
+        if len(ticks[dim]) == axis.size:
+            coords |= {str(n): c for n, c in axis.coords.items() if n != dim and c.dims == (dim,)}
+    return xr.Dataset(variables, coords)
 
 
 def failures(data: xr.Dataset, name: str = "message") -> list[tuple[str, str]]:

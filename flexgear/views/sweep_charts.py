@@ -47,6 +47,7 @@ LEAST_SPAN = 0.01  # of the middle value: range of a nearly constant quantity
 WIDE_LABEL, NARROW_LABEL = 80, 30  # characters of a key in one line
 STYLES = ("-", "--", "-.", ":")
 SCALES = {"m": (MICRO, "µm"), "1": (1.0, "–"), "Hz": (1.0, "Hz")}  # for values of any size
+SAMPLE = "sample"  # dimension of the histories of sensors
 NEGLIGIBLE = 1e-9  # of the largest value: smaller lines are omitted
 
 
@@ -61,8 +62,9 @@ class Curve:
 
 
 def drawn_variables(data: xr.Dataset) -> list[str]:
-    """Names of the variables with a picture: numbers over at least one key."""
-    return [str(n) for n, v in data.data_vars.items() if v.dtype.kind == "f" and keys_of(v)]
+    """Names of the variables with a picture: numbers over at least one key, without histories."""
+    floats = ((str(n), v) for n, v in data.data_vars.items() if v.dtype.kind == "f")
+    return [n for n, v in floats if keys_of(v) and SAMPLE not in v.dims]
 
 
 def keys_of(field: xr.DataArray) -> list[str]:
@@ -97,10 +99,10 @@ def sweep_chart(data: xr.Dataset, name: str) -> Figure:
 
 def _lines(data: xr.Dataset, field: xr.DataArray, keys: list[str], label: str) -> Figure:
     """Lines over the first key, by the labels of the last dimension or the values of a second key;
-    a panel for each label of the other dimensions. Modes always share a panel."""
+    a panel for each label of the other dimensions. Modes always share a panel, sensors never."""
     by_key = len(keys) == 2
     bundled = any(d in field.dims for d in ("mode", "number"))
-    keep = bundled + (not by_key and "mode" not in field.dims)
+    keep = bundled + (not by_key and not {"mode", "sensor"} & {*field.dims})
     chosen = _first_definition(field) if by_key else field
     parts = list(_panels(chosen, keys, keep))[:MAX_PANELS]
     height = 30 + (62 if len(parts) == 1 else 42 * len(parts))
@@ -169,8 +171,9 @@ def _panels(field: xr.DataArray, keys: list[str], keep: int) -> Iterator[tuple[s
     for at in np.ndindex(*(field.sizes[d] for d in inner)):
         part = field.isel(dict(zip(inner, at, strict=True)))
         size = float(np.abs(part).max())
-        if np.isfinite(size) and (size > NEGLIGIBLE * largest or largest == 0):
-            yield ", ".join(_label(d, part[d].item()) for d in inner), part
+        alike = "sensor_unit" not in field.coords
+        if np.isfinite(size) and (size > NEGLIGIBLE * largest * alike or largest == 0):
+            yield ", ".join(label_at(part, d) for d in inner), part
 
 
 def _curves(part: xr.DataArray, key: str, other: str = "") -> list[Curve]:
@@ -184,7 +187,8 @@ def _curves(part: xr.DataArray, key: str, other: str = "") -> list[Curve]:
         curve = part.isel(dict(zip(inner, at, strict=True)))
         values = np.asarray(curve, dtype=float)
         size = float(np.nanmax(np.abs(values), initial=0.0))
-        if not np.isfinite(values).any() or (largest > 0 and size <= NEGLIGIBLE * largest):
+        least = NEGLIGIBLE * largest * ("sensor_unit" not in part.coords)
+        if not np.isfinite(values).any() or (largest > 0 and size <= least):
             continue
         if other:
             k = at[inner.index(other)]
@@ -198,7 +202,7 @@ def _curves(part: xr.DataArray, key: str, other: str = "") -> list[Curve]:
             out.append(Curve("", values, NEUTRAL))
             continue
         else:
-            label = ", ".join(_label(d, curve[d].item()) for d in inner)
+            label = ", ".join(label_at(curve, d) for d in inner)
         style = STYLES[(k // len(PLANET_COLOURS)) % len(STYLES)]
         out.append(Curve(label, values, PLANET_COLOURS[k % len(PLANET_COLOURS)], style))
     return out
@@ -302,6 +306,13 @@ def _key_label(ticks: xr.DataArray, room: int = WIDE_LABEL) -> str:
         start, _, end = name.rpartition(".")
         name = f"{start}.\n{end}"
     return f"{name} ({unit})" if unit else name
+
+
+def label_at(part: xr.DataArray, dim: str) -> str:
+    """Label of a part at one place along a dimension; of a sensor with its SI unit."""
+    unit = str(part.coords["sensor_unit"].item()) if "sensor_unit" in part.coords else ""
+    text = {"m/s2": "m/s²", "1": "m/m"}.get(unit, unit) if dim == "sensor" else ""
+    return _label(dim, part[dim].item()) + (f" ({text})" if text else "")
 
 
 def _label(dim: str, tick: Any) -> str:

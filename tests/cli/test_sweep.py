@@ -122,3 +122,31 @@ def test_a_sweep_whose_points_all_fail(flexgear, tmp_path):
     assert "all 2 points failed" in err
     assert err.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
+
+
+def test_histories_of_sensors_are_in_the_dataset_alone(flexgear, tmp_path):
+    """Thousands of samples are no tables and no picture; levels have the unit of their sensor, and
+    zero where planets alike leave nothing but rounding."""
+    sensors = ", ".join(
+        f'{{ name = "{name}", on = "stage.{on}", measures = "{measures}"{more} }}'
+        for name, on, measures, more in (
+            ("torque_out", "carrier", "torque", ""),
+            ("sun_x", "sun", "acceleration", ', direction = "x"'),
+        )
+    )
+    settings = {
+        "sensors": f"[{sensors}]", "stage.gear_mesh.model": "fourier", "solver.duration_s": 0.02,
+    }  # fmt: skip
+    options = [x for key, value in settings.items() for x in ("--set", f"{key}={value}")]
+    measures = ("--measure", "sensors", "--measure", "sensor_signals")
+    command = ("sweep", "lin-parker", "inputs.0.torque_nm=80,100", *options, *measures)
+    text = flexgear.out(*command, "--out", tmp_path / "study", "-q")
+    assert len(text.splitlines()) < 20
+    data = load(tmp_path / "study" / "sweep.nc")
+    count = f"{data.sizes['sample']:,}".replace(",", "\u202f")
+    assert f"sensor signal: {count} samples a point, in the dataset" in text
+    assert "torque out (N m)  sun x (m/s²)\n" in text
+    assert data["sensor_unit"].to_numpy().tolist() == ["N m", "m/s2"]
+    torque, sun = data["sensor_rms"].to_numpy().T
+    assert (torque > 1e-3).all() and (sun == 0.0).all()
+    assert not list((tmp_path / "study").glob("*sensor_signal*"))

@@ -362,6 +362,7 @@ def test_a_sweep_keeps_signals_and_their_levels(tmp_path):
     mean = np.nanmean(signal, axis=1)
     assert mean == pytest.approx([-0.03 * (w * np.pi / 30) ** 2 for w in (1000, 1500)], rel=0.02)
     assert (data["sensor_rms"].to_numpy() > 0).all()
+    assert data["sensor_unit"].sel(sensor="pickup").item() == "m/s2"
     assert data["sensor_interval"].to_numpy() == pytest.approx(1 / (2.56 * signal_band(tmp_path)))
 
 
