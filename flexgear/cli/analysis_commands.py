@@ -63,6 +63,10 @@ Save = Annotated[
     ),
 ]
 
+NO_SAMPLES = (
+    "sensors have no samples in the settled part, as their filter is longer: simulate longer, or "
+    "raise recorder.sampling_rate_hz"
+)
 CONSTANT = 1e-3  # of the largest torque of a port, below which a change is not reported
 
 
@@ -193,6 +197,8 @@ def simulate(
     figures = _figures(model, run, whole.since(settled))
     if case.sensors:
         figures["sensors"] = sensors.figures(settled)
+        if not figures["sensors"]:
+            warn([NO_SAMPLES])
     figures |= {stage: views.transient_figures(r.since(settled)) for stage, r in rings.items()}
     if energy:
         figures["energy_residual"] = largest_residual(account)

@@ -287,7 +287,8 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
     for name, row in figures["sensors"].items():
         unit, by = signal_scale([row["rms"]], row["unit"])
         signal = f"{number(by * row['rms'])} {unit}"
-        yield f"  sensor {name}: up to {signal} rms on stable branches, at {row[share]:.4g}"
+        level = f"up to {signal} rms on stable branches, at {row[share]:.4g}"
+        yield f"  sensor {name}: {level if row['rms'] else 'constant'}"
     for name, what in {"lost_contact": figures["without_contact"], **RANGES}.items():
         if figures[name] or name != "several_stable":
             yield f"  {what}: {_spans(figures[name]) or 'nowhere on stable branches'}"

@@ -230,6 +230,14 @@ def scale_of(data: xr.DataArray, largest: float) -> tuple[str, float]:
     return scaled([largest], str(data.attrs.get("units", "")))
 
 
+def rms_of_states(data: xr.Dataset, sensor: str) -> Array:
+    """Root mean square (point,) of a sensor about its mean in steady states, without rounding."""
+    signal = data["response_sensor"].sel(sensor=sensor, measure="rms")
+    highest = float(data["gear_mesh_frequency"].max() * data["gear_mesh_order"].max())
+    least = motion_rounding(str(signal["sensor_unit"].item()), np.array([0.0, 0.5 / highest]))
+    return np.where(signal > least, signal, 0.0)
+
+
 def first_input(data: xr.Dataset) -> str:
     """Member of the first input of a result's case."""
     return str(case_of(data).inputs[0].member)

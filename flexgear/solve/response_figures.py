@@ -9,6 +9,7 @@ import xarray as xr
 from scipy.signal import find_peaks
 
 from flexgear.results.quantities import number
+from flexgear.results.run_orders import rms_of_states
 from flexgear.solve.turning_points import DOUBLED, KINDS, NARROW, NEAR
 
 MAX_PEAKS = 12  # that are listed, the highest
@@ -97,7 +98,7 @@ def _sensors(
     """Each sensor's largest rms of the signal about its mean among stable states, with the speed or
     torque of that state."""
     for k, name in enumerate(np.asarray(data.coords.get("sensor", ())).tolist()):
-        signal = data["response_sensor"][:, k].sel(measure="rms").to_numpy()
+        signal = rms_of_states(data, name)
         at = int(np.argmax(np.where(stable, signal, -1.0)))
         unit = str(data["sensor_unit"][k].item())
         rms = float(signal[at])

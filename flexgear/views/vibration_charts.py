@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from flexgear.arrays import Array
 from flexgear.model.names import GearMeshName
 from flexgear.results import time_figures
-from flexgear.results.report.wording import scale, signal_scale
+from flexgear.results.report.wording import scale, signal_scale, words
+from flexgear.results.run_orders import rms_of_states
 from flexgear.views.select import variable
 from flexgear.views.style import (
     DEFORMED_COLOUR,
@@ -68,7 +69,7 @@ def response_chart(data: xr.Dataset) -> Figure:
         for ax, y in ((force, top), (error, swing)):
             _contact(ax, of_drawn, x, y[:, k], k)
     for ax, sensor in zip(of_sensors, sensors, strict=True):
-        signal = data["response_sensor"].sel(sensor=sensor, measure="rms").to_numpy()
+        signal = rms_of_states(data, sensor)
         shown = signal[data["stable"].to_numpy() == 1] if data["stable"].any() else signal
         unit, by = signal_scale(shown, data["sensor_unit"].sel(sensor=sensor).item())
         signal = by * signal
@@ -99,7 +100,7 @@ def _distinct(data: xr.Dataset) -> dict[int, str]:
                 and np.abs(forces[..., j] - forces[..., k]).max() <= off)  # fmt: skip
         drawn.setdefault(next(same, k), []).append(name)
     lines = itertools.islice(drawn.items(), MAX_GEAR_MESHES)
-    return {k: GearMeshName.joined(of) for k, of in lines}
+    return {k: words(GearMeshName.joined(of)) for k, of in lines}
 
 
 def _measure(data: xr.Dataset, name: str, measure: str) -> Array:
@@ -135,7 +136,7 @@ def _limit(ax: Axes, values: Array, lowest: float, stable: NDArray[np.bool_]) ->
     highest = float(values.max())
     top = HIGHEST * float(np.median(values[stable])) if stable.any() else 0.0
     if highest <= top or top <= 0.0:
-        ax.set_ylim(1.06 * min(0.0, lowest), 1.06 * highest)
+        ax.set_ylim(1.06 * min(0.0, lowest), 1.06 * highest or 1.0)
         return
     ax.set_ylim(max(1.06 * min(0.0, lowest), -top), top)
     ax.text(0.99, 0.97, f"states continue up to {highest:.3g}", transform=ax.transAxes, ha="right",

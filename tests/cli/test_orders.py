@@ -215,6 +215,10 @@ def test_labels_of_columns_and_levels_of_sensors_are_words_with_units(flexgear, 
     assert re.search(r"the speed   mean [\d.\s]+ r/min, rms about it .* r/min\n", text)
     text = flexgear.out("orders", file, "--only", "ring", "--out", tmp_path / "orders", "-q")
     assert "  ring 1  (" in text and "stage ring" not in text
+    slow = ("--set", "recorder.sampling_rate_hz=5", "--duration-s", 0.05, "-q")
+    code, text, err = flexgear("simulate", "lin-parker", *options, *slow)
+    assert code == 0 and "sensors have no samples in the settled part" in err
+    assert "the torque" not in text
     command = ("orders", file, "--of", "body_displacement", "--only", "planet 2 u", "-q")
     assert "  planet 2 u" in flexgear.out(*command)
 

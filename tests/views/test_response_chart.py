@@ -78,10 +78,16 @@ def test_curves_of_two_gear_meshes_have_beads(curve):
 
 
 def test_sensors_have_a_panel_each(curve):
+    """Without the rounding that a sensor sees where planets alike do not move its body."""
     signals = np.stack([curve["response_gear_mesh_force"].to_numpy()[:, 0]] * 2, axis=1)
+    signals[:, 0] *= 1e-14
     curve = curve.assign_coords(sensor=["top", "foot"], sensor_unit=("sensor", ["m/s2", "1"]))
     curve["response_sensor"] = (("point", "sensor", "measure"), signals)
-    labels = [ax.get_ylabel() for ax in response_chart(curve).axes]
+    curve["gear_mesh_frequency"] = "point", 400.0 * curve["response_speed_share"].to_numpy()
+    curve = curve.assign_coords(gear_mesh_order=[1, 2, 20])
+    axes = response_chart(curve).axes
+    labels = [ax.get_ylabel() for ax in axes]
+    assert {y for line in axes[2].lines for y in line.get_ydata()} == {0.0}
     assert labels[2:] == ["top, rms (m/s²)", "foot, rms (µm/m)"]
 
 
@@ -130,8 +136,8 @@ def test_planets_with_the_same_forces_have_one_line(curve):
     force = four["response_gear_mesh_force"]
     other = four.assign(response_gear_mesh_force=force * np.array([1, 1, 1, 1.1])[:, None])
     for data, lines in (
-        (four, ["stage ring 1, 2", "stage sun 1, 2"]),
-        (other, ["stage ring 1, 2", "stage sun 1", "stage sun 2"]),
+        (four, ["ring 1, 2", "sun 1, 2"]),
+        (other, ["ring 1, 2", "sun 1", "sun 2"]),
     ):
         labels = [text.get_text() for text in response_chart(data).legends[0].get_texts()]
-        assert [label for label in labels if label.startswith("stage")] == lines
+        assert [label for label in labels if label.startswith(("ring", "sun"))] == lines
