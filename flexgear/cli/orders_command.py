@@ -166,7 +166,7 @@ def orders(analysis: OrderAnalysis) -> None:
         expected, rows = list[tuple[ExpectedLine, float]](), list[dict[str, Any]]()
         if "phase" not in result.dims:
             expected = _expected(case, result, member, against)
-            rows = list(strongest(result, expected))
+            rows = list(strongest(result, _faults_first(case, expected)))
         if out is not None:
             _write(out, case, result, expected)
         figures = {"of": analysis.of, "member": member, "against": against or None,
@@ -218,6 +218,18 @@ def _expected(
     harmonics = math.ceil(highest / min(gear_meshes)) if gear_meshes else HARMONICS
     lines = lines_at(harmonics=max(HARMONICS, min(harmonics, 100)))
     return [(line, order) for line, order in lines if order <= highest]
+
+
+def _faults_first(case: Case, lines: Lines) -> Lines:
+    """Lines, those of the gears and races that are faulty in the case first."""
+
+    def sound(entry: tuple[ExpectedLine, float]) -> bool:
+        line, _ = entry
+        faults = (f for f in case.faults if f.stage in ("", None, line.stage))
+        parts = (f.gear or f.kind.replace("_", " ") for f in faults)
+        return line.kind not in (TOOTH_FAULT, BEARING) or not any(p in line.label for p in parts)
+
+    return sorted(lines, key=sound)
 
 
 def strongest(result: xr.DataArray, expected: Lines) -> Iterator[dict[str, Any]]:

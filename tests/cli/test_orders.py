@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 import pytest
 import xarray as xr
+from trains import STAGE, write
 
 from flexgear.cli.entry import run
 from flexgear.cli.orders_command import strongest
@@ -257,6 +258,24 @@ def test_multiples_of_a_fault_s_line_are_named(tmp_path):
     }
     assert named[25] == ["gear mesh 1"]
     assert named[6] == ["6 × tooth of sun at one gear mesh"]
+
+
+def test_multiples_of_a_fault_of_the_case_are_named_before_others(flexgear, tmp_path):
+    """A spall of a planet with as many teeth as the sun, whose teeth have the same lines."""
+    text = STAGE.format(planets=3, sun=1e9, helix=0).replace(" = 34", " = 26").replace("94", "78")
+    text = text.replace('model = "constant"', 'model = "lumped"\ncontact_law = "one-sided"')
+    text = "".join(line for line in text.splitlines(True) if "_stiffness_n" not in line)
+    fault = '[[faults]]\nkind = "spall"\ngear = "planet"\nplanet = 2\ntooth = 5\nflank = "sun"\n'
+    path, file = write(tmp_path, text + fault + "depth_um = 4\n"), tmp_path / "run.nc"
+    flexgear.out("simulate", path, "--duration-s", 2.7, "--out", file, "-q")
+    options = ("--only", "sun 2", "--member", "planet", "--against", "carrier", "--highest", 25)
+    named = {
+        round(row["order"]): row["expected"]
+        for row in flexgear.json("orders", file, *options)["lines"]
+    }
+    for times in range(4, 9):
+        assert named[times][0] == f"{times} × flank of a planet"
+        assert f"{times} × tooth of sun at one gear mesh" in named[times]
 
 
 def test_multiples_of_a_bearing_s_line_and_their_sidebands_are_named():
