@@ -32,6 +32,7 @@ from flexgear.views.vibration_charts import (
 )
 
 MAX_CHANGE = 0.05  # of motion over its range by twice as many harmonics, above which a line warns
+SAME = 1.001  # ratio of amplitudes of planets alike, at most
 MAX_LINES = 12  # peaks and changes of stability that are printed
 LEAST_SHARE = 0.01  # of a peak: modes with smaller shares are not named
 RANGES = {  # of a response, in addition to those without contact
@@ -143,7 +144,9 @@ def _show_linear(model: Model, peaks: list[dict[str, Any]], largest: dict[str, A
     )
     if not peaks:
         typer.echo("  no peak in this range")
-    if largest["force_n"] > max((peak["force_n"] for peak in peaks), default=0.0):
+    highest = max((peak["force_n"] for peak in peaks), default=0.0)
+    above = [largest] if largest["force_n"] > SAME * highest else []
+    if above:
         typer.echo(
             f"  largest amplitude in this range: {with_unit(largest['force_n'], 'N')}, "
             f"{words(largest['gear_mesh'])}, order {largest['order']}, at "
@@ -158,7 +161,7 @@ def _show_linear(model: Model, peaks: list[dict[str, Any]], largest: dict[str, A
         )
     if len(alike) > MAX_LINES:
         typer.echo(f"  and {len(alike) - MAX_LINES} lower ones (--json lists all)")
-    lost = [peak for peak in (*peaks, largest) if peak["force_n"] > peak["mean_force_n"]]
+    lost = [peak for peak in (*peaks, *above) if peak["force_n"] > peak["mean_force_n"]]
     if lost:
         worst = max(lost, key=lambda p: p["force_n"] - p["mean_force_n"])
         warn([

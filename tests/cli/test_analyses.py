@@ -90,6 +90,7 @@ def test_linear_response_has_a_line_for_all_planets_and_warns_of_lost_contact(fl
     path = write(tmp_path, wave.format(planets=4, helix=0, sun=1e8))
     code, text, warning = flexgear("response", path, "--linear", "--speed-range", 3, 9, "--quiet")
     assert code == 0 and "  sun 1, 2, 3, 4, order " in text and "sun 2, order" not in text
+    assert "largest amplitude" not in text  # it is that of the first peak
     force = 3000 / 4 / (94 + 26) * 26 / (0.052 * np.cos(np.radians(20)))
     peaks = flexgear.json("response", path, "--linear", "--speed-range", 3, 9)["peaks"]
     assert [peak["mean_force_n"] for peak in peaks] == pytest.approx([force] * len(peaks), rel=1e-3)
