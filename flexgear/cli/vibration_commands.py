@@ -32,6 +32,10 @@ from flexgear.views.vibration_charts import (
 )
 
 MAX_CHANGE = 0.05  # of motion over its range by twice as many harmonics, above which a line warns
+TEETH = {
+    "one-sided": "lose contact there, which a linear response does not have",
+    "linear": 'pull there, as gear_mesh.contact_law = "linear"; take "one-sided"',
+}
 SAME = 1.001  # ratio of amplitudes of planets alike, at most
 MAX_LINES = 12  # peaks and changes of stability that are printed
 LEAST_SHARE = 0.01  # of a peak: modes with smaller shares are not named
@@ -164,11 +168,12 @@ def _show_linear(model: Model, peaks: list[dict[str, Any]], largest: dict[str, A
     lost = [peak for peak in (*peaks, *above) if peak["force_n"] > peak["mean_force_n"]]
     if lost:
         worst = max(lost, key=lambda p: p["force_n"] - p["mean_force_n"])
+        law = model.case.view(worst["gear_mesh"].stage).gear_mesh.contact_law
         warn([
             f"{words(worst['gear_mesh'])}: amplitude {with_unit(worst['force_n'], 'N')} at "
             f"{worst['speed_share']:.4g} of rated speed exceeds the mean force of "
-            f"{with_unit(worst['mean_force_n'], 'N')}: teeth lose contact there, which a linear "
-            "response does not have; leave out --linear to see how high the resonance is"
+            f"{with_unit(worst['mean_force_n'], 'N')}: teeth {TEETH[law]}; leave out --linear to "
+            "see how high the resonance is"
         ])  # fmt: skip
 
 

@@ -47,7 +47,7 @@ def share_range(over: str, ends: Sequence[float]) -> tuple[float, float]:
     low, high = sorted(map(float, ends))
     least, most = RATED_SHARES
     if ends[0] > ends[1] and low > 0.0:
-        remedy = f"write {range_words((low, high))}; curves are followed in both directions"
+        remedy = f"write {range_words((low, high))}"
         raise InputError(f"--{over}-range", range_words(ends), f"falls in {over}", remedy)
     if most < high or 0.0 < low < least:
         problem = f"is not within {least:g} and {most:g} times the rated {over}"

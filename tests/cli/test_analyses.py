@@ -95,6 +95,9 @@ def test_linear_response_has_a_line_for_all_planets_and_warns_of_lost_contact(fl
     peaks = flexgear.json("response", path, "--linear", "--speed-range", 3, 9)["peaks"]
     assert [peak["mean_force_n"] for peak in peaks] == pytest.approx([force] * len(peaks), rel=1e-3)
     assert max(peak["force_n"] for peak in peaks) > force
+    assert "exceeds the mean force of 3.326 kN: teeth pull there, as gear_mesh.cont" in warning
+    law = ("--set", "stage.gear_mesh.contact_law=one-sided")
+    _, _, warning = flexgear("response", path, "--linear", "--speed-range", 3, 9, "-q", *law)
     assert "exceeds the mean force of 3.326 kN: teeth lose contact" in warning
 
 
