@@ -314,7 +314,8 @@ def _sides(
 def _print(case: Case, result: xr.DataArray, rows: list[dict[str, Any]]) -> None:
     turns = float(result.attrs["turns"])
     of = words(str(result.attrs["of"]))
-    title = f"{case.name}: {words(str(result.name))} over {number(turns)} turns of {of}"
+    title = f"{case.name}: {words(str(result.name))} over {number(turns)} "
+    title += f"{'turn' if turns == 1 else 'turns'} of {of}"
     if not rows:
         quiet = "" if "phase" in result.dims else ": nothing but rounding varies"
         typer.echo(title + quiet)

@@ -97,7 +97,8 @@ def order_chart(spectrum: xr.DataArray, lines: Lines = ()) -> Figure:
 def _order_axis(spectrum: xr.DataArray) -> str:
     """Axis label: whose turns orders count, the window of the transform and its length in turns."""
     of, window, turns = (spectrum.attrs[name] for name in ("of", "window", "turns"))
-    of, counted = words(of), "cycles" if of == "the gear mesh" else "turns"
+    counted = ("cycle" if of == "the gear mesh" else "turn") + ("s" if turns != 1 else "")
+    of = words(of)
     return f"order of {of} (–); {window} window over {turns:.4g} {counted} of {of}"
 
 

@@ -222,6 +222,8 @@ def test_labels_of_columns_and_levels_of_sensors_are_words_with_units(flexgear, 
     assert "the torque" not in text
     command = ("orders", file, "--of", "body_displacement", "--only", "planet 2 u", "-q")
     assert "  planet 2 u" in flexgear.out(*command)
+    command = ("orders", file, "--of", "sensor_signal", "--only", "torque", "--member", "sun")
+    assert "over 1 turn of sun, hann window" in flexgear.out(*command, "--map", 1, "-q")
 
 
 @pytest.mark.parametrize("window", ["hann", "boxcar", "blackman"])
