@@ -44,6 +44,7 @@ from flexgear.structures.fem.ties import Interface, free_stiffness
 from flexgear.structures.linalg.dense import blocks, dot, shared
 from flexgear.structures.linalg.sparse import Elimination, nested_dissection_order
 
+_LEAST = 8  # sectors below which modes harmonic by harmonic gain less than large sectors cost
 _BLOCK_BYTES = 32e6  # of vectors that are processed together
 
 
@@ -183,12 +184,11 @@ class CyclicCondensation:
 
 def cyclic_condensation(
     model: FeModel, interface: Interface, sectors: Sectors
-) -> CyclicCondensation | None:
-    """Condensation of a body by its sectors; None where its ties do not allow that."""
+) -> CyclicCondensation:
+    """Condensation of a body by its sectors, which have ties."""
     sectors = sectors.reordered(nested_dissection_order(_graph(model, sectors)))
     ties = sector_ties(interface, sectors)
-    if ties is None:
-        return None
+    assert ties is not None
     stiffness, mass = sector_matrices(model, sectors)
     rigid = rigid_fields(model.nodes, sectors)
     solver = CyclicSolver(_interior(stiffness, ties), ties, rigid)
@@ -248,7 +248,25 @@ def condense_by_sectors(
     sectors = find_sectors(model, counts)
     if sectors is None:
         return None, "general: the FE mesh does not repeat by sectors"
-    condensation = cyclic_condensation(model, interface, sectors)
-    if condensation is None:
+    ties = sector_ties(interface, sectors)
+    if ties is None:
         return None, "general: no tie that every sector has lies within its sector"
+    if not ties.invariant:
+        ties = _invariant_ties(model, interface, [z for z in counts if z < sectors.count]) or ties
+    condensation = cyclic_condensation(model, interface, ties.sectors)
     return condensation, condensation.path
+
+
+def _invariant_ties(
+    model: FeModel, interface: Interface, counts: Sequence[int]
+) -> SectorTies | None:
+    """Ties by the most sectors, of ``counts``, whose turn maps all ties to ties; None where they
+    would be fewer than ``_LEAST``."""
+    for count in counts:
+        if count < _LEAST:
+            break
+        sectors = find_sectors(model, [count])
+        ties = None if sectors is None else sector_ties(interface, sectors)
+        if ties is not None and ties.invariant:
+            return ties
+    return None

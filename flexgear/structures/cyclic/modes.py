@@ -1,4 +1,5 @@
-"""Fixed-interface modes of a body of equal sectors, by an iteration with a shift among them.
+"""Fixed-interface modes of a body of equal sectors: harmonic by harmonic where its ties allow it
+(`cyclic/harmonic_modes.py`), else by an iteration of whole fields with a shift among the modes.
 
 Choice of the shift. The frequencies of a sector with its borders held are far above those of the
 modes that are sought, so that the motion of the borders nearly determines these modes (Guyan
@@ -34,6 +35,7 @@ import scipy.linalg as sla
 from flexgear.arrays import Array, Complex
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.cyclic.condensation import CyclicCondensation
+from flexgear.structures.cyclic.harmonic_modes import harmonic_modes
 from flexgear.structures.cyclic.sectors import Circulant
 from flexgear.structures.cyclic.solver import CyclicSolver
 from flexgear.structures.linalg.dense import shared
@@ -113,6 +115,10 @@ def cyclic_modes(
     condensation: CyclicCondensation, count: int, progress: Callable[[float], None]
 ) -> Eigenpairs:
     """The `count` lowest modes with the interface held."""
+    if condensation.ties.invariant:
+        pairs = harmonic_modes(condensation, count, progress)
+        if pairs is not None:
+            return pairs
     shift, solver = 0.0, condensation.solver
     if condensation.has_short_borders:  # else another factor costs more than the steps it saves
         shift, solver = _shifted(condensation, count)

@@ -26,7 +26,8 @@ class SectorTies:
     """Ties of a body of equal sectors, c periodic ones in every sector and m others.
 
     periodic: (z, c) interface nodes by sector; rows: B (6c, 3n + 3b); other: (m,) the remaining
-    nodes; local: for each sector the numbers (r,) of its rows among the 6 m, and C_s (r, 3n) CSR.
+    nodes; local: for each sector the numbers (r,) of its rows among the 6 m, and C_s (r, 3n) CSR;
+    invariant: whether the others, too, are the same when the body turns by one sector.
     """
 
     sectors: Sectors = field(repr=False)
@@ -34,6 +35,7 @@ class SectorTies:
     rows: sp.csr_matrix = field(repr=False)
     other: Ints = field(repr=False)
     local: tuple[tuple[Ints, sp.csr_matrix], ...] = field(repr=False)
+    invariant: bool
 
     @property
     def other_size(self) -> int:
@@ -101,7 +103,8 @@ def sector_ties(interface: Interface, sectors: Sectors) -> SectorTies | None:
     periodic = np.stack(starts, axis=1)
     rest = np.setdiff1d(np.arange(len(interface.node_names)), periodic)
     local = tuple(ties.of_sector(s, rest) for s in range(z))
-    return SectorTies(sectors, periodic, sp.vstack(rows).tocsr(), rest, local)
+    invariant = all(ties.alike(node, node, 1) for node in rest)
+    return SectorTies(sectors, periodic, sp.vstack(rows).tocsr(), rest, local, invariant)
 
 
 def _node_orbits(positions: Array, sectors: Sectors) -> Ints:

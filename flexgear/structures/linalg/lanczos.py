@@ -27,11 +27,11 @@ from flexgear.structures.linalg.dense import dot, subtract, times_in_place
 
 Operator = Callable[[Array], Array]
 
-_RESIDUAL = 1e-8  # largest residual over 1/omega^2, whose square is the order of omega^2's error
+RESIDUAL = 1e-8  # largest residual over 1/omega^2, whose square is the order of omega^2's error
 _CHECK_INTERVAL = 8  # least number of new vectors between two checks of convergence
 _CHECKS = 25  # vectors of the basis over those between checks, which solve a dense problem
 _MANY = 200  # modes
-_DEPENDENT = 1e-8  # eigenvalue ratio of a block's Gram matrix below which it is normalised again
+DEPENDENT = 1e-8  # eigenvalue ratio of a block's Gram matrix below which it is normalised again
 _MAX_VECTORS = 5000
 _BASIS_BYTES = 2.0e9  # size of the basis, larger only where the modes need it
 
@@ -122,7 +122,7 @@ def lowest_modes(
             continue
         unchecked = 0
         ritz = _Ritz(projected[:filled, :filled], coupling, shift)
-        good = ritz.residuals[:count] <= _RESIDUAL
+        good = ritz.residuals[:count] <= RESIDUAL
         if progress is not None:
             progress(float(good.sum()) / count)
         if good.all():
@@ -182,7 +182,7 @@ def _normalised(
         times_in_place(w, vectors / root)
         times_in_place(p, vectors / root)
         r = (vectors * root).T @ r
-        if values[0] > _DEPENDENT * values[-1]:
+        if values[0] > DEPENDENT * values[-1]:
             break
         p = _without(basis, w, mass(w), mass)[1]
     return w, p, r

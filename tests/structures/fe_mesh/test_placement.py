@@ -267,7 +267,7 @@ def test_where_a_mesh_is_put_and_judged_by_is_part_of_the_caches_key(
     write_fe_mesh(meshes["ring"], path)
     keys = []
 
-    def record(key: str, compute: object) -> object:
+    def record(key: str, compute: object, waiting: object) -> object:
         keys.append(key)
         raise KeyError
 
