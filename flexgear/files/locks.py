@@ -1,4 +1,7 @@
-"""Locks on files, which the operating system releases however their process ends."""
+"""Locks on files between processes.
+
+The operating system releases a lock however its process ends, so none outlives its holder.
+"""
 
 import contextlib
 import os

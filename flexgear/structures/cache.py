@@ -106,7 +106,7 @@ def _stored(kind: type[T], file: Path) -> T | None:
 
 
 def _computed(file: Path, compute: Callable[[], T]) -> T:
-    """Compute a dataclass of arrays and store it in a file."""
+    """Compute an influence of teeth and store it in a file, which other processes then read."""
     result = compute()
     values = {f.name: getattr(result, f.name) for f in fields(result)}  # type: ignore[arg-type]
     stream = io.BytesIO()

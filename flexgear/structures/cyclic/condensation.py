@@ -44,6 +44,8 @@ from flexgear.structures.fem.ties import Interface, free_stiffness
 from flexgear.structures.linalg.dense import blocks, dot, shared
 from flexgear.structures.linalg.sparse import Elimination, nested_dissection_order
 
+# calibrated: 20 sectors in place of 180 make a ring's modes 8 times faster for the same
+# condensation; 3 in place of 93 take 12 s for it in place of 3 s
 _LEAST = 8  # sectors below which modes harmonic by harmonic gain less than large sectors cost
 _BLOCK_BYTES = 32e6  # of vectors that are processed together
 
@@ -260,8 +262,8 @@ def condense_by_sectors(
 def _invariant_ties(
     model: FeModel, interface: Interface, counts: Sequence[int]
 ) -> SectorTies | None:
-    """Ties by the most sectors, of ``counts``, whose turn maps all ties to ties; None where they
-    would be fewer than ``_LEAST``."""
+    """Ties of the body divided into the most sectors, of ``counts``, by which all ties repeat; None
+    where fewer than ``_LEAST`` sectors would be needed."""
     for count in counts:
         if count < _LEAST:
             break
