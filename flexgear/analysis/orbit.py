@@ -35,6 +35,7 @@ from flexgear.model.errors import FlexgearError
 
 ROUNDING = 1e-9  # rate of a row over the fastest rotation, below which it does not turn
 WITHIN = 64  # positions within a step over which tangents are averaged
+AT_ONCE = 8  # of them in one call of the laws
 JUMP = 0.02  # change of a tangent within a step over the largest one, beyond which it is averaged
 MAX_ITERATIONS = 40  # for the forces of rows of one sample that are coupled by flexibility
 
@@ -193,10 +194,13 @@ class OrbitElements:
                       for t in (-0.5 * step, 0.5 * step))  # fmt: skip
         largest = np.abs(tangent).max(axis=(1, 2, 3, 4), keepdims=True)
         at = np.flatnonzero((np.abs(end - begin) > JUMP * largest).any(axis=(0, 2, 3, 4)))
-        part, around = self.at_samples(at), step * ((np.arange(WITHIN) + 0.5) / WITHIN - 0.5)
-        tangent[:, at] = np.mean(
-            [part.row_forces(motion[at] + t * rate[at], rate[at], omega)[1] for t in around], axis=0
-        )
+        if at.size:
+            around = step * ((np.arange(WITHIN) + 0.5) / WITHIN - 0.5).reshape(-1, AT_ONCE, 1, 1)
+            part, rates = self.at_samples(at).repeated(AT_ONCE), np.tile(rate[at], (AT_ONCE, 1))
+            motions = ((motion[at] + t * rate[at]).reshape(rates.shape) for t in around)
+            inside = [part.row_forces(u, rates, omega / AT_ONCE)[1] for u in motions]
+            by_position = np.mean(inside, axis=0).reshape(2, AT_ONCE, len(at), *tangent.shape[2:])
+            tangent[:, at] = by_position.mean(axis=1)
         return np.array([self.on_channels(t) for t in tangent])
 
     def at_samples(self, at: Ints) -> Self:

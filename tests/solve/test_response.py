@@ -60,15 +60,14 @@ def test_harmonics_excite_only_modes_of_their_nodal_index(planetary):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("dampers", [None, "1e4"])
-def test_planetary_states_agree_with_a_transient(dampers):
-    """Amplitudes of gear-mesh forces after 16 periods, which damp all that is free; with dampers
-    across the axis of members that turn, too."""
+def test_planetary_states_agree_with_a_transient():
+    """Amplitudes of gear-mesh forces after 16 periods, which damp all that is free, with dampers
+    across the axis of members that turn."""
     frequency = 339.0 + 4.0 / 9.0
     step = 1 / (640 * frequency)
     waves = {**WAVES, "stage.gear_mesh.model": "fourier", "solver.time_step_s": repr(step)}
     waves["solver.output_interval_s"] = repr(10 * step)
-    waves["stage.planet_bearing.damping.radial_n_s_per_m"] = dampers
+    waves["stage.planet_bearing.damping.radial_n_s_per_m"] = "1e4"
     model = flexgear.load_case("lin-parker", waves).assemble()
     at = model.response((0.99, 1.0), harmonics=12, doublings=0).isel(point=-1)
     assert float(at["response_speed_share"]) == pytest.approx(1.0)
