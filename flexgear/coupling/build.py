@@ -47,6 +47,7 @@ from flexgear.model.errors import InputError, echo
 from flexgear.model.faults import bearing_defects
 from flexgear.model.names import MOUNT, BodyName, MemberName, NodeName
 from flexgear.model.read import nearest
+from flexgear.model.sensor import require_places
 from flexgear.model.stage_view import StageView, inside
 from flexgear.model.train import Joint
 from flexgear.structures.bodies import Body, lumped_body
@@ -318,6 +319,7 @@ def require_workable(case: Case) -> None:
     for stage in case.stages:
         _require_influences(case.view(stage.name))
     _require_torques(case, rigid_system(case).torque_names)
+    require_places(case, [b for b, body in case.flexible_bodies.items() if not body.flexible])
 
 
 def rigid_system(case: Case) -> System:

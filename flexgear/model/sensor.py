@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
-from flexgear.model.errors import echo
+from flexgear.model.errors import InputError, echo
 from flexgear.model.names import BodyName, MemberName
 from flexgear.model.read import nearest
 from flexgear.model.section import Missing, Refusal, Section
@@ -20,7 +21,7 @@ Measured = Literal["acceleration", "velocity", "displacement", "strain", "speed"
 MOTIONS = ("displacement", "velocity", "acceleration")  # by the order of their time derivative
 LEAST_RATE = 2.2  # times the band, for the transition of the anti-alias filter
 USUAL_RATE = 2.56  # times the band, as in most measuring systems
-_ON_AXIS = 1e-9  # m
+ON_AXIS = 1e-6  # m; points nearer to the axis are on it
 _MAX_DISTANCE = 50.0  # m from the middle of the face
 
 
@@ -96,7 +97,7 @@ class Sensor(Section):
         if max(map(abs, place)) > _MAX_DISTANCE:
             problem = f"is {max(map(abs, place)):g} m from the middle of the face"
             raise Refusal("place", problem, f"at most {_MAX_DISTANCE:g} m; check the unit")
-        if self.direction in ("radial", "tangential") and on_axis and math.hypot(x, y) < _ON_AXIS:
+        if self.direction in ("radial", "tangential") and on_axis and math.hypot(x, y) < ON_AXIS:
             problem = f"{self.direction} is undefined on the axis"
             raise Refusal("direction", problem, 'use "x", "y" or "z", or another place')
 
@@ -147,24 +148,47 @@ def _bodies(case: Case) -> list[str]:
 
 
 def _check_point(case: Case, sensor: Sensor, key: str) -> None:
-    """Raise Refusal for a place on a lumped body other than ``place``, for motion of a point of an
-    FE planet, and for a sensor fixed in space at a planet."""
+    """Raise Refusal for a place on a lumped body other than ``place``, for no place on an FE body,
+    for motion of a point of an FE planet, and for a sensor fixed in space at a planet."""
     at = BodyName.parse(sensor.on)
     planet = at.planet >= 0
     if sensor.on == "housing":
-        lumped = case.housing.kind == "lumped"
+        fe, matrices = None, case.housing.kind == "reduced"
+        form = "fe" if matrices else "lumped"
     else:
-        lumped = case.stage(at.stage).form(at.part) == "lumped"
-    for name in ("angle", "node"):
-        if lumped and getattr(sensor, name) is not None:
-            problem = f"has no meaning on {sensor.on}, a lumped body"
+        stage = case.stage(at.stage)
+        fe, form = getattr(stage.member(at.part), "fe", None), stage.form(at.part)
+        matrices = fe is not None and fe.flexible and fe.fe_mesh == "reduced"
+    for name in {"lumped": ("angle", "node"), "beam": ("angle",)}.get(form, ()):
+        if getattr(sensor, name) is not None:
+            problem = (
+                f"has no meaning on {sensor.on}, a {'shaft' if form == 'beam' else 'lumped body'}"
+            )
             raise Refusal(f"{key}.{name}", problem, "give place_mm, or nothing for its centre")
-    if planet and not lumped:
+    if planet and form == "fe":
         problem = f"{sensor.on} is an FE planet, on which no motion is recovered"
         raise Refusal(f"{key}.on", problem, "name its carrier, or a lumped planet")
     if planet and sensor.frame == "fixed":
         problem, remedy = f"is fixed, and {sensor.on} passes once a turn", 'take frame = "body"'
         raise Refusal(f"{key}.frame", problem, f"{remedy}, or name the carrier or the ring")
+    if sensor.node is not None or (sensor.place is not None and not matrices):
+        return
+    if matrices:
+        problem = f"is missing, and {sensor.on} is given by matrices, without a surface"
+        raise Missing(f"{key}.node", problem, "name a node of its fe_mesh_nodes")
+    if form == "fe" and sensor.angle is None:
+        problem = "is missing, and so are place_mm and node"
+        raise Missing(f"{key}.angle", problem, "give angle_deg and z_mm, place_mm, or node")
+
+
+def require_places(case: Case, rigid: Collection[BodyName]) -> None:
+    """Raise InputError for a sensor at an angle on a rigid FE carrier, whose outside is that of its
+    FE mesh."""
+    for k, sensor in enumerate(case.sensors):
+        at, moves = BodyName.parse(sensor.on), sensor.measures in MOTIONS
+        if moves and at in rigid and at.part == "carrier" and sensor.angle is not None:
+            problem = f"is on the FE mesh of {sensor.on}, which is rigid and has none"
+            raise InputError(case.source, f"sensors[{k}].angle_deg", problem, "give place_mm")
 
 
 def _check_gauge(case: Case, sensor: Sensor, key: str) -> None:

@@ -15,6 +15,7 @@ from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError, echo
 from flexgear.model.names import BodyName
 from flexgear.model.read import nearest
+from flexgear.model.sensor import require_places
 from flexgear.model.stage_view import StageView
 from flexgear.structures.linalg.dense import single_threaded_blas
 from flexgear.structures.reduced import Progress, ReducedBody, silent
@@ -91,6 +92,7 @@ def reduced_bodies(
     are stored in the cache. rigid: rigid bodies, those of the case if left out."""
     bodies = dict[BodyName, ReducedBody]()
     rigid = rigid_bodies(case) if rigid is None else rigid
+    require_places(case, rigid)
     for stage_case in case.stages:
         _make_influences(case.view(stage_case.name), named(stage_case.name, progress))
     for name, stage in case.flexible_stages.items():

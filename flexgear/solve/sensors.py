@@ -22,7 +22,7 @@ from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearWarning, InputError
 from flexgear.model.names import BodyName, MemberName
 from flexgear.model.read import nearest
-from flexgear.model.sensor import USUAL_RATE, Sensor
+from flexgear.model.sensor import ON_AXIS, USUAL_RATE, Sensor
 from flexgear.solve.bodies import Bodies
 from flexgear.solve.sensor_quantities import (
     Axes,
@@ -67,8 +67,11 @@ class SensorPlace:
         point = BodyPoint(self._motion(rows), axes, self._center, place, direction)
         if sensor.frame == "body" or not axes.turn:
             return point.on_body(sensor.order)
-        if self.body.rigid or self._fe_mesh is None:
+        if self.body.rigid or math.hypot(*place[:2]) < ON_AXIS:
             return point.in_space(sensor.order)
+        if self._fe_mesh is None or sensor.node is not None:
+            problem = f"is fixed, and the node turns with {sensor.on}"
+            raise self._refuse("frame", problem, 'take frame = "body", or a node on the axis')
         angle = math.atan2(place[1], place[0])
         around = self._motion(self._rows_around(self._fe_mesh, angle, float(place[2]), direction))
         return passing(around, axes, angle + axes.start, sensor.order)
@@ -110,10 +113,6 @@ class SensorPlace:
         if sensor.node is not None and sensor.node not in body.node_names:
             remedy = nearest(sensor.node, list(body.node_names))
             raise self._refuse("node", f"{sensor.node} is no node of {sensor.on}", remedy)
-        no_surface = not body.rigid and self._fe_mesh is None and body.name.part != "shaft"
-        if no_surface and sensor.node is None:
-            problem = f"is needed, as {sensor.on} has no FE mesh"
-            raise self._refuse("node", problem, f"name one of {', '.join(body.node_names[:6])} …")
 
     @cached_property
     def _axes(self) -> Axes:
@@ -150,6 +149,9 @@ class SensorPlace:
         sensor = self.sensor
         if sensor.vector is not None:
             return np.asarray(sensor.vector, dtype=float) / np.linalg.norm(sensor.vector)
+        if sensor.direction in ("radial", "tangential") and math.hypot(*place[:2]) < ON_AXIS:
+            problem = f"{sensor.direction} is undefined on the axis, where {sensor.node} is"
+            raise self._refuse("direction", problem, 'use "x", "y" or "z"')
         angle = math.atan2(place[1], place[0])
         radial = np.array([math.cos(angle), math.sin(angle), 0.0])
         x, y, z = np.eye(3)
@@ -181,24 +183,21 @@ class SensorPlace:
         sensor, body = self.sensor, self.body
         if sensor.place is not None:
             return np.asarray(sensor.place, dtype=float)
-        if sensor.node is not None or len(body.node_names) == 1:
+        if sensor.angle is None:
             return node
         if fe_mesh is not None:
             return self._on_surface(fe_mesh)[0]
-        if body.name.part == "ring" and sensor.angle is not None:
-            view = self.case.view(body.name.stage)
-            radius = stage_geometry(view).ring.root_radius + view.ring.rim_thickness
-            c, s = math.cos(sensor.angle), math.sin(sensor.angle)
-            return np.array([radius * c, radius * s, sensor.z])
-        raise self._refuse("place_mm", f"is needed, as {sensor.on} is rigid", "give x, y, z")
+        assert body.name.part == "ring"  # require_places refuses angles on rigid carriers
+        view = self.case.view(body.name.stage)
+        radius = stage_geometry(view).ring.root_radius + view.ring.rim_thickness
+        c, s = math.cos(sensor.angle), math.sin(sensor.angle)
+        return np.array([radius * c, radius * s, sensor.z])
 
     def _on_surface(self, fe_mesh: ReducedBody) -> tuple[Array, Ints, Array]:
         """Position (3,) of the sensor on the surface of an FE mesh, m, with the numbers (3,) and
         weights (3,) of the vertices around it. InputError for a position off the body."""
         sensor, surface = self.sensor, Surface(fe_mesh)
         points = np.asarray(fe_mesh.points, dtype=float)
-        if sensor.place is None and sensor.angle is None:
-            raise self._refuse("angle_deg", "is missing", "give angle and z, place_mm, or node")
         if sensor.place is not None:
             vertices, weights, distance = surface.nearest(np.asarray(sensor.place, dtype=float))
             if distance > MAX_DISTANCE * surface.coarseness(vertices):

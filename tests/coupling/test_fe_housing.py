@@ -11,6 +11,7 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.recovery import Recovery
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
+from flexgear.face.model import assembled
 from flexgear.files.matrices.body import ReducedMatrices
 from flexgear.files.matrices.exchange import write_reduced
 from flexgear.model.errors import InputError
@@ -158,6 +159,16 @@ def test_walls_of_a_housing_and_bearings_are_springs_in_series(tmp_path):
         moved = [recovery.node(f"stage_1.{g}", f"stage_1.{g}")[:, :2] for g in GEARS]
         force[name] = np.hstack([*moved, 1e-9 * equilibrium.pair_load.sum(axis=-1)])
     assert np.abs(force["fe"] - force["series"]).max() < 1e-5 * np.abs(force["series"]).max()
+    axes = '[[sensors]]\nname = "{0}"\non = "housing"\nmeasures = "displacement"\ndirection = "{0}"'
+    at_wall = axes + '\nnode = "stage_1.gear"\n'
+    text = PAIR + at_wall.format("x") + at_wall.format("y")
+    values = (
+        assembled(load_case(write(tmp_path, text), fe), ()).static()["sensor_static"].to_numpy()
+    )
+    normal = 500 / (63 * 0.002 * np.cos(np.radians(20)))  # N, by the torque on the gear
+    assert np.hypot(*values[0]) == pytest.approx(normal / wall, rel=1e-4)
+    with pytest.raises(InputError, match="node: is missing, and housing is given by matrices"):
+        load_case(write(tmp_path, text.replace('node = "stage_1.gear"', "")), fe)
 
 
 @pytest.mark.parametrize(

@@ -238,6 +238,20 @@ def test_a_fixed_probe_at_a_turning_carrier_sees_the_field_that_passes(stage):
     assert value == pytest.approx(field[number, :2] @ radial, abs=0.01 * np.abs(field).max())
 
 
+def test_a_fixed_sensor_at_a_node_on_the_axis_has_the_motion_of_that_node(stage):
+    """Not of the outside at its height, which winds up. At angle zero both frames are one."""
+    keys = 'node = "bearing_far"', 'direction = "y"'
+    text = sensor("body", "stage.carrier", "displacement", *keys)
+    text += sensor("fixed", "stage.carrier", "displacement", *keys, 'frame = "fixed"')
+    on_body, fixed = with_sensors(stage, text).static(0.0)["sensor_static"].to_numpy()[0]
+    assert fixed == pytest.approx(on_body, abs=1e-15)
+
+
+def test_a_sensor_at_the_centre_of_a_shaft_needs_no_place_where_the_shaft_is_rigid(stage):
+    model = with_sensors(stage, sensor("a", "stage.sun", "displacement", 'direction = "x"'))
+    assert model.rigid("shaft").sensors.labels["sensor"] == ["a"]
+
+
 @pytest.fixture(scope="module")
 def recorded(stage):
     """The stage with sensors of all kinds."""
@@ -294,6 +308,10 @@ RING = ("a", "stage.ring", "acceleration")
          "recorder.band_hz: 100000 Hz is beyond 18000 Hz"),
         ("\n[recorder]\nband_hz = 1000\nsampling_rate_hz = 1900\n",
          "recorder.sampling_rate_hz: 1900 Hz is 1.9 times the band of 1000 Hz"),
+        (sensor("a", "stage.carrier", "velocity", 'node = "drive"', 'direction = "radial"'),
+         "direction: radial is undefined on the axis, where drive is"),
+        (sensor("a", "stage.carrier", "velocity", 'node = "pin_1"', 'direction = "x"',
+                'frame = "fixed"'), "frame: is fixed, and the node turns with stage.carrier"),
     ],
 )  # fmt: skip
 def test_sensors_that_measure_nothing_are_one_clear_line(stage, text, words):
@@ -337,6 +355,22 @@ def test_a_place_that_means_nothing_is_refused_as_the_case_is_read(tmp_path, par
     text = sensor("a", f"stage.{part}", "acceleration", keys, 'direction = "x"')
     with pytest.raises(InputError, match=re.escape(words.format(part))):
         case_of(tmp_path, LUMPED + text)
+
+
+@pytest.mark.parametrize(
+    ("part", "keys", "words"),
+    [
+        ("carrier", "", "angle_deg: is missing, and so are place_mm and node"),
+        ("ring", "", "angle_deg: is missing, and so are place_mm and node"),
+        ("sun", "angle_deg = 20", "angle_deg: has no meaning on stage.sun, a shaft"),
+        ("carrier", "angle_deg = 20", "angle_deg: is on the FE mesh of stage.carrier, which is ri"),
+    ],
+)
+def test_a_sensor_without_a_place_is_refused_before_bodies_are_reduced(tmp_path, part, keys, words):
+    text = SMALL_STAGE.read_text(encoding="utf-8")
+    text += sensor("a", f"stage.{part}", "acceleration", keys, 'direction = "x"')
+    with pytest.raises(InputError, match=re.escape(words)):
+        require_workable(case_of(tmp_path, text, {"stage.carrier.fe.flexible": "false"}))
 
 
 def test_a_missing_word_is_named_with_those_that_the_key_takes(tmp_path):
