@@ -36,13 +36,13 @@ class Joints:
         self.k = np.zeros((6 * len(self.x), 6 * len(self.x)))
 
     def add(self, i, j, translation, rotation):
-        middle = 0.5 * (self.x[i] + self.x[j])
-        rows = np.zeros((6, len(self.k)))
-        for node, sign in ((i, 1.0), (j, -1.0)):
-            part = np.eye(6)
-            part[:3, 3:] = rigid_motion((middle - self.x[node])[None])[0, :, 3:]
-            rows[:, 6 * node : 6 * node + 6] = sign * part
-        self.k += rows.T @ np.diag([translation] * 3 + [rotation] * 3) @ rows
+        ends, rows = np.array([i, j]), np.tile(np.eye(6), (1, 2))
+        for n, arm in enumerate(0.5 * (self.x[i] + self.x[j]) - self.x[ends]):
+            rows[:3, 6 * n + 3 : 6 * n + 6] = rigid_motion(arm[None])[0, :, 3:]
+        rows[:, 6:] *= -1.0
+        dofs = (6 * ends[:, None] + np.arange(6)).ravel()
+        springs = np.repeat([translation, rotation], 3)
+        self.k[np.ix_(dofs, dofs)] += rows.T @ (springs[:, None] * rows)
 
 
 def cheap_ring(teeth, radius, bolts=25, bolt_radius=1.0, bolt_z=0.215, stiffness=1.0, fits=()):

@@ -275,10 +275,11 @@ def elastic_modes(system: System) -> tuple[Array, Array]:
 def _modes_of_part(system: System, part: NDArray[np.int64]) -> tuple[Array, Array]:
     """Elastic modes ω and Φ on the coordinates of one part."""
     block = np.ix_(part, part)
-    mass, rigid = system.mass[block], system.rigid[part]
-    # M-orthogonal complement of the rigid motions, so that no zero modes have to be removed
-    null = linalg.null_space((mass @ rigid).T) if rigid.any() else np.eye(len(part))
-    k, m = null.T @ system.stiffness[block] @ null, null.T @ mass @ null
+    k, m, rigid = system.stiffness[block], system.mass[block], system.rigid[part]
+    null = None
+    if rigid.any():  # M-orthogonal complement of the rigid motions: no zero modes to remove
+        null = linalg.null_space((m @ rigid).T)
+        k, m = null.T @ k @ null, null.T @ m @ null
     if not len(k):
         return np.zeros(0), np.zeros((len(part), 0))
     values, vectors = linalg.eigh(0.5 * (k + k.T), 0.5 * (m + m.T))
@@ -286,7 +287,7 @@ def _modes_of_part(system: System, part: NDArray[np.int64]) -> tuple[Array, Arra
         raise FlexgearError(
             UNSUPPORTED.format(f"lowest elastic eigenvalue {values[0]:.3g} rad²/s²")
         )
-    return np.sqrt(values), null @ vectors
+    return np.sqrt(values), vectors if null is None else null @ vectors
 
 
 def modal_system(
