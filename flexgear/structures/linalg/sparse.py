@@ -33,12 +33,11 @@ from typing import Any
 import numpy as np
 import pymetis
 import scipy.sparse as sp
-from cvxopt import cholmod, spmatrix
-from cvxopt import matrix as dense_of
 from scipy.linalg import solve_triangular
 
 from flexgear.arrays import Array, Ints
 from flexgear.compiled import njit
+from flexgear.structures.linalg.cholmod import cholmod, dense_matrix, spmatrix
 
 _SOLVE, _FORWARD, _BACKWARD, _PERMUTE, _PERMUTE_BACK = 0, 4, 5, 7, 8  # CHOLMOD's `sys`
 
@@ -71,7 +70,7 @@ class Factor:
 
     def _each(self, right: Array, *steps: int) -> Array:
         """Result of CHOLMOD's steps (values of `sys`) on right (n, k) or (n,)."""
-        columns = dense_of(0.0, (len(right), right.size // len(right)))
+        columns = dense_matrix(0.0, (len(right), right.size // len(right)))
         view = np.asarray(columns)  # the same memory, columns contiguous
         view[:] = right.reshape(view.shape)
         for step in steps:
@@ -106,8 +105,8 @@ def _factor_in(order: Ints, matrix: sp.csr_matrix) -> spmatrix:
 def to_cvxopt(matrix: sp.sparray) -> spmatrix:
     """A sparse matrix in CVXOPT's form."""
     entries = sp.coo_matrix(matrix)
-    rows, columns = (dense_of(i.astype(np.int64)) for i in (entries.row, entries.col))
-    return spmatrix(dense_of(entries.data.astype(float)), rows, columns, matrix.shape)
+    rows, columns = (dense_matrix(i.astype(np.int64)) for i in (entries.row, entries.col))
+    return spmatrix(dense_matrix(entries.data.astype(float)), rows, columns, matrix.shape)
 
 
 def _to_scipy(matrix: spmatrix) -> sp.csc_matrix:
@@ -125,7 +124,7 @@ def _factored(lower: spmatrix, order: Ints, **options: Any) -> Any:
         before = dict(cholmod.options)
         cholmod.options.update(options)
         try:
-            factor = cholmod.symbolic(lower, p=dense_of(np.asarray(order, dtype=np.int64)))
+            factor = cholmod.symbolic(lower, p=dense_matrix(np.asarray(order, dtype=np.int64)))
         finally:
             cholmod.options.clear()
             cholmod.options.update(before)
@@ -137,13 +136,19 @@ def _factored(lower: spmatrix, order: Ints, **options: Any) -> Any:
 
 
 def nested_dissection_order(graph: sp.csr_matrix) -> Ints:
-    """Order (n,) of the nodes of a symmetric graph (n, n) by nested dissection."""
-    edges = sp.csr_matrix(graph - sp.diags_array(graph.diagonal()))
-    edges.eliminate_zeros()
-    if edges.nnz == 0:
-        return np.arange(graph.shape[0])
-    adjacency = pymetis.CSRAdjacency(edges.indptr, edges.indices)
-    return np.array(pymetis.nested_dissection(adjacency)[0])
+    """Order (n,) of the rows of a symmetric graph (n, n) by nested dissection of its groups of
+    equal rows, which are those of a node of a solid body."""
+    pattern = sp.csr_matrix((np.ones(graph.nnz, np.int64), graph.indices, graph.indptr))
+    marks = np.random.default_rng(0).integers(2**62, size=pattern.shape[1])
+    _, first, group = np.unique(pattern @ marks, return_index=True, return_inverse=True)
+    groups = sp.csr_matrix(pattern[first][:, first])
+    groups.setdiag(0)
+    groups.eliminate_zeros()
+    place = np.arange(len(first))
+    if groups.nnz:
+        adjacency = pymetis.CSRAdjacency(groups.indptr, groups.indices)
+        place = np.argsort(pymetis.nested_dissection(adjacency)[0])
+    return np.argsort(place[group], kind="stable")
 
 
 class Elimination:

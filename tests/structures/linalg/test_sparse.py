@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from plain_meshes import annulus
+from threadpoolctl import threadpool_info
 
 from flexgear.structures.fem.assembly import FeModel
 from flexgear.structures.linalg.sparse import (
@@ -101,3 +102,18 @@ def test_threads_do_not_change_the_order_of_one_another():
             assert max(e.result() for e in errors) < 1e-12
     finally:
         sys.setswitchinterval(interval)
+
+
+def test_cholmod_computes_with_the_instructions_of_this_processor():
+    """Its old OpenBLAS knows no later processor by itself."""
+    kernels = {
+        "cvxopt" in library["filepath"]: library["architecture"].lower()
+        for library in threadpool_info()
+        if library["internal_api"] == "openblas"
+    }
+    of_numpy = {"cooperlake": "skylakex", "sapphirerapids": "skylakex"}.get(
+        kernels[False], kernels[False]
+    )
+    if of_numpy not in ("haswell", "zen", "skylakex"):
+        pytest.skip(f"OpenBLAS 0.3.15 has no kernels of {of_numpy}")
+    assert kernels[True] == of_numpy
