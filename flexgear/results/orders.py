@@ -16,8 +16,9 @@ from collections.abc import Hashable, Sequence
 from typing import Any
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy import fft, interpolate, signal
+from scipy import fft, interpolate
 
 from flexgear.arrays import Array
 from flexgear.model.errors import InputError, echo
@@ -124,15 +125,15 @@ def _decimated(fine: Array, times: int) -> Array:
     """Every ``times``-th sample after a low-pass filter keeping ``PASS_BAND`` of the new rate."""
     if times == 1:
         return fine
-    taps = signal.firwin(
+    taps = scipy.signal.firwin(
         2 * HALF_LENGTH * times + 1, CUT_OFF / times, window=("kaiser", KAISER_BETA)
     )
-    return np.asarray(signal.resample_poly(fine, 1, times, window=taps, padtype="line"))
+    return np.asarray(scipy.signal.resample_poly(fine, 1, times, window=taps, padtype="line"))
 
 
 def _window(name: str, count: int) -> Array:
     try:
-        window = np.asarray(signal.get_window(name, count))
+        window = np.asarray(scipy.signal.get_window(name, count))
         if not np.isfinite(window).all():
             raise ValueError(name)
         return window
@@ -259,6 +260,6 @@ def envelope(history: xr.DataArray, band: tuple[float, float]) -> xr.DataArray:
         problem = "needs samples at equal steps of time"
         raise InputError(SOURCE, "envelope", problem, "use a part of the run without torque steps")
     values = history.transpose(..., axis)
-    sections = signal.butter(4, band, "bandpass", fs=rate, output="sos")
-    banded = signal.sosfiltfilt(sections, values.to_numpy().astype(float), axis=-1)
-    return values.copy(data=np.abs(signal.hilbert(banded, axis=-1))).transpose(*history.dims)
+    sections = scipy.signal.butter(4, band, "bandpass", fs=rate, output="sos")
+    banded = scipy.signal.sosfiltfilt(sections, values.to_numpy().astype(float), axis=-1)
+    return values.copy(data=np.abs(scipy.signal.hilbert(banded, axis=-1))).transpose(*history.dims)

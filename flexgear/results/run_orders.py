@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy import fft, signal
+from scipy import fft
 
 from flexgear.arrays import Array
 from flexgear.gears.expected_lines import ExpectedLine, expected_lines
@@ -185,7 +186,7 @@ def warn_of_aliases(data: xr.Dataset, history: xr.DataArray) -> None:
     least = _least_rounding(case_of(data), history)
     if np.ptp(x, axis=0).max() <= max(SINGLE * np.abs(x).max(), least):
         return
-    window = signal.get_window("hann", len(x))[:, None]
+    window = scipy.signal.get_window("hann", len(x))[:, None]
     power = np.abs(fft.rfft((x - x.mean(axis=0)) * window, axis=0)) ** 2
     share = math.sqrt(power[int(ALIAS_LIMIT * len(power)) :].sum() / power.sum())
     if share > ALIAS_SHARE:

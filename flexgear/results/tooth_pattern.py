@@ -9,10 +9,10 @@ interpolated between their neighbours.
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 import xarray as xr
 from numpy.typing import NDArray
 from scipy.interpolate import griddata
-from scipy.stats import binned_statistic_dd
 
 from flexgear.arrays import Array
 from flexgear.model.names import FlankName, GroupName
@@ -100,7 +100,7 @@ def _pattern(title: str, which: str, flanks: list[_Places]) -> ToothPattern:
     cells = (teeth, 2.0 * np.hypot(flanks[0].base, roll), face)
     edges = [np.arange(0.5, teeth.max() + 1.0)]
     edges += [np.linspace(x.min(), x.max(), n + 1) for x, n in zip(cells[1:], CELLS, strict=True)]
-    pattern = binned_statistic_dd(np.column_stack(cells), load, "max", edges).statistic
+    pattern = scipy.stats.binned_statistic_dd(np.column_stack(cells), load, "max", edges).statistic
     return ToothPattern(title, edges[1], edges[2], np.array(list(map(filled, pattern))))
 
 

@@ -24,8 +24,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy.signal import find_peaks
 
 from flexgear.analysis.excitation import PeriodicTrain
 from flexgear.analysis.flank_cycle import harmonics
@@ -172,7 +172,7 @@ def _harmonics(values: Array, orders: int, of: Array) -> Complex:
 
 def _peaks(forces: Array) -> list[int]:
     """Indices of the peaks of forces (s,) over speed."""
-    at, sides = find_peaks(forces, prominence=0.0)
+    at, sides = scipy.signal.find_peaks(forces, prominence=0.0)
     return [int(k) for k in at[sides["prominences"] > RISE * forces[at]]]
 
 

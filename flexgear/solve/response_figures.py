@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy.signal import find_peaks
 
 from flexgear.results.quantities import number
 from flexgear.results.run_orders import rms_of_states
@@ -116,7 +116,7 @@ def _peaks(force: np.ndarray, branch: np.ndarray, stable: np.ndarray) -> list[in
     out: list[int] = []
     for curve in np.unique(branch):
         at = np.flatnonzero(branch == curve)
-        tops, _ = find_peaks(force[at], prominence=PROMINENCE * force[at].max())
+        tops, _ = scipy.signal.find_peaks(force[at], prominence=PROMINENCE * force[at].max())
         near_stable = np.convolve(stable[at], np.ones(2 * NEAR + 1), "same") > 0
         out += [int(at[k]) for k in tops if near_stable[k]]
     return sorted(out, key=lambda k: -force[k])[:MAX_PEAKS]

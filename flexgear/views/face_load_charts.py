@@ -10,10 +10,10 @@ import math
 from typing import Any
 
 import numpy as np
+import scipy
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from scipy.stats import binned_statistic_2d
 
 from flexgear.arrays import Array
 from flexgear.gears.slices import factor_along, mean_along
@@ -150,7 +150,7 @@ def misalignment_chart(data: xr.Dataset) -> Figure:
 def _binned(x: Array, z: Array, w: Array) -> tuple[Array, ...]:
     """Edges of cells along x and z, and the largest w in each cell; cells without a sample are
     interpolated from their neighbours, or NaN at the border."""
-    largest, along, across, _ = binned_statistic_2d(z, x, w, "max", (CELLS // 2, CELLS))
+    largest, along, across, _ = scipy.stats.binned_statistic_2d(z, x, w, "max", (CELLS // 2, CELLS))
     return across, along, filled(largest)
 
 
