@@ -92,8 +92,9 @@ def test_first_steps(tmp_path, typed):
 def test_readme(tmp_path, typed):
     lines = commands(text_of("README.md"))
     assert len(lines) >= 7
+    more = {"run mine.toml": SHORTLY, "run pitch-drive": "--no-pictures"}
     for line in lines:
-        typed(line, SHORTLY if "run mine.toml" in line else "")
+        typed(line, next((options for run, options in more.items() if run in line), ""))
     out = tmp_path / "results/mine"
     assert {p.name for p in (out / "pictures").iterdir()} >= {
         "ring_star.png", "ring_tooth_loads.png", "tooth_node_1.png", "load_sharing.png",
