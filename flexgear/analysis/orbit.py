@@ -328,7 +328,7 @@ def _left_out(modal: ModalSystem, stage: int) -> tuple[str, ...]:
     if pairs.error_gear.any() or pairs.error_planet.any():
         words.append("pitch deviations of single teeth")
     if pairs.gear_table.any() or pairs.planet_table.any():
-        words.append("faults of single teeth")
+        words.append("faults of teeth")
     if (pairs.bearing_turned >= 0).any():
         words.append("rollers that pass defects of their bearings")
     if pairs.runout_amplitude.any():

@@ -130,10 +130,15 @@ def _planetary(
         rolling = 0.0  # the stage turns as one rigid body
     gear_mesh = stage.ring.teeth * rolling / TURN
     passing = (flow.carrier_speed - sensor) / TURN
+    on_planet = rolling and abs(sensor - flow.planet_speed) <= SAME_SPEED * abs(rolling)
     for harmonic in range(1, harmonics + 1 if rolling else 1):
-        yield from _sidebands(stage, gear_mesh, passing, harmonic)
+        if on_planet:
+            yield from _turning(stage, abs(gear_mesh), abs(passing), harmonic)
+        else:
+            yield from _sidebands(stage, gear_mesh, passing, harmonic)
     yield from shaft_lines(stage, flow, sensor)
-    yield from pass_lines(stage, flow, sensor)
+    if not on_planet:
+        yield from pass_lines(stage, flow, sensor)
     yield from _tooth_faults(stage, abs(gear_mesh))
 
 
@@ -166,6 +171,14 @@ def _sidebands(
         sense = n if gear_mesh * passing > 0 else -n  # + is above the gear mesh
         turns = f"{'+' if sense > 0 else '−'}{abs(n)} carrier turn{'s' * (abs(n) > 1)}" if n else ""
         yield _order(stage, harmonic, frequency, share, turns)
+
+
+def _turning(stage: Stage, gear_mesh: float, turn: float, harmonic: int) -> Iterator[ExpectedLine]:
+    """Lines of one harmonic of the gear mesh at a sensor on a planet: rotation of the planet has
+    its order, motion along the sensor's axis, which turns with the planet, one turn beside it."""
+    for sideband, sign in (("", 0), ("−1 planet turn", -1), ("+1 planet turn", 1)):
+        frequency = harmonic * gear_mesh + sign * turn
+        yield _order(stage, harmonic, frequency, sideband=sideband)
 
 
 def _order(

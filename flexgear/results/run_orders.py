@@ -89,7 +89,7 @@ def expected_orders(
     """
     flow = power_flow(case)
     speed = flow.speed | {f"{s.name}.planet": s.planet_speed for s in flow.stages}
-    turning = {_speed_of_axes(x, flow.speed) for x in case.sensors if x.name in sensors}
+    turning = {_speed_of_axes(x, speed) for x in case.sensors if x.name in sensors}
     if len(turning) == 1:
         options["sensor_speed"] = turning.pop()
     turns = _of_member(speed, member) - (_of_member(speed, against) if against else 0.0)
@@ -100,15 +100,13 @@ def expected_orders(
 
 
 def _speed_of_axes(sensor: Sensor, speed: Mapping[str, float]) -> float:
-    """Speed at which a sensor turns about the main axis, rad/s.
-
-    It is the speed of the member with the sensor, or of the carrier if that is a planet; 0 for
-    sensors that are fixed in space, and for those of speed or torque. speed: of the members.
+    """Speed at which a sensor turns, rad/s: that of its member or planet; 0 for sensors that are
+    fixed in space, and for those of speed or torque. speed: of the members and planets.
     """
     if sensor.frame == "fixed" or sensor.measures in ("speed", "torque"):
         return 0.0
     body = BodyName.parse(sensor.on)
-    return speed.get(f"{body.stage}.carrier" if body.part == "planet" else sensor.on, 0.0)
+    return speed.get(f"{body.stage}.planet" if body.part == "planet" else sensor.on, 0.0)
 
 
 def gear_mesh_orders(data: xr.Dataset, stage: str) -> xr.DataArray:

@@ -68,6 +68,17 @@ def test_response_says_that_the_period_doubles_outside_its_range(flexgear, tmp_p
         assert ("missed, see flexgear stability" in text) == (options[0] == "--speed-range")
 
 
+def test_response_names_a_sensor_whose_signal_does_not_change(flexgear, tmp_path):
+    """The gear mesh shakes a gear about its axis, not along it."""
+    sensor = '\n[[sensors]]\nname = "{0}"\non = "stage_1.gear"\nmeasures = "velocity"\n'
+    sensor += 'place_mm = [20, 0, 0]\ndirection = "{0}"\n'
+    text = gears_text(model="per_pair", law="linear") + sensor.format("y") + sensor.format("z")
+    options = ("--speed-range", 0.9, 1.0, "--harmonics", 2, "--doublings", 0, "-q")
+    _, text, _ = flexgear("response", write(tmp_path, text), *options)
+    assert "sensor z: constant\n" in text
+    assert re.search(r"sensor y: up to .* rms on stable branches", text)
+
+
 def test_response_of_linear_contact_says_that_teeth_pull(flexgear, tmp_path):
     path = write(tmp_path, gears_text(model="per_pair", law="linear"))
     command = ("response", path, "--speed-range", 0.9, 1.1, "--harmonics", 4, "--quiet")

@@ -245,6 +245,23 @@ def test_side_lobes_of_a_line_are_no_lines(window):
     assert max((row["amplitude"] for row in rows[3:]), default=0.0) < 1e-5
 
 
+def test_sidebands_below_a_harmonic_beyond_the_highest_order_are_named(
+    transient, tmp_path, flexgear
+):
+    """Four turns below the fourth harmonic, which is one order beyond the spectrum."""
+    file, _ = transient
+    data, order = load(file), 4 * TEETH - 4
+    wave = np.cos(order * data["carrier_angle"].isel(turning_stage=0))
+    wave = wave.broadcast_like(data["gear_mesh_force"]).transpose("time", ...)
+    wave.attrs = data["gear_mesh_force"].attrs
+    data.assign(gear_mesh_force=wave).to_netcdf(tmp_path / "wave.nc")
+    options = ("--of", "gear_mesh_force", "--only", "ring 1", "--member", "carrier")
+    command = ("orders", tmp_path / "wave.nc", *options, "--highest", order + 3)
+    row = flexgear.json(*command)["lines"][0]
+    assert row["order"] == pytest.approx(order, abs=0.05)
+    assert row["expected"] == ["gear mesh 4 −4 carrier turns"]
+
+
 def test_multiples_of_a_fault_s_line_are_named(tmp_path):
     """A pulse once a turn of the sun against the carrier, beside the gear mesh: a comb."""
     case = load_case("lin-parker", SETTINGS)

@@ -79,6 +79,20 @@ def test_ring_that_turns_and_carrier_that_stands():
     assert step == pytest.approx(passes[0] / 4)
 
 
+def test_a_sensor_on_a_planet_has_lines_one_turn_beside_the_gear_mesh():
+    """Its axis turns past the motion of the planet's centre; the planet's rotation does not."""
+    case = load_case("lin-parker")
+    (flow,) = power_flow(case).stages
+    teeth, theta = case.stages[0].planet.teeth, 2 * np.pi * np.arange(1024) / 1024
+    signal = sum(np.cos(h * teeth * theta) * (1 + np.cos(theta - 0.2)) for h in (1, 2))
+    heard = np.flatnonzero(np.abs(np.fft.rfft(signal)) > 1e-6 * len(theta))
+    turn = abs(flow.planet_relative_speed) / (2 * np.pi)
+    lines = expected_lines(case, harmonics=2, sensor_speed=flow.planet_speed)
+    listed = [x.frequency / turn for x in lines if x.kind in ("gear mesh", "sideband")]
+    assert sorted(listed) == pytest.approx(heard)
+    assert not [x for x in lines if x.kind == "planet pass"]
+
+
 @pytest.mark.parametrize("positions", ["", "[0, 85, 181, 274]"])
 def test_tooth_faults_by_counting_meetings(positions):
     """A tooth of the sun meets planets so often in a second, and each of them; positions counted
