@@ -42,7 +42,7 @@ CUTS = {
     "forces": "teeth hammer with forces that rise without bound; more damping limits them",
     "steps": "no steady state was found further on; try more harmonics or more damping",
     "states": "it has too many steady states; take a shorter range",
-    "stopped": "stopped by the user; it goes on, and further curves were not looked for",
+    "stopped": "stopped by the user; a range from there on has the rest, and maybe more curves",
 }  # why a curve ends within the range
 
 

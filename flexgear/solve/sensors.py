@@ -67,13 +67,14 @@ class SensorPlace:
         point = BodyPoint(self._motion(rows), axes, self._center, place, direction)
         if sensor.frame == "body" or not axes.turn:
             return point.on_body(sensor.order)
-        if self.body.rigid or math.hypot(*place[:2]) < ON_AXIS:
-            return point.in_space(sensor.order)
-        if self._fe_mesh is None or sensor.node is not None:
+        fe_mesh, node = self._fe_mesh, sensor.node is not None
+        if node and not self.body.rigid and math.hypot(*place[:2]) > ON_AXIS:
             problem = f"is fixed, and the node turns with {sensor.on}"
             raise self._refuse("frame", problem, 'take frame = "body", or a node on the axis')
+        if node or self.body.rigid or fe_mesh is None:
+            return point.in_space(sensor.order)
         angle = math.atan2(place[1], place[0])
-        around = self._motion(self._rows_around(self._fe_mesh, angle, float(place[2]), direction))
+        around = self._motion(self._rows_around(fe_mesh, angle, float(place[2]), direction))
         return passing(around, axes, angle + axes.start, sensor.order)
 
     def _motion(self, rows: Array, turns: Array | float = 0.0) -> Motion:

@@ -247,9 +247,14 @@ def test_a_fixed_sensor_at_a_node_on_the_axis_has_the_motion_of_that_node(stage)
     assert fixed == pytest.approx(on_body, abs=1e-15)
 
 
-def test_a_sensor_at_the_centre_of_a_shaft_needs_no_place_where_the_shaft_is_rigid(stage):
-    model = with_sensors(stage, sensor("a", "stage.sun", "displacement", 'direction = "x"'))
-    assert model.rigid("shaft").sensors.labels["sensor"] == ["a"]
+def test_sensors_on_a_shaft_need_no_place_and_take_any_whether_it_is_rigid_or_not(stage):
+    """At angle zero the displacement of a place along its radius is that of the centre."""
+    text = sensor("centre", "stage.sun", "displacement", 'direction = "x"')
+    keys = "place_mm = [12, 0, 0]", 'frame = "fixed"', 'direction = "radial"'
+    model = with_sensors(stage, text + sensor("probe", "stage.sun", "displacement", *keys))
+    for one in (model, model.rigid("shaft")):
+        centre, probe = one.static(0.0)["sensor_static"].to_numpy()[0]
+        assert probe == pytest.approx(centre, rel=1e-9) and centre != 0.0
 
 
 @pytest.fixture(scope="module")
