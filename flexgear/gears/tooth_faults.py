@@ -273,7 +273,8 @@ def _ends_along_face(path: GearMeshPath, fault: Fault) -> tuple[float, float]:
 
 
 def _require_on_tooth(view: StageView, numbered: Numbered, tooth: ToothGeometry) -> None:
-    """Raises InputError for a patch outside the flank and a crack too deep for the root."""
+    """Raises InputError for a patch outside the flank or deeper than half the tooth, and a crack
+    too deep for the root."""
     number, fault = numbered
     if fault.kind == "root_crack":
         section = tooth.root.section.thickness
@@ -288,6 +289,10 @@ def _require_on_tooth(view: StageView, numbered: Numbered, tooth: ToothGeometry)
             )
     if fault.kind not in ("spall", "wear"):
         return
+    if fault.deepest > tooth.thickness / 2:
+        problem = f"{1e3 * fault.deepest:g} mm is more than half of the tooth"
+        remedy = f"at most {1e3 * tooth.thickness / 2:.4g} mm; beyond, take a missing_tooth"
+        raise InputError(view.case.source, f"faults[{number}].depth", problem, remedy)
     ends = sorted((2.0 * tooth.form_radius, 2.0 * tooth.tip_radius))
     for key in ("start_diameter", "end_diameter"):
         value = getattr(fault, key)

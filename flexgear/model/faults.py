@@ -262,6 +262,9 @@ def _check_bearing(case: Case, stage: Stage, fault: Fault) -> None:
         raise _missing_section(fault.bearing, stage.name, section)
     if fault.row > bearing.rollers.rows:
         raise Refusal("row", f"{fault.row} is beyond its {bearing.rollers.rows} rows", "from 1")
+    if fault.deepest > (radius := bearing.elements.diameter / 2):
+        problem = f"{1e3 * fault.deepest:g} mm is more than the radius of the rollers"
+        raise Refusal("depth", problem, f"at most {1e3 * radius:.4g} mm; check the unit")
     pitch = math.pi * bearing.elements.pitch_diameter / bearing.rollers.count
     if fault.width is not None and fault.width >= pitch:
         problem = f"{1e3 * fault.width:g} mm reach the next roller, {1e3 * pitch:.4g} mm apart"

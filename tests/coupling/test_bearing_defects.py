@@ -140,6 +140,7 @@ def test_motion_of_a_run_has_the_lines_of_the_bearing(tmp_path):
     [
         ("", {"faults.0.row": "2"}, "faults.0.row: 2 is beyond its 1 rows"),
         ("", {"faults.0.width_mm": "20"}, "faults.0.width_mm"),
+        ("", {"faults.0.depth_um": "40000"}, "radius of the rollers"),
         ("", {"faults.0.bearing": '"carrier.bearing_far"'}, "planet"),
         ("", {"faults.0.planet": "4"}, "beyond the 3 planets"),
         ("tooth = 3\n", {}, "is not a key of the kind outer_race"),

@@ -394,6 +394,7 @@ def test_faults_that_do_not_fit_are_one_line(stage, fault, key, words):
         (CRACK.replace("depth_mm = 2", "depth_mm = 8"),
          "faults[0].depth_mm", "of the root section"),
         (WEAR + "\nstart_diameter_mm = 300", "faults[0].start_diameter_mm", "outside the flank"),
+        (WEAR.replace("depth_um", "depth_mm"), "faults[0].depth", "more than half of the tooth"),
     ],
 )  # fmt: skip
 def test_faults_beyond_their_tooth_are_one_line(stage, fault, key, words):
