@@ -78,6 +78,7 @@ FLANKS = ("--set", "stage.planet.modifications.ring.lead_crowning_um=20",
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("no_pixels")
 def test_check_says_and_draws_what_flanks_lack(flexgear, tmp_path):
     """Pictures of an earlier check go with the modifications; another case's stay."""
     folder = tmp_path / "checked"

@@ -129,6 +129,7 @@ def named(text):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("no_pixels")
 def test_tutorial_with_lumped_members(tmp_path, typed):
     (tmp_path / "mine.toml").write_text(tutorial_cases()[0])
     lines = named(text_of("docs/tutorial.md").partition("## A flexible ring")[0])
@@ -139,6 +140,7 @@ def test_tutorial_with_lumped_members(tmp_path, typed):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("no_pixels")
 def test_tutorial_with_a_ring_that_bends(tmp_path, typed):
     after = text_of("docs/tutorial.md").partition("## A flexible ring")[2]
     (tmp_path / "mine.toml").write_text(tutorial_cases()[1])

@@ -82,6 +82,7 @@ def test_commands_take_fe_planets_beside_lumped_members(case, flexgear):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("no_pixels")
 @pytest.mark.parametrize("case", ["carrier"], indirect=True)
 def test_a_run_is_drawn_and_replaced_as_a_whole(case, flexgear, tmp_path):
     """A run in place of another leaves nothing of that: no report, no pictures, no datasets."""
