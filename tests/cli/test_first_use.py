@@ -157,6 +157,7 @@ SHORT = "solver__duration_s=0.05, solver__settle_s=0.01, drive__steps__torques_n
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("no_pixels")
 def test_python_lines(monkeypatch, tmp_path):
     """As they are printed, but for short runs; every result has its picture or page."""
     (code,) = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)

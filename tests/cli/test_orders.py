@@ -207,6 +207,7 @@ def test_a_train_that_nothing_excites_has_no_lines(flexgear, tmp_path):
     assert figures["lines"] == []
 
 
+@pytest.mark.usefixtures("no_pixels")
 def test_labels_of_columns_and_levels_of_sensors_are_words_with_units(flexgear, tmp_path):
     """The only stage has no name; a torque and a speed have a mean and a range."""
     sensors = ", ".join(
@@ -285,6 +286,7 @@ def test_multiples_of_a_fault_s_line_are_named(tmp_path):
     assert named[6] == ["6 × tooth of sun at one gear mesh"]
 
 
+@pytest.mark.usefixtures("no_pixels")
 def test_multiples_of_a_fault_of_the_case_are_named_before_others(flexgear, tmp_path):
     """A spall of a planet with as many teeth as the sun, whose teeth have the same lines."""
     text = STAGE.format(planets=3, sun=1e9, helix=0).replace(" = 34", " = 26").replace("94", "78")

@@ -136,6 +136,7 @@ def test_bad_rating_sections_are_one_line(flexgear, tmp_path, more, message):
     assert not (tmp_path / "r").exists()
 
 
+@pytest.mark.usefixtures("no_pixels")
 def test_a_load_case_above_static_strength_is_drawn_and_named(flexgear, tmp_path):
     """Nothing bears it once: the part fails, whatever the other load cases do."""
     few = {"rating__gear_mesh_cycles": 1, "rating__positions_per_gear_mesh": 2}
