@@ -17,8 +17,8 @@ from flexgear.results.stage_part import pairs_of, ring_force_spread, ring_sharin
 from flexgear.results.time_figures import STAGE_DROP, STEADY, StageDrop, SteadyRun
 from flexgear.solve.long_run import TimedRun
 from flexgear.solve.run_summary import motion_summary, transient_summary
-from flexgear.views.histories import MAP_SAMPLES, tooth_displacement_map
 from flexgear.views.select import thinned
+from flexgear.views.star import MAP_SAMPLES, tooth_displacement_map
 
 SAMPLES = 5000
 PIECE_BYTES = 2**16
