@@ -139,13 +139,13 @@ def test_a_body_without_a_stated_number_has_as_many_modes_as_the_band_needs(
 
 @pytest.mark.slow
 def test_a_ring_with_more_modes_is_the_ring_of_that_stated_number(case, monkeypatch):
-    monkeypatch.setattr(type(case.ring), "usual_modes", 30)
+    monkeypatch.setattr(type(case.ring), "usual_modes", 8)
     left_out = {"stage.ring.fe.fixed_interface_modes": None, "stage.gear_mesh.model": "face_load",
                 "stage.ring.fe.tooth_shapes": "always"}  # fmt: skip
     source = ring_source(case.with_(**left_out))
-    limit = 1.02 * source.reduced().report["compared_to_hz"]
+    limit = 1.01 * source.reduced().report["compared_to_hz"]
     enough = source.reduced(limit_hz=limit)
-    assert enough.n_modes > 30
+    assert enough.n_modes > 8
     stated = case.with_(**left_out | {"stage.ring.fe.fixed_interface_modes": enough.n_modes})
     same = ring_source(stated).reduced(limit_hz=limit)
     assert np.array_equal(same.stiffness, enough.stiffness)
