@@ -201,6 +201,13 @@ class _Search(NamedTuple):
         )
         return cls(pair, s, z, rolls, base, radius / off.cos_base_helix, low, high)
 
+    def _points(self, at: NDArray[np.intp]) -> Self:
+        """The search at some of its points."""
+        planet, gear = self.rolls
+        arrays = (self.s, self.z, self.base, self.radius, self.low, self.high)
+        s, z, base, radius, low, high = (values[at] for values in arrays)
+        return type(self)(self.pair, s, z, (planet[at], gear[at]), base, radius, low, high)
+
     def rolls_at(self, y: Array) -> tuple[Array, Array]:
         """Roll lengths of both flanks at y (n, …), m."""
         off, broadcast = self.pair.off_path, (slice(None), *[None] * (y.ndim - 1))
@@ -251,12 +258,15 @@ class _Search(NamedTuple):
         gap: point of least distance and G there, m; compliance: W/w, m²/N; load: w, N/m."""
         w, radius = compliance * load, self.radius
         hertz = np.sqrt(4.0 * radius * w)
-        c, log_a = y.copy(), np.zeros_like(y)
+        c, log_a, at = y.copy(), np.zeros_like(y), np.arange(len(y))  # at: not yet converged
         for _ in range(MAX_STEPS):
-            step = self._newton(c, log_a, w, hertz)
-            c = np.clip(c + step[0], self.low, self.high)
-            log_a = log_a + step[1]
-            if max(np.abs(step[0] / hertz).max(), np.abs(step[1]).max()) < STEP_TOLERANCE:
+            points = self._points(at)
+            step = points._newton(c[at], log_a[at], w, hertz[at])
+            c[at] = np.clip(c[at] + step[0], points.low, points.high)
+            log_a[at] += step[1]
+            change = np.maximum(np.abs(step[0] / hertz[at]), np.abs(step[1]))
+            at = at[change >= STEP_TOLERANCE]
+            if not len(at):
                 break
         a = hertz * np.exp(log_a)
         mean, _, _ = self._moments(c, a)
