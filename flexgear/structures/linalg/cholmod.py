@@ -38,7 +38,10 @@ def _kernels_of_numpy() -> Iterator[None]:
 
 
 with _kernels_of_numpy():
-    from cvxopt import cholmod, spmatrix
     from cvxopt import matrix as dense_matrix
+    from cvxopt import spmatrix
+    from cvxopt.cholmod import getfactor, numeric, options, solve, spsolve, symbolic
 
-__all__ = ["cholmod", "dense_matrix", "spmatrix"]
+__all__ = [
+    "dense_matrix", "getfactor", "numeric", "options", "solve", "spmatrix", "spsolve", "symbolic",
+]  # fmt: skip

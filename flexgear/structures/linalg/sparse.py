@@ -37,7 +37,8 @@ from scipy.linalg import solve_triangular
 
 from flexgear.arrays import Array, Ints
 from flexgear.compiled import njit
-from flexgear.structures.linalg.cholmod import cholmod, dense_matrix, spmatrix
+from flexgear.structures.linalg import cholmod
+from flexgear.structures.linalg.cholmod import dense_matrix, spmatrix
 
 _SOLVE, _FORWARD, _BACKWARD, _PERMUTE, _PERMUTE_BACK = 0, 4, 5, 7, 8  # CHOLMOD's `sys`
 
