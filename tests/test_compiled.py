@@ -104,6 +104,8 @@ def data_from_elsewhere(file, sources):
             continue
         module = importlib.import_module(node.module)
         for alias in node.names:
+            if not hasattr(module, alias.name):  # a module that nobody has imported yet
+                importlib.import_module(f"{node.module}.{alias.name}")
             value = getattr(module, alias.name)
             origin = value if inspect.ismodule(value) else module
             data = not callable(value) or (isinstance(value, type) and issubclass(value, tuple))
