@@ -35,7 +35,7 @@ from flexgear.model.errors import FlexgearError
 
 ROUNDING = 1e-9  # rate of a row over the fastest rotation, below which it does not turn
 WITHIN = 64  # positions within a step over which tangents are averaged
-AT_ONCE = 8  # of them in one call of the laws
+AT_ONCE = 8  # of them in one call of the laws: numba takes 0.8 ms a call for their types
 JUMP = 0.02  # change of a tangent within a step over the largest one, beyond which it is averaged
 MAX_ITERATIONS = 40  # for the forces of rows of one sample that are coupled by flexibility
 
@@ -198,6 +198,7 @@ class OrbitElements:
             around = step * ((np.arange(WITHIN) + 0.5) / WITHIN - 0.5).reshape(-1, AT_ONCE, 1, 1)
             part, rates = self.at_samples(at).repeated(AT_ONCE), np.tile(rate[at], (AT_ONCE, 1))
             motions = ((motion[at] + t * rate[at]).reshape(rates.shape) for t in around)
+            # `repeated` elements have a period so many times as long: omega is as much lower
             inside = [part.row_forces(u, rates, omega / AT_ONCE)[1] for u in motions]
             by_position = np.mean(inside, axis=0).reshape(2, AT_ONCE, len(at), *tangent.shape[2:])
             tangent[:, at] = by_position.mean(axis=1)

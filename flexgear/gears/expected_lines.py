@@ -174,8 +174,9 @@ def _sidebands(
 
 
 def _turning(stage: Stage, gear_mesh: float, turn: float, harmonic: int) -> Iterator[ExpectedLine]:
-    """Lines of one harmonic of the gear mesh at a sensor on a planet: rotation of the planet has
-    its order, motion along the sensor's axis, which turns with the planet, one turn beside it."""
+    """Lines of one harmonic of the gear mesh at a sensor on a planet. Rotation and centre of the
+    planet vibrate at the harmonic; as the sensor's axis turns with the planet, it measures motion
+    of the centre one turn below and above. gear_mesh, turn: frequencies, Hz."""
     for sideband, sign in (("", 0), ("−1 planet turn", -1), ("+1 planet turn", 1)):
         frequency = harmonic * gear_mesh + sign * turn
         yield _order(stage, harmonic, frequency, sideband=sideband)

@@ -202,7 +202,7 @@ class _Search(NamedTuple):
         return cls(pair, s, z, rolls, base, radius / off.cos_base_helix, low, high)
 
     def _points(self, at: NDArray[np.intp]) -> Self:
-        """The search at some of its points."""
+        """The search at the points numbered ``at`` (k,) alone."""
         planet, gear = self.rolls
         arrays = (self.s, self.z, self.base, self.radius, self.low, self.high)
         s, z, base, radius, low, high = (values[at] for values in arrays)

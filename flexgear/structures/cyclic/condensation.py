@@ -262,8 +262,8 @@ def condense_by_sectors(
 def _invariant_ties(
     model: FeModel, interface: Interface, counts: Sequence[int]
 ) -> SectorTies | None:
-    """Ties of the body divided into the most sectors, of ``counts``, by which all ties repeat; None
-    where fewer than ``_LEAST`` sectors would be needed."""
+    """The body's ties by sector, for the largest of ``counts`` at which a turn by one sector maps
+    every tie to a tie; None where that is less than ``_LEAST``."""
     for count in counts:
         if count < _LEAST:
             break

@@ -24,7 +24,8 @@ _SAME = {  # kernels of OpenBLAS 0.3.15 by those of later versions, for the same
 
 @contextmanager
 def _kernels_of_numpy() -> Iterator[None]:
-    """OpenBLAS that is loaded in this context has NumPy's kernels, if it knows them."""
+    """Context in which an OpenBLAS that is loaded takes the same kernels as NumPy's, if both have
+    them."""
     names = [str(x.get("architecture")).lower() for x in threadpool_info()]
     kernels = next((_SAME[name] for name in names if name in _SAME), None)
     if kernels is None or _VARIABLE in os.environ:

@@ -137,9 +137,11 @@ def _factored(lower: spmatrix, order: Ints, **options: Any) -> Any:
 
 
 def nested_dissection_order(graph: sp.csr_matrix) -> Ints:
-    """Order (n,) of the rows of a symmetric graph (n, n) by nested dissection of its groups of
-    equal rows, which are those of a node of a solid body."""
+    """Order (n,) in which the rows of a symmetric graph (n, n) are eliminated, by nested
+    dissection. Rows with entries in the same columns, as the three of a node of a solid body, are
+    one node of the graph that is divided."""
     pattern = sp.csr_matrix((np.ones(graph.nnz, np.int64), graph.indices, graph.indptr))
+    # rows with the same columns have the same sum of random marks of these
     marks = np.random.default_rng(0).integers(2**62, size=pattern.shape[1])
     _, first, group = np.unique(pattern @ marks, return_index=True, return_inverse=True)
     groups = sp.csr_matrix(pattern[first][:, first])
