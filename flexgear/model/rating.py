@@ -31,8 +31,8 @@ class GearRating(Section):
     of material and heat treatment, ISO 6336-5. vickers_hardness: of the surface (HB is about 0.95
     HV). core_rockwell_hardness: HRC below a hardened case. flank_strength: allowable stress number
     σ_Hlim in place of that by steel, grade and hardness. root_strength: σ_Flim in place of that by
-    steel, grade and hardness. yield_strength: σ_0.2 of a through-hardened gear, for its notch
-    sensitivity.
+    steel, grade and hardness. yield_strength: σ_0.2, for the
+    yield of roots under extreme loads, and for the notch sensitivity of a through-hardened gear.
 
     flank_rz, root_rz: mean peak-to-valley roughness R_z. flank_ra, root_ra: mean roughness R_a, in
     place of R_z = 6 R_a. accuracy_grade: of ISO 1328-1. pitch_deviation, profile_deviation,

@@ -23,6 +23,7 @@ from flexgear.files.rexs.stage_out import (
     thrust_out,
     torsion_out,
 )
+from flexgear.files.rexs.tables import without_rounding
 from flexgear.gears.load_bins import HOUR, LoadBin, bins_of_load_cases
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import stage_radii
@@ -37,9 +38,13 @@ from flexgear.model.train import Input, Joint, MemberLoad, Output
 
 _WRITTEN = {
     "name", "title", "source", "gravity", "material", "stages", "joints", "held", "inputs",
-    "output", "loads", "load_cases", "spectrum",
+    "output", "loads", "load_cases", "spectrum", "lubricant",
 }  # fmt: skip
 _UNWRITTEN = sorted(FlankModifications.model_fields.keys() - table.KEYS)  # keys of modifications
+_WRITTEN_OF_RATING = {row.field for row in (*table.GEAR_STRENGTH, *table.GEAR_SURFACE)} | {
+    "steel", "grade", "accuracy_grade",
+}  # fmt: skip
+_WRITTEN_OF_LUBRICANT = {row.field for row in (*table.VISCOSITIES, table.OIL)}
 _UNWRITTEN_OF_SPRINGS = ("damping", "elements", "journal", "mean_diameter", "rollers")
 _WRITTEN_OF_PORTS = {
     "member", "speed", "torque", "power", "inertia", "mass", "tilt_inertia", "bearing",
@@ -49,6 +54,8 @@ _WRITTEN_OF_PORTS = {
 def not_written(case: Case) -> list[str]:
     """Descriptions of the parts of a case that its REXS model does not contain."""
     unwritten = _set_except(case, "", _WRITTEN)
+    if case.lubricant is not None:
+        unwritten += _set_except(case.lubricant, "lubricant.", _WRITTEN_OF_LUBRICANT)
     for k, port in enumerate(case.ports):
         path = "output" if port is case.output else f"inputs[{k}]"
         unwritten += _set_except(port, f"{path}.", _WRITTEN_OF_PORTS)
@@ -78,7 +85,8 @@ def _not_written_of_stage(stage: Stage) -> list[str]:
             for key, support in member.supports.items():
                 unwritten += _not_written_of_bearing(support, f"{path}.{key}.")
         if isinstance(member, MatedGear | PlanetGear):
-            unwritten += _set_keys(member, f"{path}.", "rating", "body_factor")
+            unwritten += _set_keys(member, f"{path}.", "body_factor")
+            unwritten += _set_except(member.rating, f"{path}.rating.", _WRITTEN_OF_RATING)
             path, modifications = f"{path}.modifications.", member.modifications
             unwritten += _set_keys(modifications, path, *_UNWRITTEN)
             for flank in FLANKS:
@@ -135,9 +143,11 @@ def model_of_case(case: Case, rated: BinResults | None = None) -> Outgoing:
     unit = model.add(
         "gear_unit", case.title or case.name, **located((0.0, 0.0, 0.0)), **_gravity(case)
     )
-    casing = model.part(unit, "gear_casing", "casing")
-    material = model.add("material", "material", **table.written(case.material, table.MATERIAL))
-    train = TrainOut(case, power_flow(case), model, places(case), unit, casing, material)
+    casing = model.part(unit, "gear_casing", "casing", **_oil_temperature(case))
+    if case.lubricant is not None:
+        oil = model.add("lubricant", "oil", **table.written(case.lubricant, table.VISCOSITIES))
+        model.relate("reference", origin=casing, referenced=oil)
+    train = TrainOut(case, power_flow(case), model, places(case), unit, casing)
     for stage in case.stages:
         StageOut(train, stage).add()
     for joint in case.joints:
@@ -169,6 +179,12 @@ def _results(train: TrainOut, rated: BinResults) -> Iterator[tuple[int, Mapping[
         for number in train.bearings.get(name, ()):
             if train.model.components[number - 1][0] != "concept_bearing":
                 yield number, attributes
+
+
+def _oil_temperature(case: Case) -> dict[str, Written | None]:
+    """Attribute of the casing, in °C, the unit of the schema, which has another zero than SI."""
+    kelvin = None if case.lubricant is None else case.lubricant.temperature
+    return {} if kelvin is None else {table.OIL.names[0]: without_rounding(kelvin - 273.15)}
 
 
 def _gravity(case: Case) -> dict[str, Written | None]:

@@ -16,10 +16,21 @@ from dataclasses import dataclass
 
 from flexgear.files.case_text import CaseText, Datum, Section
 from flexgear.files.rexs.assembly import Assembly, sections_of
-from flexgear.files.rexs.document import Component, number, read, value
+from flexgear.files.rexs.document import Component, number, read, text, value
 from flexgear.files.rexs.flanks import FlankReader
 from flexgear.files.rexs.stages import RexsStage
-from flexgear.files.rexs.tables import CUTTER, PROTUBERANCE, SCHEMA_UNITS
+from flexgear.files.rexs.tables import (
+    ACCURACY,
+    CUTTER,
+    GEAR_STRENGTH,
+    PITCH_DEVIATION,
+    PROTUBERANCE,
+    ROUGHNESS,
+    SCHEMA_UNITS,
+    STEEL,
+    STEELS,
+)
+from flexgear.model.errors import echo
 from flexgear.model.member import Gear
 from flexgear.model.section import limits_of
 
@@ -27,6 +38,7 @@ FLANKS = ("cylindrical_gear_flank", "flank_geometry")
 TOOLS = ("rack_shaped_tool", "cutter_wheel_tool")
 SETTINGS = "cylindrical_gear_manufacturing_settings"
 _TOLERANCE = 1e-9  # of positions on a shaft, mm
+_STEEL_OF_WORD = {word: steel for steel, word in STEELS.items()}
 
 
 @dataclass(frozen=True)
@@ -127,6 +139,7 @@ class GearReader:
         self._mass(section, gears, internal)
         root_circle = reference - out * 2 * rack.module * (dedendum - shift)
         self._blank(section, gears, internal, root_circle)
+        self._rating(section, gears)
         self.modified.read(section, stage, role, rack.base(teeth), tip)
 
     def _tool(
@@ -186,6 +199,25 @@ class GearReader:
         usual = float(Gear.model_fields[key].default)
         self.case.assume(section, key, usual, why)
         return usual
+
+    def _rating(self, section: Section, gears: list[Component]) -> None:
+        """Write steel, strengths, hardness, roughness and accuracy to a section nested in the
+        gear's; of R_z and R_a only the first."""
+        rating = self.case.section(f"{section.header[:-1]}.rating]", section)
+        materials = [m for gear in gears for m in self.document.references(gear, "material")]
+        word = next((word for name in STEEL if (word := text(materials, name))), "")
+        if word in _STEEL_OF_WORD:
+            rating.put("steel", _STEEL_OF_WORD[word], f"{materials[0].label}, {STEEL[0]}")
+        elif word:
+            self.case.warn(f"{section.header}: {echo(word)} is no steel that a case can rate")
+        for row in GEAR_STRENGTH:
+            rating.take(row.key, read(materials, row))
+        for rows in ROUGHNESS.values():
+            any(rating.take(row.key, read(gears, row)) for row in rows)
+        accuracy = number(gears, ACCURACY, "none")
+        if accuracy is not None:
+            rating.put("accuracy_grade", round(accuracy.value), accuracy.source)
+        rating.take(PITCH_DEVIATION.key, read(gears, PITCH_DEVIATION))
 
     def _mass(self, section: Section, gears: list[Component], internal: bool) -> None:
         """Write the mass of the gear, of both halves together, but of one half of a ring."""

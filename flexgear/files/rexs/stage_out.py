@@ -6,6 +6,7 @@ the pinion has the role of the sun and the gear that of the planet.
 
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,6 +19,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.paths import tooth_sides
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.radii import StageRadii, gears_by_role
+from flexgear.gears.rating.steels import allowable_stress
 from flexgear.gears.tool import CutterTool
 from flexgear.model.bearings import Bearing, Rolling, Springs
 from flexgear.model.bodies import Shaft
@@ -25,6 +27,8 @@ from flexgear.model.case import Case
 from flexgear.model.member import Support
 from flexgear.model.modifications import FlankModifications
 from flexgear.model.names import GroupName, MemberName, SupportName
+from flexgear.model.rating import GearRating
+from flexgear.model.section import Refusal
 from flexgear.model.stage import Stage
 from flexgear.model.train import Joint
 
@@ -35,8 +39,8 @@ _DATUM, _ORIENTATION = -1, "negative"
 class TrainOut:
     """A train that is exported to a REXS model, with the ids of its components.
 
-    places: positions of members. unit, casing, material: ids. shafts, begins: id of the shaft of a
-    member or planet, and where it begins along u, m.
+    places: positions of members. unit, casing: ids. shafts, begins: id of the shaft of a member or
+    planet, and where it begins along u, m. materials: ids by their attributes.
     ends: ids of the shafts behind the splines of suns, at which ports and joints act. gear_data:
     ids by gear meshes of one half and gear. bearings: ids by bearing.
     """
@@ -47,12 +51,30 @@ class TrainOut:
     places: dict[str, Place]
     unit: int
     casing: int
-    material: int
     shafts: dict[str, int] = field(default_factory=dict)
     begins: dict[str, float] = field(default_factory=dict)
     ends: dict[str, int] = field(default_factory=dict)
     gear_data: dict[tuple[GroupName, str], list[int]] = field(default_factory=dict)
     bearings: dict[str, list[int]] = field(default_factory=dict)
+    materials: dict[tuple[tuple[str, Any], ...], int] = field(default_factory=dict)
+
+    def material(self, rating: GearRating) -> int:
+        """Id of the material of a gear, which gears of the same steel share. Strengths that the
+        case leaves to steel, grade and hardness are written as ISO 6336-5 has them."""
+        steel = table.STEELS.get((rating.steel or "").removesuffix("_carbon"))
+        attributes = {
+            **table.written(self.case.material, table.MATERIAL),
+            **table.written(rating, table.GEAR_STRENGTH),
+            **({table.STEEL[0]: steel} if steel else {}),
+        }
+        for place, row in zip(("flank", "root"), table.GEAR_STRENGTH, strict=False):
+            with suppress(Refusal):  # of a hardness that the standard has no strength for
+                strength = allowable_stress(rating, place)
+                attributes |= {} if strength is None else {row.names[0]: strength}
+        key = tuple(attributes.items())
+        if key not in self.materials:
+            self.materials[key] = self.model.add("material", rating.steel or "steel", **attributes)
+        return self.materials[key]
 
     def shaft(self, member: str, place: Place, whole: int) -> int:
         """Add the shaft of a member or planet that begins at ``place``; returns its id."""
@@ -212,7 +234,7 @@ class StageOut:
         reach = self.sun_reach if name == f"{stage.name}.sun" else self.reach
         base = tooth.base_radius if gear.base_diameter is None else gear.base_diameter / 2
         right = (stage.planet_hand == "right") != (role == "sun")  # hand of a single or left half
-        numbers = []
+        numbers, grade = [], gear.rating.accuracy_grade
         for half in self.halves:
             helix = stage.helix_angle * (1 if right != (half > 0) else -1)
             middle = self._middle(half)
@@ -235,8 +257,11 @@ class StageOut:
                     None if gear.mass is None else gear.mass / (1 if ring else len(self.halves))
                 ),
                 inner_diameter=None if ring else gear.bore_diameter or None,
+                **table.written(gear.rating, table.GEAR_SURFACE),
+                **{table.ACCURACY[0]: None if grade is None or grade > 11 else str(grade)},
             )
-            self.model.relate("reference", origin=number, referenced=self.train.material)
+            material = self.train.material(gear.rating)
+            self.model.relate("reference", origin=number, referenced=material)
             if ring and gear.rim_thickness is not None:
                 self.model.part(number, "gear_body", gear_body_rim_thickness=gear.rim_thickness)
             self._flanks(number, role, half)

@@ -31,6 +31,7 @@ RIGID = 10.0  # times E b: a hundred gear meshes
 UNKNOWN = 0.1  # times E b: about one gear mesh
 CLEARANCES = ("operating_radial_bearing_clearance", "radial_bearing_clearance", "radial_clearance",
               "radial_backlash")  # fmt: skip
+SIZES = ("inner_diameter", "outer_diameter")
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,8 @@ class SupportWriter:
             for twin, bearing in zip(others, first, strict=False):
                 for row in (*SPRINGS, *RATING, *THRUST):  # marks equal values as used
                     read([bearing, twin], row)
-                number([bearing, twin], CLEARANCES, "mm")
+                for names in (CLEARANCES, *SIZES):
+                    number([bearing, twin], names, "mm")
                 text([bearing, twin], "bearing_type")
         self.springs(section, first, scale, ("radial", "axial", "tilt"), needs, z)
         clearance = number(first, CLEARANCES, "mm")
@@ -221,6 +223,8 @@ class SupportWriter:
             self.case.assume(section, "rolling", kind, "bearing_type is not in the file")
         else:
             section.put("rolling", kind, f"{bearings[0].label}, bearing_type {type_text}")
+        if section.holds(RATING[2].key) and all(number(bearings, size, "mm") for size in SIZES):
+            section.take("mean_diameter_mm", mean(bearings, SIZES, "mm"))
         if len(bearings) > 1:
             section.put("count", min(len(bearings), 8), "bearings of one planet")
         factors = [(row.key, read(bearings, row)) for row in THRUST]

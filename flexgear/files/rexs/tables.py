@@ -60,6 +60,9 @@ _UNITS: dict[str, tuple[str, float, float]] = {
     "kg/dm^3": ("density", 1e3, 1),
     "kgmm^2": ("inertia", 1, 1e6),
     "MRev": ("revolutions", 1_000_000, 1),
+    "HV": ("number", 1, 1),
+    "HRC": ("number", 1, 1),
+    "C": ("temperature", 1, 1),
 }
 
 _ATTRIBUTES_BY_UNIT = {
@@ -78,7 +81,8 @@ _ATTRIBUTES_BY_UNIT = {
         end_relief_length_non_datum_face profile_slope helix_slope profile_twist
         minimum_normal_backlash mean_normal_backlash maximum_normal_backlash protuberance_amount
         machining_allowance grinding_allowance chordal_tooth_thickness_upper_deviation
-        chordal_tooth_thickness_lower_deviation""",
+        chordal_tooth_thickness_lower_deviation single_pitch_deviation
+        single_pitch_deviation_iso_1328_2013""",
     "deg": """
         helix_angle_reference_diameter normal_pressure_angle protuberance_angle
         rotating_angle_around_neg_u_axis operating_pressure_angle_in_the_transverse_section""",
@@ -92,7 +96,11 @@ _ATTRIBUTES_BY_UNIT = {
     "mum": """
         upper_backlash_allowance_referenced_to_span lower_backlash_allowance_referenced_to_span
         radial_clearance radial_bearing_clearance operating_radial_bearing_clearance
-        radial_backlash""",
+        radial_backlash mean_peak_to_valley_roughness_flank_iso_4287_1997
+        averaged_peak_to_valley_height_flank arithmetic_mean_roughness_flank_iso_4287_1997
+        arithmetic_average_roughness_flank mean_peak_to_valley_roughness_root_iso_4287_1997
+        averaged_peak_to_valley_height_root arithmetic_mean_roughness_root_iso_4287_1997
+        arithmetic_average_roughness_root""",
     "kW": "power",
     "N / m": """
         radial_stiffness axial_stiffness operating_point_stiffness_f_u_d_u
@@ -108,7 +116,15 @@ _ATTRIBUTES_BY_UNIT = {
         nominal_rating_life_rotations_iso_281_2007
         nominal_reference_rating_life_rotations_iso_16281_2008
         modified_reference_rating_life_rotations_iso_16281_2008""",
-    "MPa": "elastic_modulus",
+    "MPa": """
+        elastic_modulus endurance_limit_flank endurance_limit_root yield_strength
+        allowable_stress_number_contact_iso_6336_2016 allowable_stress_number_contact_iso_6336_2003
+        nominal_stress_number_tooth_root_iso_6336_2016
+        nominal_stress_number_tooth_root_iso_6336_2003""",
+    "HV": "surface_hardness_vickers",
+    "HRC": "core_hardness_rockwell",
+    "mm^2 / s": "viscosity_at_40_degree_celsius viscosity_at_100_degree_celsius",
+    "C": "temperature_lubricant",
     "kg / dm^3": "density",
     "m / s^2": "gravitational_acceleration",
 }
@@ -209,6 +225,43 @@ MATERIAL = (
     Row("poisson_ratio", "", ("poisson_ratio",), positive=True),
     Row("density", "kg_per_m3", ("density",), positive=True),
 )
+GEAR_STRENGTH = (  # of the material of a gear
+    Row("flank_strength", "mpa", ("allowable_stress_number_contact_iso_6336_2016",
+        "allowable_stress_number_contact_iso_6336_2003", "endurance_limit_flank"), positive=True),
+    Row("root_strength", "mpa", ("nominal_stress_number_tooth_root_iso_6336_2016",
+        "nominal_stress_number_tooth_root_iso_6336_2003", "endurance_limit_root"), positive=True),
+    Row("vickers_hardness", "", ("surface_hardness_vickers",), positive=True),
+    Row("core_rockwell_hardness", "", ("core_hardness_rockwell",), positive=True),
+    Row("yield_strength", "mpa", ("yield_strength",), positive=True),
+)  # fmt: skip
+STEEL = ("heat_treated_material_type_iso_6336_2019", "heat_treated_material_type_iso_6336_2006")
+STEELS = {  # of ISO 6336-5; REXS does not tell through-hardened carbon steel from alloy steel
+    "case_hardened": "case_hardened_wrought_steel",
+    "induction_hardened": "flame_or_induction_hardened_steel",
+    "nitrided": "nitrided_steel",
+    "nitrided_through_hardening": "nitrided_through_hardened_steel",
+    "nitrocarburised": "nitrocaburized_wrought_steel",
+    "through_hardened": "through_hardened_wrought_steel",
+}
+ROUGHNESS = {  # of a flank or root; R_z takes precedence
+    place: (
+        Row(f"{place}_rz", "um", (f"mean_peak_to_valley_roughness_{place}_iso_4287_1997",
+            f"averaged_peak_to_valley_height_{place}"), positive=True),
+        Row(f"{place}_ra", "um", (f"arithmetic_mean_roughness_{place}_iso_4287_1997",
+            f"arithmetic_average_roughness_{place}"), positive=True),
+    )
+    for place in ("flank", "root")
+}  # fmt: skip
+PITCH_DEVIATION = Row(
+    "pitch_deviation", "um", ("single_pitch_deviation", "single_pitch_deviation_iso_1328_2013")
+)
+ACCURACY = ("global_tolerance_class_iso_1328_2013", "tolerance_class_according_to_iso_1328_2013")
+GEAR_SURFACE = (*ROUGHNESS["flank"], *ROUGHNESS["root"], PITCH_DEVIATION)
+VISCOSITIES = (
+    Row("viscosity_40", "mm2_per_s", ("viscosity_at_40_degree_celsius",), positive=True),
+    Row("viscosity_100", "mm2_per_s", ("viscosity_at_100_degree_celsius",), positive=True),
+)
+OIL = Row("temperature", "c", ("temperature_lubricant",))
 SPRINGS = (
     Row("radial", "n_per_m", ("radial_stiffness",)),
     Row("axial", "n_per_m", ("axial_stiffness",)),

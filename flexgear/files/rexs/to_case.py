@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from flexgear.files.case_text import CaseText, Section, commented
-from flexgear.files.rexs.assembly import Assembly
+from flexgear.files.rexs.assembly import BEARINGS, Assembly
 from flexgear.files.rexs.document import Component, Document, flag, number, read, value
 from flexgear.files.rexs.gears import GearReader, Rack
 from flexgear.files.rexs.joints import Joints
@@ -32,7 +32,7 @@ from flexgear.files.rexs.stages import (
     stages_of,
 )
 from flexgear.files.rexs.supports import Scale, SupportWriter
-from flexgear.files.rexs.tables import GRAVITY, MATERIAL
+from flexgear.files.rexs.tables import GRAVITY, MATERIAL, OIL, VISCOSITIES
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import InputError, echo
 from flexgear.model.load import case_of_toml
@@ -150,6 +150,7 @@ class _Conversion:
         written = write_load_cases(
             self.document, self.assembly, self.case, self.members, self.joints.shafts, self.where
         )
+        self._lubricant()
         self._list_other_cases(written)
         self._warn_of_units()
         listed = tuple(self.lost + left_out(self.document))
@@ -213,6 +214,23 @@ class _Conversion:
             self.material[row.key] = self.case.take(section, row.key, datum, usual, "steel")
         for material in materials:
             material.role = "the material"
+
+    def _lubricant(self) -> None:
+        """Write the first lubricant with a viscosity at 40 °C, and the temperature of the oil in
+        the casing, a gear mesh or a bearing."""
+        oiled = self.document.kind("gear_casing", "cylindrical_stage", *BEARINGS)
+        for lubricant in self.document.kind("lubricant"):
+            viscosities = [read([lubricant], row) for row in VISCOSITIES]
+            if viscosities[0] is None:
+                continue
+            section = self.case.section("[lubricant]")
+            for row, datum in zip(VISCOSITIES, viscosities, strict=True):
+                section.take(row.key, datum)
+            section.take(OIL.key, read(sorted(oiled, key=lambda c: c.kind != "gear_casing"), OIL))
+            lubricant.role = "the lubricant"
+            for part in oiled:
+                self.document.references(part, "lubricant")  # marks relations as used
+            return
 
     def _stages(self, gears: GearReader, named: dict[str, RexsStage]) -> dict[str, Rack]:
         """Write all stages with their supports; returns racks by stage."""

@@ -14,6 +14,7 @@ from flexgear.files.rexs.reading import read_rexs
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.load_bins import bins_of_load_cases
 from flexgear.gears.power_flow import power_flow
+from flexgear.gears.rating.steels import allowable_stress
 from flexgear.model.load import bundled_text, load_case
 
 CASES = (*BUNDLED, "wind-5mw")
@@ -181,6 +182,25 @@ def test_keys_that_rexs_does_not_hold_are_listed():
     missing = not_written(load_case("herringbone", keys))
     dampers = {f"stages.stage.{x}.damping" for x in ("sun.support", "planet_bearing")}
     assert dampers | {"faults", "stages.stage.gear_mesh"} <= {*missing}
+
+
+def test_steels_surfaces_and_oil_come_back_with_the_same_strengths(tmp_path):
+    """The grade of a steel is not in REXS; its strengths are, as numbers of ISO 6336-5."""
+    case = load_case("nrel-5mw")
+    back, _ = again(case, tmp_path)
+    for old, new in zip(case.stages, back.stages, strict=True):
+        for role in ("sun", "planet", "ring") if old.kind == "planetary" else ("pinion", "gear"):
+            a, b = getattr(old, role).rating, getattr(new, role).rating
+            for place in ("flank", "root"):
+                assert b.grade is None and allowable_stress(b, place) == pytest.approx(
+                    allowable_stress(a, place)
+                )
+            keys = ("steel", "vickers_hardness", "core_rockwell_hardness", "accuracy_grade")
+            assert [getattr(a, key) for key in keys] == [getattr(b, key) for key in keys]
+            roughness = [(r.flank_roughness, r.root_roughness) for r in (a, b)]
+            assert roughness[0] == pytest.approx(roughness[1])
+    assert back.lubricant.temperature == pytest.approx(case.lubricant.temperature)
+    assert back.lubricant.viscosity_40 == pytest.approx(case.lubricant.viscosity_40)
 
 
 def test_forces_come_back(tmp_path):

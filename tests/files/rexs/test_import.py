@@ -288,6 +288,59 @@ def test_static_and_fatigue_ratings_of_bearings(imported):
     assert any("the lowest of 2 bearings" in line for line in conversion.assumed)
 
 
+STRENGTHS = {  # names of σ_Hlim, σ_Flim, R_z of the flank, class of ISO 1328 in two versions
+    "1.3": ("endurance_limit_flank", "endurance_limit_root",
+            "averaged_peak_to_valley_height_flank", "tolerance_class_according_to_iso_1328_2013"),
+    "2.0": ("allowable_stress_number_contact_iso_6336_2016",
+            "nominal_stress_number_tooth_root_iso_6336_2016",
+            "mean_peak_to_valley_roughness_flank_iso_4287_1997",
+            "global_tolerance_class_iso_1328_2013"),
+}  # fmt: skip
+
+
+def with_steel(m):
+    """The sun's steel, surface and accuracy, oil in the casing, and sizes of planet bearings."""
+    flank, root, rz, accuracy = STRENGTHS[m.version]
+    m.set(m.steel, **{flank: (1500.0, "N / mm^2"), root: (480.0, "N / mm^2")},
+          heat_treated_material_type_iso_6336_2006=("case_hardened_wrought_steel", "none"),
+          surface_hardness_vickers=(700.0, "HV"), core_hardness_rockwell=(33.0, "HRC"),
+          yield_strength=(850.0, "MPa"))  # fmt: skip
+    m.set(m.sun, **{rz: (4.8, "mum"), accuracy: ("5", "none")}, single_pitch_deviation=(0.007, MM))
+    oil = m.add("lubricant", "VG 320", viscosity_at_40_degree_celsius=(320.0, "mm^2 / s"),
+                viscosity_at_100_degree_celsius=(35.0, "mm^2 / s"))  # fmt: skip
+    m.relate("reference", origin=m.casing, referenced=oil)
+    m.set(m.casing, temperature_lubricant=(65.0, "C"))
+    for number in m.planet_bearings:
+        m.set(number, radial_dynamic_load_rating=(900.0, "kN"), fatigue_limit_load=(160.0, "kN"),
+              inner_diameter=(120.0, MM), outer_diameter=(180.0, MM))  # fmt: skip
+    return m
+
+
+@pytest.mark.parametrize("version", STRENGTHS)
+def test_steel_surface_and_oil_for_a_rating(imported, version):
+    case, conversion = imported(with_steel(planetary(version)))
+    sun = case.stages[0].sun.rating
+    assert (sun.steel, sun.flank_strength, sun.root_strength) == ("case_hardened", 1.5e9, 4.8e8)
+    assert (sun.vickers_hardness, sun.core_rockwell_hardness, sun.accuracy_grade) == (700, 33, 5)
+    assert (sun.flank_rz, sun.pitch_deviation) == pytest.approx((4.8e-6, 7e-6))
+    assert sun.yield_strength == 8.5e8
+    assert case.stages[0].ring.rating.steel is None  # without a material in the file
+    oil = case.lubricant
+    values = (oil.viscosity_40, oil.viscosity_100, oil.temperature)
+    assert values == pytest.approx((320e-6, 35e-6, 338.15))
+    assert case.stages[0].planet_bearing.mean_diameter == pytest.approx(0.15)
+    listed = " ".join(conversion.left_out)
+    assert not any(word in listed for word in ("yield", "lubricant", "hardness", "er_diameter"))
+
+
+def test_a_material_without_life_curves_says_so(imported):
+    m = with_steel(planetary())
+    m.set(m.steel, heat_treated_material_type_iso_6336_2006=("grey_cast_iron", "none"))
+    case, conversion = imported(m)
+    assert case.stages[0].sun.rating.steel is None
+    assert any("grey_cast_iron' is no steel" in line for line in conversion.assumed)
+
+
 @pytest.mark.parametrize("x_1", [None, 1.0, 0.9])
 def test_factors_of_thrust(imported, x_1):
     """e, X, Y of a catalogue; a case has X_1 = 1, as ISO 281, and says where a file has another."""
