@@ -255,6 +255,9 @@ def _stage(stage: StageFlow, motion: StageMotion) -> dict[str, Any]:
                 math.atan2(-stage.planet_bearing_tangential, stage.planet_bearing_radial)
             ),
         }
+    if stage.planet_tilting_moment:
+        rows["sun_axial_force_n"] = stage.sun_axial_force
+        rows["planet_tilting_moment_nm"] = stage.planet_tilting_moment
     cycle = motion.cycle
     rows["error_cycle_gear_meshes"] = cycle.gear_meshes
     rows["error_cycle_turns"] = float(cycle.turns)

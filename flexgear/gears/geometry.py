@@ -49,11 +49,13 @@ def backlash_allowance(view: StageView, role: str, center_distance: float) -> fl
 
 
 def backlash_source(view: StageView, role: str) -> str:
-    """Phrase that says where the allowance comes from: the case, linear contact, or the rule."""
-    linear = view.gear_mesh.contact_law == "linear"
+    """Phrase that says where the backlash comes from: the case, linear contact, or the rule, beside
+    that of profile shifts at the centre distance."""
+    unused = "linear contact, which pulls, does not use it"
     if getattr(view.stage, f"backlash_{role}") is not None:
-        return f"the case{'; linear contact takes none' if linear else ''}"
-    return "linear contact takes none" if linear else RULE
+        return f"the case{f'; {unused}' if view.gear_mesh.contact_law == 'linear' else ''}"
+    shifts = f"profile shifts at the centre distance alone; {unused}"
+    return shifts if view.gear_mesh.contact_law == "linear" else RULE
 
 
 PER_PAIR_MODELS = ("per_pair", "face_load", "lumped")
@@ -257,7 +259,12 @@ def _require_contact(
     low, high = planet.path_of_contact(gear, angle)
     if high - low < planet.base_pitch:
         problem = f"transverse contact ratio {(high - low) / planet.base_pitch:.3f} is below 1"
-        raise view.refuse(view.part(role), problem, "raise addenda or change profile shifts")
+        remedy = "raise addenda or change profile shifts"
+        if (play := inherent_backlash(gears, role, radii)) > ROUNDING * view.stage.normal_module:
+            shift = play / (2.0 * view.stage.normal_module * math.sin(view.stage.pressure_angle))
+            problem += f", and profile shifts leave a backlash of {1e3 * play:.3g} mm there"
+            remedy = f"add {shift:.3g} to their sum, or change the centre distance"
+        raise view.refuse(view.part(role), problem, remedy)
 
 
 def bottom_clearance(

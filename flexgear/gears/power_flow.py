@@ -29,6 +29,9 @@ positive on the flanks that carry if the carrier drives (docs/conventions.md):
     tangential  on a working circle F cos β_b cos α; on the sun's reference circle −T_s/(N S r_s)
     bearing     tangential S cos β_b (F_s cos α_s + F_r cos α_r) = T_c/(N R_c), radial
                 S cos β_b (|F_s| sin α_s − |F_r| sin α_r); axial forces cancel on a planet
+    axial       ±T_s tan β_b/r_b,s on a sun of right (+) or left (−) hand, the opposite on the
+                ring; both tilt a planet by |F_s| sin β_b r_b,p (1/cos α_s + 1/cos α_r); zero if
+                double-helical
     planet      ω_p − ω_c = −(r_b,r/r_b,p)(ω_c − ω_r); gear-mesh frequency z_r |ω_c − ω_r| / 2π
 
 Rolling power T_s (ω_s − ω_c) is the power that teeth transmit from sun to ring relative to the
@@ -71,7 +74,9 @@ class StageFlow:
     (on the sun's reference circle), sun_working_force, ring_working_force (tangential on the
     working circles), sun_gear_mesh_force, ring_gear_mesh_force (normal, along the 3D line of
     action): of one planet and side. planet_bearing_radial, planet_bearing_tangential: force of the
-    teeth on one planet, outward and against the direction of rotation. stage_power: rolling power,
+    teeth on one planet, outward and against the direction of rotation. sun_axial_force: of all
+    planets on the sun, towards +z; planet_tilting_moment: size of the moment of the axial forces on
+    one planet, N m; both 0 in a parallel stage. stage_power: rolling power,
     positive from sun to ring. circulating_power: part of the stage's power in closed loops of the
     train.
     """
@@ -94,6 +99,8 @@ class StageFlow:
     ring_gear_mesh_force: float
     planet_bearing_radial: float
     planet_bearing_tangential: float
+    sun_axial_force: float
+    planet_tilting_moment: float
     stage_power: float
     circulating_power: float
 
@@ -135,6 +142,9 @@ def stage_flow(
     working = {r: f * math.cos(radii.working_angles[r]) for r, f in in_plane.items()}
     # the radial component separates the gears on either flank
     radial = {r: abs(f) * math.sin(radii.working_angles[r]) for r, f in in_plane.items()}
+    is_skew = stage.kind == "planetary" and not stage.double_helical
+    axial = in_plane["sun"] * math.tan(radii.base_helix_angle) if is_skew else 0.0
+    arm = sum(radii.base["planet"] / math.cos(angle) for angle in radii.working_angles.values())
     return StageFlow(
         name=stage.name,
         kind=stage.kind,
@@ -154,6 +164,8 @@ def stage_flow(
         ring_gear_mesh_force=in_plane.get("ring", 0.0) / cos_bb,
         planet_bearing_radial=sides * (radial["sun"] - radial.get("ring", 0.0)),
         planet_bearing_tangential=sides * sum(working.values()),
+        sun_axial_force=paths * axial * (-1.0 if stage.planet_hand == "left" else 1.0),
+        planet_tilting_moment=abs(axial) * arm,
         stage_power=torque[first] * (speed[first] - carrier_speed),
         circulating_power=circulating,
     )

@@ -210,6 +210,10 @@ class Stage(Section):
         kind = data.get("kind", "planetary")
         if kind not in list(_PARTS):  # the field refuses it
             return []
+        planetary, parallel = ({*names} & {*data} for names in _PARTS.values())
+        if "kind" not in data and parallel and not planetary:
+            problem = "is planetary if left out, and such a stage has no pinion or gear"
+            return [Missing("kind", problem, 'add kind = "parallel"')]
         missing = [
             Missing(name, f"is missing in a {kind} stage", f"add a section for the {name}")
             for name in _PARTS[kind]

@@ -264,6 +264,10 @@ ROOTS = (
 PLANET_BEARINGS = (
     Figure("planet_bearing_force_n", "N", "mean rated force of a planet on its pin",
            "", lambda s: s.of_planets(s.flow.planet_bearing_force), "load of a planet's bearings"),
+    Figure("planet_tilting_moment_nm", "N m",
+           "mean rated moment of the axial forces of a planet's helical teeth on its bearings", "",
+           lambda s: s.flow.planet_tilting_moment or ABSENT,
+           "tilting moment on a planet's bearings, of axial tooth forces"),
     Figure("planet_speed_in_carrier_rpm", "1/min", "rated speed of the planets against the carrier",
            "", lambda s: s.of_planets(s.flow.planet_relative_speed * RPM),
            "speed of a planet relative to the carrier"),

@@ -110,8 +110,9 @@ def _root_stress(model: Model, data: xr.Dataset) -> dict[str, Any]:
 
 def bearing_loads(model: Model, data: xr.Dataset) -> dict[str, tuple[dict[str, float], bool]]:
     """Radial and axial force that every bearing carries at one position, N, the direction of the
-    radial one, degrees, the least oil film of a plain bearing, and the basic rating life under this
-    load, h, where the case has a rating; and whether it is a planet's bearing.
+    radial one, degrees, the tilting moment about its own z, N m, if any, the least oil film
+    of a plain bearing, and the basic rating life under this load, h, where the case has a rating;
+    and whether it is a planet's bearing.
 
     Directions count in the sense of rotation from x of the axes of ``bearing_force``, on pins from
     radially outward.
@@ -128,6 +129,10 @@ def bearing_loads(model: Model, data: xr.Dataset) -> dict[str, tuple[dict[str, f
                 "direction_deg": round(math.degrees(math.atan2(y, x)), 6) + 0.0 if size else 0.0,
                 "axial_n": z if abs(z) > max(UNLOADED * size, least * (not planet)) else 0.0,
             }
+            moment = data["bearing_force"].sel(support=name).to_numpy()[3:5]
+            tilt = math.hypot(*moment - place.bearing.z * np.array([-force[1], force[0]]))
+            if tilt > least * model.case.stage(stage.name).face_width:
+                row["tilting_moment_nm"] = tilt
             if planet and "film_thickness" in data:
                 film = float(data["film_thickness"].sel(bearing=str(name)))
                 row |= {"oil_film_um": 1e6 * film} if math.isfinite(film) else {}

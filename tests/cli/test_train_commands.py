@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from report_pages import OF_RUNS, require_sound
 from train_contexts import MIXED
-from trains import write
+from trains import STAGE, write
 
 from flexgear.results.dataset_file import load
 from flexgear.results.run_folder import read_folder
@@ -65,6 +65,30 @@ def test_check_and_static_agree_on_planet_bearings(flexgear, name):
     assert load["force_n"] == pytest.approx(running["planet_bearing_force_n"], rel=1e-6)
     direction = running["planet_bearing_force_direction_deg"]
     assert load["direction_deg"] == pytest.approx(direction, abs=1e-3)
+
+
+def test_helical_teeth_push_the_sun_and_tilt_planets(flexgear, tmp_path):
+    """Closed forms on reference circles, as there are no profile shifts: the sun carries
+    T tan β/r_s along its axis, and each planet is tilted by a quarter of that times 2 r_p."""
+    springs = "axial_n_per_m = 1e8, tilt_nm_per_rad = 1e5"
+    text = STAGE.format(planets=4, sun=f"1e7, {springs}", helix=20)
+    text = text.replace("r_m = 1e9", f"r_m = 1e9, {springs}")
+    text = text.replace("m = 5e8", f"m = 5e8\n{springs.replace(', ', chr(10))}")
+    case = write(tmp_path, 'kinematics = "spatial"\n' + text)
+    running = flexgear.json("check", case)["running"]
+    radius = {n: 4e-3 * z / 2 / math.cos(math.radians(20)) for n, z in (("s", 26), ("p", 34))}
+    axial = 3000 * 26 / (26 + 94) * math.tan(math.radians(20)) / radius["s"]
+    # right-handed planets, a left-handed sun that the brake turns backwards
+    assert running["sun_axial_force_n"] == pytest.approx(axial)
+    moment = axial / 4 * 2 * radius["p"]
+    assert running["planet_tilting_moment_nm"] == pytest.approx(moment)
+    static = flexgear.json("static", case)["0 deg"]
+    assert static["bearing"]["stage.sun_support"]["axial_n"] == pytest.approx(axial, rel=1e-6)
+    loads = static["planet_bearing"]["stage.planet_bearing_1"]
+    assert loads["tilting_moment_nm"] == pytest.approx(moment, rel=1e-6)
+    spur = write(tmp_path, STAGE.format(planets=4, sun="1e7", helix=0), name="spur.toml")
+    assert "sun_axial_force_n" not in flexgear.json("check", spur)["running"]
+    assert "tilting" not in flexgear.out("static", spur)
 
 
 def test_modes_list_what_ratios_of_damping_are_of(flexgear):

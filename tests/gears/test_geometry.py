@@ -149,6 +149,18 @@ def test_gears_that_cannot_mesh_are_refused_with_a_remedy(over, words):
     assert "\n" not in str(caught.value)
 
 
+def test_gears_too_far_apart_for_a_contact_ratio_are_told_the_missing_profile_shift():
+    """inv α_w = inv α_t + 2 tan α_n Σx/Σz at the stated distance, against the shifts 0.48, 0.669."""
+    teeth, turn = 24 + 95, math.cos(math.radians(10))
+    angle = math.atan(math.tan(math.radians(20)) / turn)
+    distance = 0.014 * (teeth / 2 / turn + 2.0)
+    working = math.acos(0.014 * teeth / 2 / turn * math.cos(angle) / distance)
+    needed = (involute(working) - involute(angle)) * teeth / 2 / math.tan(math.radians(20))
+    words = f"below 1, and .* backlash of .* -- add {needed - 0.48 - 0.669:.3g} to their sum"
+    with pytest.raises(InputError, match=words):
+        stage_geometry(seen(parallel(center_distance=distance)))
+
+
 def test_positions_may_be_given_in_any_order_and_turn():
     places = "[360, 648, 216, -216, 72]"
     case = load_case("wind-5mw", {"stage.planet_positions_deg": places}).view()

@@ -204,6 +204,16 @@ def test_check_names_the_rule():
     assert "case; linear" in derived(stated)["sun_gear_mesh"]["backlash_by"]
 
 
+def test_check_says_that_backlash_is_of_the_profile_shifts():
+    """x_1 + x_2 is 0.1 below that of the centre distance: 2 Δx m_n sin α_n is left."""
+    distance = stage_geometry(seen(parallel())).center_distance
+    loose = parallel(gear={"teeth": 95, "profile_shift": 0.569}, center_distance=distance)
+    rows = stage_report(seen(loose), UNLOADED)["gear_mesh"]
+    expected = 2 * 0.1 * 14e3 * math.sin(math.radians(20))
+    assert rows["backlash_um"] == pytest.approx(expected, rel=1e-6)
+    assert rows["backlash_by"].startswith("profile shifts at the centre distance")
+
+
 def test_coast_flanks_carry_nothing_by_default():
     """Load sharing with an error is that of gears far from touching behind; without backlash,
     flanks behind hold what the error moves, and it is another."""

@@ -189,7 +189,7 @@ COUPLED[0][4] = COUPLED[4][0] = 1e6
          r"stages\[0\].carrier: is missing"),
         ("gear = { teeth = 40, support = { radial_n_per_m = 1e8 } }", "",
          r"stages\[1\].gear: is missing in a parallel stage"),
-        ('kind = "parallel"', "", r"stages\[1\].sun, stages\[1\].planet, .*: are missing"),
+        ('kind = "parallel"', "", r'stages\[1\].kind: is planetary .* -- add kind = "parallel"'),
         ('kind = "parallel"', "kind = nan", r"stages\[1\].kind: nan is unknown -- use one of pl"),
         ("gear = { teeth = 40, support = { radial_n_per_m = 1e8 } }",
          "gear = { teeth = 40, support = [3] }",

@@ -204,6 +204,7 @@ _WORDS: dict[str, str | tuple[str, str]] = {
     "planet_bearing_force_direction_deg": (
         "its direction, from radial outward in the sense of rotation"
     ),
+    "sun_axial_force_n": "axial force on the sun towards +z, on the ring towards −z",
     "error_cycle_turns": "turns of carrier against ring, or of gear, until errors repeat",
     "error_cycle_s": "time until errors repeat",
     "gear_mesh_orders": "orders of the gear-mesh frequency that results cover",
