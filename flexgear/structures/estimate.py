@@ -15,11 +15,6 @@ node (``tooth_influence.rim``), adds dC to the influence C of the tooth between 
 a line load f without it is max |dC f| / max |C f| over the loaded slices, relative to the tooth's
 deflection there. The flexibility of the supports does not depend on the distribution of load along
 the face and is not part of C.
-
-Frequencies. Supported modes of the reduced body, u = Psi q + Phi eta, are the start U of one step
-of simultaneous inverse iteration on the full model; Rayleigh-Ritz on span[U, A U],
-A = (K + B^T S B)^{-1} M, gives the full model's frequencies. An error e of the start leaves one of
-the order e (f / f_fixed)^4 (the tests compare with Lanczos on the full matrices).
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -32,9 +27,9 @@ import scipy.linalg as sla
 from flexgear.arrays import Array
 from flexgear.structures.fe_mesh.fe_mesh import triangles
 from flexgear.structures.fem.assembly import FeModel, Sample, facet_sample, point_sample
-from flexgear.structures.linalg.dense import blocks, dot, times
-from flexgear.structures.reduced import Progress, ReducedBody, silent
-from flexgear.structures.reduction import AnyCondensation, Reduction
+from flexgear.structures.linalg.dense import blocks
+from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.reduction import Reduction
 
 _MARGIN = 0.08  # distance of a load line from the flank's border, over the flank's height
 END_SHARE = 0.2  # of the face width under a load at one end; a shorter contact line carries little
@@ -149,25 +144,8 @@ class _Flank:
 
 
 PROMISED = 0.02  # largest error without a warning, or without shapes of the teeth
-_BLOCK = 32  # most vectors that are processed together
-_BLOCK_BYTES = 128e6
+_BLOCK = 32  # vectors of loads that are processed together
 _FREE = 1e-12  # smallest eigenvalue of a stiffness with unit diagonal that leaves no motion free
-_GUARD = 1.15  # highest frequency of the starting modes over the limit
-_FEWEST = 6  # modes that are compared where fewer lie below the limit
-_RIGID = 1e-5  # frequency over the limit below which a motion counts as free
-
-
-@dataclass(frozen=True, eq=False)
-class FrequencyComparison:
-    """Frequencies of a supported body, Hz (k,), rising: of the reduced and of the full model."""
-
-    reduced: Array
-    full: Array
-
-    @property
-    def errors(self) -> Array:
-        """Relative errors (k,)."""
-        return np.abs(self.reduced / self.full - 1)
 
 
 def with_probe_loads(reduction: Reduction, loads: Sequence[ProbeLoad]) -> ReducedBody:
@@ -234,66 +212,3 @@ def shape_errors(influence: Array, left_out: Array, loads: Array) -> Array:
     influence: C, left_out: dC, both (K, K) m/N."""
     included, omitted = (np.abs(loads @ c.T) * (loads > 0.0) for c in (influence, left_out))
     return np.asarray(omitted.max(axis=1) / included.max(axis=1))
-
-
-def compare_frequencies(
-    reduction: Reduction,
-    supports: Array,
-    limit_hz: float,
-    progress: Progress = silent,
-) -> FrequencyComparison:
-    """Frequencies up to limit_hz, and at least the lowest few, of the reduced and of the full model
-    on supports (b, b); motions that the supports leave free are omitted."""
-    body, condensation = reduction.body, reduction.condensation
-    b = condensation.interface.size
-    progress("frequency check", 0.0)
-    stiffness = body.stiffness.copy()
-    stiffness[:b, :b] += supports
-    top = (2 * np.pi * limit_hz) ** 2
-    lowest = min(_FEWEST + 6, len(stiffness))  # six may be rigid
-    values, vectors = sla.eigh(stiffness, body.mass, subset_by_value=(-np.inf, top * _GUARD**2))
-    if len(values) < lowest:
-        values, vectors = sla.eigh(stiffness, body.mass, subset_by_index=(0, lowest - 1))
-    count = len(values)
-    field = np.empty((condensation.dofs, 2 * count))
-    for block in blocks(count, _block(condensation)):
-        field[:, block] = condensation.constraint_motion(vectors[:b, block])
-        field[:, block] += times(reduction.fixed_modes, vectors[b:, block])
-        image = condensation.supported_solve(condensation.mass_product(field[:, block]), supports)
-        image *= values[block]
-        field[:, count + block.start : count + block.stop] = image
-        progress("frequency check", 0.8 * block.stop / count)
-    # U and A U nearly agree, so their scaled difference is the second half of the basis
-    change = field[:, count:]
-    change -= field[:, :count]
-    change /= np.maximum(np.sqrt(np.einsum("ij,ij->j", change, change)), 1e-300)
-    full = _ritz_values(condensation, supports, field)
-    reduced_hz = np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
-    full_hz = np.sqrt(np.maximum(full, 0.0)) / (2 * np.pi)
-    free = int(np.sum(reduced_hz <= _RIGID * limit_hz))
-    compared = slice(free, max(min(int(np.searchsorted(full, top)), count), free + 1))
-    progress("frequency check", 1.0)
-    return FrequencyComparison(reduced_hz[compared], full_hz[compared])
-
-
-def _ritz_values(condensation: AnyCondensation, supports: Array, field: Array) -> Array:
-    """Ritz values (k,) of (K + B^T S B, M) on the columns of field (d, k), rising, rad²/s²."""
-    count = field.shape[1]
-    at_nodes = condensation.interface_motion(field)
-    k = at_nodes.T @ supports @ at_nodes
-    m = np.empty((count, count))
-    for block in blocks(count, _block(condensation)):
-        part = np.ascontiguousarray(field[:, block])
-        k[:, block] += dot(field, condensation.stiffness_product(part))
-        m[:, block] = dot(field, condensation.mass_product(part))
-    scale = 1 / np.sqrt(np.diag(m))
-    m = scale[:, None] * 0.5 * (m + m.T) * scale
-    k = scale[:, None] * 0.5 * (k + k.T) * scale
-    size, basis = sla.eigh(m)
-    basis = basis[:, size > 1e-11] / np.sqrt(size[size > 1e-11])
-    return sla.eigh(basis.T @ k @ basis, eigvals_only=True)
-
-
-def _block(condensation: AnyCondensation) -> int:
-    """Number of fields that are processed together."""
-    return max(8, min(_BLOCK, int(_BLOCK_BYTES / (8 * condensation.dofs))))

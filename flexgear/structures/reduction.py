@@ -110,6 +110,10 @@ class Condensation:
         """B x (b, k)."""
         return self.rows @ x
 
+    def interface_load(self, forces: Array) -> Array:
+        """B^T forces (d, k) of forces (b, k)."""
+        return np.asarray(self.rows.T @ forces)
+
     def constraint_motion(self, q: Array) -> Array:
         """Displacement Psi q (d, k) by interface motion q (b, k)."""
         return np.hstack([self._field(None, q[:, b]) for b in blocks(q.shape[1], SOLVE_BLOCK)])

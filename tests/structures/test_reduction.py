@@ -16,12 +16,12 @@ from scipy.sparse.linalg import eigsh, spsolve
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.estimate import (
     ProbeLoad,
-    compare_frequencies,
     static_errors,
     with_probe_loads,
 )
 from flexgear.structures.fem.assembly import FeModel, facet_sample
 from flexgear.structures.fem.ties import averaging_tie, interface_of, rigid_tie
+from flexgear.structures.frequency_check import compare_frequencies
 from flexgear.structures.reduction import reduce
 
 STEEL = (210e9, 0.3, 7850.0)

@@ -113,6 +113,10 @@ class CyclicCondensation:
         """B x (b, k)."""
         return self.interface.rows @ (self.sectors.axes @ x)
 
+    def interface_load(self, forces: Array) -> Array:
+        """B^T forces (d, k) of forces (b, k)."""
+        return self.field_of(self.interface.rows.T @ forces)
+
     def fixed_solve(self, right: Array) -> Array:
         """Displacement x (d, k) with the interface held: K x = right + B^T (reactions), B x = 0."""
         return self._each(right, self.solver.solve)

@@ -137,16 +137,16 @@ def harmonic_modes(
         return [out[h] for h in range(len(rows))]
 
     def mass(x: Complex) -> Complex:
-        return _harmonics(condensation.fe_mass.product(_field(x, z)))
+        return harmonics_of_field(condensation.fe_mass.product(field_of_harmonics(x, z)))
 
     start = np.random.default_rng(20230617).standard_normal((n, z, _BLOCK))
-    q, unchecked = _harmonics(solver.solve(start)), 0
+    q, unchecked = harmonics_of_field(solver.solve(start)), 0
     p = mass(q)
     try:
         each(_Harmonic.orthogonal, q, p)
         while 2 * (rows[0].filled + _BLOCK) <= n:
             each(_Harmonic.add, q)
-            q = _harmonics(solver.solve(_field(p, z)))
+            q = harmonics_of_field(solver.solve(field_of_harmonics(p, z)))
             columns: list[list[Complex]] = []
             for _ in range(2):  # the second time for what rounding leaves of the first
                 p = mass(q)
@@ -168,12 +168,12 @@ def harmonic_modes(
     return None
 
 
-def _field(x: Complex, z: int) -> Array:
+def field_of_harmonics(x: Complex, z: int) -> Array:
     """Field (3n, z, p) of its harmonics (h, 3n, p)."""
     return scipy.fft.irfft(x.transpose(1, 0, 2), z, axis=1, norm="ortho", workers=THREADS)
 
 
-def _harmonics(field: Array) -> Complex:
+def harmonics_of_field(field: Array) -> Complex:
     """Harmonics (h, 3n, p) of a field (3n, z, p)."""
     x = scipy.fft.rfft(field, axis=1, norm="ortho", workers=THREADS)
     return np.ascontiguousarray(x.transpose(1, 0, 2))

@@ -22,6 +22,7 @@ from flexgear.structures.fem.ties import (
     rigid_tie,
     seat_tie,
 )
+from flexgear.structures.frequency_check import compare_frequencies
 from flexgear.structures.linalg.dense import single_threaded_blas
 from flexgear.structures.reduced import Progress, ReducedBody, silent
 from flexgear.structures.reduction import AnyCondensation, condense, with_modes
@@ -97,7 +98,7 @@ def reduced_body(source: FeBody, unreduced: Unreduced, progress: Progress) -> Re
     supports = source.supports(interface.node_names, reduction.condensation.stiffness)
     with single_threaded_blas():
         body = estimate.with_probe_loads(reduction, unreduced.loads)
-        frequencies = estimate.compare_frequencies(reduction, supports, limit, progress)
+        frequencies = compare_frequencies(reduction, supports, limit, progress)
     lap("estimates")
     tie, tie_kind = source.ties
     report = {

@@ -4,12 +4,15 @@ import numpy as np
 import pytest
 from cyclic_samples import STEEL, TEETH, plain_ring, ring_ties
 from plain_meshes import annulus
+from scipy.sparse import diags_array
+from scipy.sparse.linalg import eigsh
 
 from flexgear.structures.cyclic.condensation import condense_by_sectors
 from flexgear.structures.cyclic.harmonic_modes import harmonic_modes
 from flexgear.structures.cyclic.modes import cyclic_modes
 from flexgear.structures.fem.assembly import FeModel, disc_points, point_sample
 from flexgear.structures.fem.ties import averaging_tie, interface_of
+from flexgear.structures.frequency_check import compare_frequencies
 from flexgear.structures.reduction import reduce
 
 pytestmark = pytest.mark.usefixtures("one_thread")
@@ -60,6 +63,27 @@ def test_sectors_are_as_many_as_teeth_and_bolts_have_in_common():
         lowest = cyclic_modes(parts, 12, lambda _: None)
         expected = reduce(model, interface, 12).body.stiffness.diagonal()[interface.size :][:12]
         assert np.allclose(lowest.omega**2, expected, rtol=1e-8)
+
+
+@pytest.mark.parametrize("last_bolt", [1.0, 0.3], ids=["alike", "one soft bolt"])
+def test_frequency_check_knows_the_frequencies_of_the_unreduced_body(last_bolt):
+    """Harmonic by harmonic with bolts alike, and on whole fields with a soft one. Few modes, so
+    that the reduced body is wrong by per cents."""
+    model, interface = bolted(24, 8)
+    reduction = reduce(model, interface, 8, sectors=(24, 12, 8))
+    assert reduction.condensation.ties.invariant
+    spring = np.repeat([1e9, 1e6], 3)
+    supports = np.zeros(interface.size)
+    for bolt in range(1, 9):
+        at = 6 * interface.node_names.index(f"bolt_{bolt}")
+        supports[at : at + 6] = spring * (last_bolt if bolt == 8 else 1.0)
+    comparison = compare_frequencies(reduction, np.diag(supports), 1900.0)
+    k = model.stiffness + interface.rows.T @ diags_array(supports) @ interface.rows
+    values = eigsh(k.tocsc(), 40, model.mass.tocsc(), sigma=0, return_eigenvectors=False)
+    exact = np.sort(np.sqrt(values)) / (2 * np.pi)
+    exact = exact[exact < 1900.0]
+    assert len(exact) > 16 and comparison.errors.max() > 0.01
+    assert comparison.full == pytest.approx(exact, rel=2e-4)
 
 
 def test_a_sector_of_few_dofs_is_left_to_whole_fields():
