@@ -66,14 +66,18 @@ def compare_frequencies(
     values, vectors = sla.eigh(stiffness, body.mass, subset_by_value=(-np.inf, top * _GUARD**2))
     if len(values) < lowest:
         values, vectors = sla.eigh(stiffness, body.mass, subset_by_index=(0, lowest - 1))
-    shapes = condensation.constraint_motion(vectors[:b])
-    shapes += times(reduction.fixed_modes, vectors[b:])
-    bases = _of_harmonics(condensation, shapes, values) or _Start([shapes], [values])
-    full = _ritz_values(condensation, supports, bases, progress)
+    count = len(values)
+    basis = np.empty((condensation.dofs, 2 * count))
+    for block in blocks(count, _block(condensation)):
+        basis[:, block] = condensation.constraint_motion(vectors[:b, block])
+        basis[:, block] += times(reduction.fixed_modes, vectors[b:, block])
+        progress("frequency check", 0.2 * block.stop / count)
+    start = _of_harmonics(condensation, basis[:, :count], values) or _Start([basis], [values])
+    full = _ritz_values(condensation, supports, start, progress)
     reduced_hz = np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
     full_hz = np.sqrt(np.maximum(full, 0.0)) / (2 * np.pi)
     free = int(np.sum(reduced_hz <= _RIGID * limit_hz))
-    compared = slice(free, max(min(int(np.searchsorted(full, top)), len(values)), free + 1))
+    compared = slice(free, max(min(int(np.searchsorted(full, top)), count), free + 1))
     progress("frequency check", 1.0)
     return FrequencyComparison(reduced_hz[compared], full_hz[compared])
 
@@ -85,11 +89,12 @@ Basis = NDArray[Any]  # real of whole fields, complex of a harmonic
 class _Start:
     """Modes from which the iteration starts: a basis of each harmonic, or one of whole fields.
 
-    shapes: U (n, k_h) of one sector; values: omega² (k_h,); multiplicity: of a harmonic's modes in
-    the body; sectors: their number, 0 of whole fields, n = d.
+    bases: (n, 2k_h) of one sector, modes U in the first half, the rest is overwritten; values:
+    omega² (k_h,); multiplicity: of a harmonic's modes in the body; sectors: their number, 0 of
+    whole fields, n = d.
     """
 
-    shapes: Sequence[Basis]
+    bases: Sequence[Basis]
     values: Sequence[Array]
     multiplicity: Sequence[int] = (1,)
     sectors: int = 0
@@ -123,14 +128,14 @@ def _of_harmonics(condensation: AnyCondensation, shapes: Array, values: Array) -
         return None
     of_harmonic, of_values = [], []
     for h, strongest in enumerate(np.arange(len(x))[:, None] == size.argmax(axis=0)):
-        kept, span = [], np.zeros((x.shape[1], 0), complex)
+        columns, span = [], np.zeros((x.shape[1], 0), complex)
         for k in np.flatnonzero(strongest):
             rest = x[h, :, k] - span @ (span.conj().T @ x[h, :, k])
             if np.linalg.norm(rest) > _NEW * np.linalg.norm(x[h, :, k]):
                 span = np.column_stack([span, rest / np.linalg.norm(rest)])
-                kept.append(k)
-        of_harmonic.append(x[h][:, kept])
-        of_values.append(values[kept])
+                columns.append(k)
+        of_harmonic.append(np.hstack([x[h][:, columns]] * 2))
+        of_values.append(values[columns])
     times_of = condensation.solver.border_harmonics.times.tolist()
     return _Start(of_harmonic, of_values, times_of, z)
 
@@ -143,20 +148,17 @@ def _ritz_values(
     U and A U diag(omega²) nearly agree, so their scaled difference is the second half of each
     basis.
     """
-    widest, step = max(map(len, start.values)), _block(condensation)
-    bases = [np.empty((len(u), 2 * u.shape[1]), u.dtype) for u in start.shapes]
+    widest, step, bases = max(map(len, start.values)), _block(condensation), start.bases
+    halves = [np.hsplit(basis, 2) for basis in bases]  # views
     for block in blocks(widest, step):
-        load = condensation.mass_product(start.field([u[:, block] for u in start.shapes]))
+        load = condensation.mass_product(start.field([u[:, block] for u, _ in halves]))
         images = start.parts(condensation.supported_solve(load, supports))
-        for u, values, basis, image in zip(start.shapes, start.values, bases, images, strict=True):
-            of, omega2 = u[:, block], values[block]
-            change = image[:, : len(omega2)] * omega2 - of
-            norm = np.maximum(np.linalg.norm(change, axis=0), 1e-300)
-            first, second = (
-                slice(a + block.start, a + block.start + len(omega2)) for a in (0, len(values))
-            )
-            basis[:, first], basis[:, second] = of, change / norm
-        progress("frequency check", 0.6 * block.stop / widest)
+        for (u, change), values, image in zip(halves, start.values, images, strict=True):
+            omega2 = values[block]
+            change[:, block] = image[:, : len(omega2)] * omega2 - u[:, block]
+            norm = np.linalg.norm(change[:, block], axis=0)
+            change[:, block] /= np.maximum(norm, 1e-300)
+        progress("frequency check", 0.2 + 0.4 * block.stop / widest)
     stiffness, mass = ([np.empty((v.shape[1], v.shape[1]), v.dtype) for v in bases] for _ in "km")
     for block in blocks(2 * widest, step):
         field = start.field([v[:, block] for v in bases])
