@@ -150,7 +150,7 @@ def test_gears_that_cannot_mesh_are_refused_with_a_remedy(over, words):
 
 
 def test_gears_too_far_apart_for_a_contact_ratio_are_told_the_missing_profile_shift():
-    """inv α_w = inv α_t + 2 tan α_n Σx/Σz at the stated distance, against the shifts 0.48, 0.669."""
+    """inv α_w = inv α_t + 2 tan α_n Σx/Σz at the stated distance, against 0.48 + 0.669."""
     teeth, turn = 24 + 95, math.cos(math.radians(10))
     angle = math.atan(math.tan(math.radians(20)) / turn)
     distance = 0.014 * (teeth / 2 / turn + 2.0)

@@ -102,7 +102,7 @@ def check(body: ReducedMatrices, where: str) -> dict[str, Any]:
     inertia = body.rigid_motion().T @ body.mass @ body.rigid_motion()
     mass_of_matrix = float(np.trace(inertia[:3, :3]) / 3)
     _require_mass(inertia, mass_of_matrix, where)
-    flexible = _flexible_modes(body, where)
+    flexible = _flexible_modes(body, residual, where)
     return {
         "mass_kg": mass_of_matrix,
         "asymmetry_stiffness": asymmetry["stiffness"],
@@ -153,7 +153,8 @@ def _rigid_residual(body: ReducedMatrices, where: str) -> float:
     raise InputError(
         where, "stiffness",
         f"resists rigid motion, with {residual.max():.1e} of the energy of uncoupled coordinates",
-        "export the free body, without supports, with the true positions of its nodes",
+        "export the free body, without supports, with the true positions of its nodes and dofs in "
+        "the order ux, uy, uz, rx, ry, rz",
     )  # fmt: skip
 
 
@@ -183,17 +184,19 @@ def _require_mass(inertia: Array, mass_of_matrix: float, where: str) -> None:
         raise InputError(where, "mass", problem, "export the free body")
 
 
-def _flexible_modes(body: ReducedMatrices, where: str) -> float:
-    """Lowest elastic natural frequency, Hz. Raises InputError unless the stiffness is zero for
-    exactly six motions and the mass is positive definite."""
+def _flexible_modes(body: ReducedMatrices, residual: float, where: str) -> float:
+    """Lowest elastic natural frequency, Hz. residual: relative energy of rigid motions, which the
+    rounding of a file leaves. Raises InputError if the stiffness is zero for any motion beside the
+    rigid ones, or the mass is not positive definite."""
     scale = 1.0 / np.sqrt(np.abs(np.diag(body.stiffness)) + np.finfo(float).tiny)
     scaled = body.stiffness * scale[:, None] * scale
     if not np.isfinite(scaled).all():
         problem = "has entries that are too large beside those on its diagonal"
         raise InputError(where, "stiffness", problem, "export the full matrix")
-    values = np.linalg.eigvalsh(scaled)
-    free = int(np.count_nonzero(values < _ZERO_EIGENVALUE))
-    if free != 6:
+    elastic = scipy.linalg.null_space((body.rigid_motion() / scale[:, None]).T)
+    values = np.linalg.eigvalsh(elastic.T @ scaled @ elastic)
+    free = 6 + int(np.count_nonzero(values < max(_ZERO_EIGENVALUE, residual)))
+    if free > 6:
         problem = f"has {free} motions without stiffness, but a free body has six"
         remedy = "export a single connected body with all six dofs of its nodes"
         raise InputError(where, "stiffness", problem, remedy)
@@ -259,6 +262,10 @@ def read_table(path: Path) -> NodeTable:
         for row in nodes
     ]
     names = [row.get("name") or f"node_{k}" for k, row in zip(ids, nodes, strict=True)]
+    for name in names:
+        if names.count(name) > 1:
+            remedy = "give each node a name of its own"
+            raise InputError(where, "nodes", f"{echo(name)} is the name of several nodes", remedy)
     mode_ids = tuple(_integer(row["id"], where, "id") for row in modes if row.get("id"))
     return NodeTable(tuple(ids), tuple(names), LENGTHS[unit] * np.array(places), mode_ids)
 

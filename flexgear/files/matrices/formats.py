@@ -235,9 +235,13 @@ class Entries:
         rows = {(node, c): 6 * k + c - 1 for k, node in enumerate(table.ids) for c in range(1, 7)}
         dofs = {dof for pair in self.values for dof in pair}
         extra = sorted(dofs - {*rows}, key=lambda dof: _order(dof, table))
-        unknown = [node for node, component in extra if component != 0]
+        unknown = [dof for dof in extra if dof[1] != 0]
         if unknown:
-            problem = f"the matrices name node {unknown[0]}, which the table lacks"
+            node, component = unknown[0]
+            if node in table.ids:
+                problem = f"node {node} has a dof {component} in the matrices"
+                raise InputError(where, "nodes", problem, "export six dofs of each, 1 to 6")
+            problem = f"the matrices name node {node}, which the table lacks"
             raise InputError(where, "nodes", problem, "give a table of all their nodes")
         rows |= {dof: 6 * len(table.ids) + k for k, dof in enumerate(extra)}
         require_form((len(rows), len(rows)), where, "", table)

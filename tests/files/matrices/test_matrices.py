@@ -191,6 +191,35 @@ def test_good_bodies_pass(name):
         assert figures["mass_kg"] == pytest.approx(7850 * volume)
 
 
+@pytest.mark.parametrize("digits", [8, 7])
+def test_bodies_in_files_of_few_digits_pass(digits):
+    """Rounding gives rigid motions a little stiffness, up or down; a body in two parts, whose
+    motions are six more, is still none."""
+    body = beam()
+    k = np.array([[float(f"{x:.{digits}g}") for x in row] for row in body.stiffness])
+    n = len(k)
+    scale = 1.0 / np.sqrt(np.diag(k))
+    values = np.linalg.eigvalsh(k * scale[:, None] * scale)
+    assert np.count_nonzero(values < 1e-9) < 6  # so small that they were counted
+    figures = check(replace(body, stiffness=k), "beam")
+    expected = frequencies(body.stiffness, body.mass)[0]
+    assert figures["first_frequency_hz"] == pytest.approx(expected, rel=1e-4)
+    parts = replace(
+        body,
+        node_names=(*body.node_names, *(f"other_{name}" for name in body.node_names)),
+        positions=np.vstack([body.positions] * 2),
+        stiffness=np.kron(np.eye(2), body.stiffness),
+        mass=np.kron(np.eye(2), body.mass),
+    )
+    interface = 6 * len(body.node_names)
+    order = [j + part * n for part in (0, 1) for j in range(interface)]
+    order += [j + part * n for part in (0, 1) for j in range(interface, n)]
+    square = np.ix_(order, order)
+    parts = replace(parts, stiffness=parts.stiffness[square], mass=parts.mass[square])
+    with pytest.raises(InputError, match="has 12 motions without stiffness"):
+        check(parts, "parts")
+
+
 def spoiled(what):
     body = beam()
     k, m = body.stiffness.copy(), body.mass.copy()
@@ -258,12 +287,26 @@ def test_files_that_are_not_whole(tmp_path, name, data):
 
 
 @pytest.mark.parametrize(
-    "text", ["", "id,x\n1,2", "id,x_m,y_m,z_m\n1,0,0,zero", "id,x_m,y_m,z_m\n1,0,0,0\n1,0,0,1"]
-)
-def test_bad_tables(tmp_path, text):
+    ("text", "words"),
+    [
+        ("", "lack positions"), ("id,x\n1,2", "lack positions"),
+        ("id,x_m,y_m,z_m\n1,0,0,zero", "zero"),
+        ("id,x_m,y_m,z_m\n1,0,0,0\n1,0,0,1", "equal ids"),
+        ("id,name,x_m,y_m,z_m\n1,mount_1,0,0,0\n2,mount_1,0,0,1", "'mount_1' is the name of sev"),
+    ],
+)  # fmt: skip
+def test_bad_tables(tmp_path, text, words):
     (tmp_path / "nodes.csv").write_text(text)
-    with pytest.raises(InputError):
+    with pytest.raises(InputError, match=words):
         read_table(tmp_path / "nodes.csv")
+
+
+def test_a_seventh_dof_is_no_missing_node(tmp_path):
+    (tmp_path / "nodes.csv").write_text(table(IDS, beam()))
+    for line, words in (("107, 7, 12, 1, 5.0", "node 107 has a dof 7"), ("9, 1, 12, 1, 5.0", "9")):
+        (tmp_path / "x_STIF1.mtx").write_text(line)
+        with pytest.raises(InputError, match=words):
+            read_reduced([tmp_path / "x_STIF1.mtx"], tmp_path / "nodes.csv")
 
 
 def test_table_in_millimetres_is_the_same(tmp_path):
