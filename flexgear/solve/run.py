@@ -3,10 +3,12 @@
 Transients run in threads, concurrently with the other analyses.
 """
 
+import math
 import time
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from itertools import count
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
@@ -39,7 +41,7 @@ from flexgear.structures.linalg.dense import single_threaded_blas
 
 WORKERS = 2
 POSITIONS = 24  # equilibria over one gear-mesh cycle of the slowest stage
-TURN = 120  # equilibria over one turn of carrier against ring, with flexible rings
+TURN = 120  # least number of equilibria over one turn of a stage
 
 
 class Stopwatch:
@@ -175,21 +177,27 @@ def _face_load(
 
 
 def _positions(model: Model) -> tuple[str, Array]:
-    """Positions of the equilibria in words, and as angles of the reference member, rad: over a turn
-    of carrier against ring with flexible rings, else over one gear-mesh cycle of the slowest stage;
-    zero for a train that does not turn."""
-    motions = stage_motions(model.case, model.flow)
-    turning = [m for m in motions if m.theta]
-    rings = [m for m in turning if m.name in model.case.fe_ring_stages]
-    if rings:
-        turn = max(m.turn_period for m in rings) * abs(lead_speed(model.case, model.flow))
-        angles = np.linspace(0, turn, TURN, endpoint=False)
-        return "one turn of the carrier against the ring", angles
+    """Positions of the equilibria in words, and as angles of the reference member, rad.
+
+    Over one turn of the slowest stage whose forces do not repeat with its gear mesh (weight and
+    loads of fixed direction, errors of gears, bolts of an FE ring); their number keeps ``POSITIONS``
+    phases of the gear mesh. Else over one gear-mesh cycle of the slowest stage; zero for a train
+    that does not turn.
+    """
+    lead = lead_speed(model.case, model.flow)
+    turning = [m for m in stage_motions(model.case, model.flow) if m.theta]
+    uneven = [m for m in turning if m.cycle.gear_meshes > 1]
+    if uneven:
+        slowest = max(uneven, key=attrgetter("turn_period"))
+        teeth = slowest.cycle.per_turn
+        number = next(n for n in count(TURN) if n >= POSITIONS * math.gcd(n, teeth))
+        angles = np.linspace(0, slowest.turn_period * abs(lead), number, endpoint=False)
+        parallel = model.case.view(slowest.name).stage.kind == "parallel"
+        return f"one turn of the {'gear' if parallel else 'carrier against the ring'}", angles
     if not turning:
         return "one position", np.zeros(1)
     slowest = max(turning, key=lambda m: m.turn_period / m.cycle.per_turn)
-    angles = one_turn(slowest, lead_speed(model.case, model.flow), POSITIONS, 1)
-    return "one gear-mesh cycle of the slowest stage", angles
+    return "one gear-mesh cycle of the slowest stage", one_turn(slowest, lead, POSITIONS, 1)
 
 
 def _sharing(variants: Mapping[str, Model], progress: Progress) -> dict[str, xr.Dataset]:

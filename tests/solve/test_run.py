@@ -175,6 +175,26 @@ def test_run_of_a_train_without_errors_and_with_two_inputs():
     assert "ring_gear_mesh_force_n" not in stages["stage_3"]
 
 
+def test_planets_under_weight_have_equal_lives():
+    """A turning carrier takes equal planets through the same loads, and a turn of 120 teeth has
+    equilibria at many phases of the gear mesh."""
+    settings = {
+        "gravity_m_per_s2": "[0, -9.81, 0]",
+        "stage.planet.mass_kg": "20",
+        "stage.planet_bearing.dynamic_rating_kn": "50",
+        "stage.planet_bearing.rolling": "roller",
+        "stage.normal_module_mm": str(2 * 88.4 / 72),
+    }
+    teeth = {f"stage.{gear}.teeth": z for gear, z in (("sun", 24), ("planet", 48), ("ring", 120))}
+    case = load_case("lin-parker", settings | {key: str(z) for key, z in teeth.items()})
+    result = solve.run(case.with_(solver={"duration": 2e-3, "settle": 1e-3}))
+    lives = result.summary["stages"]["stage"]["bearing_life_h"]
+    assert len(lives) == 4
+    assert np.ptp(list(lives.values())) < 1e-9 * lives["planet_bearing_1"]
+    angles = result.datasets["equilibrium"]["stage_angle"].to_numpy().ravel()
+    assert len(np.unique(np.round(120 * angles / (2 * np.pi) % 1, 6) % 1)) >= 24
+
+
 def test_lives_of_the_bearings_on_the_seats_of_a_heavy_carrier():
     """Under weight and a force of the rotor; only the seat with a rating has a life."""
     rating = {"dynamic_rating_kn": "3000", "rolling": "roller"}
