@@ -146,6 +146,7 @@ def typeset(text: str) -> Markup:
     """Escaped text with subscripts of symbols of one letter, "K_Hβ" -> K<sub>Hβ</sub>, and no break
     between a number and its unit. Keys remain: "key k_v"."""
     unbroken = re.sub(r"(?<=\d) (?=[%°×µA-Za-z])", "\u00a0", str(escape(text)))
+    unbroken = re.sub(r"(\u00a0[kM]?N) m\b", "\\1\u00a0m", unbroken)
     symbol = r"(?<!key )(?<![\w.])([^\W\d_])_([^\W_]+(?:\.\d+)?)(?!\w)"
     return Markup(re.sub(symbol, r"\1<sub>\2</sub>", unbroken))
 

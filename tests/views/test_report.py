@@ -319,6 +319,9 @@ def test_load_factors_have_subscripts_and_numbers_stay_with_their_units():
     )
     assert spelled("h_Fe/m_n in wind_4, key k_v") == "h_Fe/m_n in wind 4, key k_v"
     assert typeset("S_H 1.2, a_ISO, stage_1") == ("S<sub>H</sub> 1.2, a<sub>ISO</sub>, stage_1")
+    assert typeset("from 900 kN m to 2 MN m, 5 N me") == (
+        "from 900\u00a0kN\u00a0m to 2\u00a0MN\u00a0m, 5\u00a0N me"
+    )
     assert typeset("12.5 µm of 1.8 mm in modes 6 and 7") == (
         "12.5\u00a0µm of 1.8\u00a0mm in modes 6\u00a0and 7"
     )
