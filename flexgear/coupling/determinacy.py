@@ -155,7 +155,7 @@ def loose_fault(bodies: Sequence[Body], source: str, free: Array, allowed: int) 
     remedy = f"give a stiffness there{others}, or {alternative}"
     lumped = all("support." in key or "planet_bearing." in key for key in keys)
     if lumped and all(d in ("axial", "tilt") for _, d in loose):
-        remedy += ', or take kinematics = "planar"'
+        remedy += ', or give each of these members kinematics = "planar"'
     moving = _and([f"{name} {_and(list(directions))}" for name, directions in motions.items()])
     return InputError(source, keys[0], f"nothing holds {moving}", remedy)
 

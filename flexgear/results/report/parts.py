@@ -150,7 +150,7 @@ _SHARE = "share"
 # labels of keys, {part} for the name of a gear or gear mesh; with units of keys without a suffix
 _WORDS: dict[str, str | tuple[str, str]] = {
     "planets": "number of planets",
-    "bearing_life_ratio": "ratio of bearing lives, if both cases had the same bearings",
+    "bearing_life_ratio": "bearing life of the first case over that of the second, with the same bearings in both",
     "{part}_ball": "{part}, of balls",
     "{part}_roller": "{part}, of rollers",
     "(z_sun + z_ring)/N": "sun and ring teeth over number of planets",
