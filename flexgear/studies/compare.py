@@ -105,11 +105,11 @@ def _flow_figures(case: Case, flow: PowerFlow) -> dict[str, Any]:
         gear_mesh = "sun_gear_mesh" if planetary else "gear_mesh"
         rows |= {
             f"{s.name}_gear_mesh_frequency_hz": s.gear_mesh_frequency,
-            f"{s.name}_{gear_mesh}_force_n": s.sun_gear_mesh_force,
+            f"{s.name}_{gear_mesh}_force_n": abs(s.sun_gear_mesh_force),
         }
         if planetary:
             rows |= {
-                f"{s.name}_ring_gear_mesh_force_n": s.ring_gear_mesh_force,
+                f"{s.name}_ring_gear_mesh_force_n": abs(s.ring_gear_mesh_force),
                 f"{s.name}_planet_bearing_force_n": s.planet_bearing_force,
                 f"{s.name}_planet_speed_in_carrier_rpm": s.planet_relative_speed * RPM,
             }

@@ -1,5 +1,7 @@
 """Analyses of one case side by side, and two cases side by side."""
 
+import math
+
 import pytest
 from train_contexts import bundled, mixed, one_stage
 
@@ -65,6 +67,11 @@ def test_a_train_against_itself_under_another_torque():
     )
     assert list(figures) == ["lin-parker", "lin-parker, reference", "bearing_life_ratio"]
     assert figures["bearing_life_ratio"]["stage_planet_bearing_ball"] == pytest.approx(8.0)
+    base_radius = 88.4e-3 * 26 / 60 * math.cos(math.radians(24.6))  # of a sun that drives
+    for name, torque in (("lin-parker", 50), ("lin-parker, reference", 100)):
+        force = pytest.approx(torque / (4 * base_radius))
+        assert figures[name]["stage_sun_gear_mesh_force_n"] == force
+        assert figures[name]["stage_ring_gear_mesh_force_n"] == force
 
 
 def test_bearings_of_a_shaft_last_as_long_as_their_loads_let_them():
