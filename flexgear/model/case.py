@@ -183,8 +183,8 @@ class Case(Section):
     "<stage>.pinion", ".gear" in a parallel one.
 
     name: name of results; that of the file if left out. title: one line of text. source: file from
-    which the case was read. kinematics: of members without this key, in
-    stages without FE bodies and shafts. gyroscopic: whether Coriolis and centripetal terms of the
+    which the case was read. kinematics: of members without this key, in stages
+    without FE bodies and shafts. gyroscopic: whether Coriolis and centripetal terms of the
     carriers' frames are included, over speed in Campbell diagrams and at the instantaneous speed in
     transients. gravity: acceleration in fixed axes, x, y, z.
     material: of gears and bodies without this key. stages: in order; a single stage is written

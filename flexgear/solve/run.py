@@ -180,9 +180,9 @@ def _positions(model: Model) -> tuple[str, Array]:
     """Positions of the equilibria in words, and as angles of the reference member, rad.
 
     Over one turn of the slowest stage whose forces do not repeat with its gear mesh (weight and
-    loads of fixed direction, errors of gears, bolts of an FE ring); their number keeps ``POSITIONS``
-    phases of the gear mesh. Else over one gear-mesh cycle of the slowest stage; zero for a train
-    that does not turn.
+    loads of fixed direction, errors of gears, bolts of an FE ring); their number keeps
+    ``POSITIONS`` phases of the gear mesh. Else over one gear-mesh cycle of the slowest stage; zero
+    for a train that does not turn.
     """
     lead = lead_speed(model.case, model.flow)
     turning = [m for m in stage_motions(model.case, model.flow) if m.theta]
