@@ -139,6 +139,7 @@ def model(case):
         (lambda case: fg.radial_harmonics(1.0), "radial_harmonics(): displacement: (): is not"),
         (lambda case: fg.compare(a=1, b=2), "compare(): a: 1 is of the wrong type"),
         (lambda case: fg.compare(), "compare(): runs: are fewer than two"),
+        (lambda case: fg.compare(1, 2), "without its name -- it takes **runs, such as name=value"),
         (lambda case: fg.compare(a=case.assemble().modes(), b=case.assemble().modes()),
          "compare(): a: has no gear_mesh_force"),
         (lambda case: fg.Case(stages=[{"planets": "five"}]), "Case()"),

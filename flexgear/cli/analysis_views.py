@@ -121,6 +121,8 @@ def show_equilibria(
         for section, rows in figures.items():
             if rows:
                 typer.echo("")
+                if section == "sensors":
+                    rows = {name: _reading(**each) for name, each in rows.items()}
                 key_table(section, rows, "  ")
     typer.echo("\n" + "\n".join([balance_sentence(data.attrs["closure_max"]), *notes]))
 
@@ -305,6 +307,12 @@ def show_transient(title: str, figures: dict[str, Any], notes: list[str]) -> Non
     last = [*([DEFINITION] if figures["load_sharing"] else []), *notes]
     if last:
         typer.echo("\n" + "\n".join(last))
+
+
+def _reading(value: float, unit: str) -> str:
+    """Text of what a sensor reads in an equilibrium."""
+    unit, by = signal_scale((value,), unit)
+    return f"{value_number(by * value)} {unit}"
 
 
 def _level(figures: Mapping[str, Any]) -> str:

@@ -183,7 +183,11 @@ def _wrong_argument(place: str, parameters: Any, line: Any) -> InputError:
     names, argument = list(parameters), line["loc"][0]
     if line["type"].endswith(("_argument", "_argument_values")):
         problem = f"{line['msg'].lower()} {argument}"
-        takes = ", ".join(name for name in names if name not in ("self", "model"))
+        given = [p for name, p in parameters.items() if name not in ("self", "model")]
+        takes = ", ".join("**" * (p.kind is p.VAR_KEYWORD) + p.name for p in given)
+        by_name = any(p.kind in (p.VAR_KEYWORD, p.KEYWORD_ONLY) for p in given)
+        if isinstance(argument, int) and by_name:
+            problem, takes = "one is given without its name", f"{takes}, such as name=value"
         return InputError(place, "arguments", problem, f"it takes {takes}")
     if isinstance(argument, int):
         argument = names[min(argument, len(names) - 1)]

@@ -96,6 +96,12 @@ def position_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
     for key, of_planets in (("planet_bearing", True), ("bearing", False)):
         of_kind = {name: row for name, (row, planet) in loads.items() if planet == of_planets}
         figures |= {key: of_kind} if of_kind else {}
+    if "sensor_static" in data:
+        values, units = data["sensor_static"], data["static_sensor_unit"]
+        figures["sensors"] = {
+            str(name): {"value": float(values.sel(static_sensor=name)), "unit": str(unit.item())}
+            for name, unit in zip(values["static_sensor"].to_numpy(), units, strict=True)
+        }
     return figures
 
 

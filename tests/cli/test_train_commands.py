@@ -125,6 +125,26 @@ def test_campbell_diagram_and_its_file(flexgear, tmp_path):
     assert "do not depend on speed" in flexgear.out("modes", "lin-parker", "--campbell")
 
 
+def test_static_prints_what_sensors_read(flexgear):
+    """Along x and y a pinion's probes read its distance from the axis, and a torque meter at its
+    port the torque there."""
+    probe = (
+        '{{ name = "{0}", on = "stage_3.pinion", measures = "displacement", direction = "{0}" }}'
+    )
+    torque = '{ name = "t", on = "stage_3.pinion", measures = "torque" }'
+    sensors = f"sensors=[{probe.format('x')}, {probe.format('y')}, {torque}]"
+    figures = flexgear.json("static", "nrel-5mw", "--set", sensors)["0 deg"]
+    readings = {name: one["value"] for name, one in figures["sensors"].items()}
+    distance = figures["distance_from_axis_um"]["stage_3.pinion"]
+    assert 1e6 * math.hypot(readings["x"], readings["y"]) == pytest.approx(distance, rel=1e-9)
+    ports = figures["port_torque_nm"]
+    assert readings["t"] == pytest.approx(ports["stage_3.pinion"], rel=1e-9)
+    text = flexgear.out("static", "nrel-5mw", "--set", sensors)
+    assert re.search(
+        rf"x +{1e6 * readings['x']:.2f} µm\n +y +-?[0-9.]+ µm\n +t +-?[0-9.]+ kN m", text
+    )
+
+
 def test_static_at_two_angles(flexgear, tmp_path):
     out = tmp_path / "static.nc"
     summary = flexgear.json(
