@@ -64,7 +64,8 @@ class Case(case.Case):
         """A copy with SI values changed, validated again.
 
         Keys are field paths without units, joined by "." or "__"; stages by number or name, or
-        "stage" if there is one: ``with_(**{"stage.planets": 4, "stages.two.face_width": 0.1})``.
+        "stage" if there is one, whose keys need no "stage.":
+        ``with_(planets=4)``, ``with_(**{"stages.two.face_width": 0.1})``.
         """
         return Case.of(super().with_(**changes))
 

@@ -342,12 +342,16 @@ class Case(Section):
         """A copy with SI values changed, validated again.
 
         Keys are field paths without units, joined by "." or "__"; stages by number or name, or
-        "stage" if there is one: ``with_(**{"stage.planets": 4, "stages.two.face_width": 0.1})``.
+        "stage" if there is one, whose keys need no "stage.":
+        ``with_(planets=4)``, ``with_(**{"stages.two.face_width": 0.1})``.
         """
         data = self.model_dump(mode="python")
         earlier = tables_in(data)
         for key, value in changes.items():
             dotted = key.replace("__", ".")
+            first, of_case = dotted.partition(".")[0], type(self).model_fields
+            if len(self.stages) == 1 and first in Stage.model_fields and first not in of_case:
+                dotted = f"stage.{dotted}"
             refuse_earlier_key(dotted, "with_")
             parts = numbered(dotted, data, "with_")
             path: list[str | int] = [int(p) if is_index(p) else p for p in parts]

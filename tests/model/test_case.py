@@ -104,6 +104,8 @@ def test_with_changes_a_copy_and_checks_it(case):
     other = case.with_(stage__planets=4, stage__gear_mesh__contact_law="linear")
     assert (other.stage.planets, case.stage.planets) == (4, 5)
     assert other.gear_mesh.contact_law == "linear"
+    brief = case.with_(planets=4, gear_mesh__contact_law="linear")
+    assert brief.stage == other.stage
     long = case.with_(**{"stages.stage.ring.fe.tie": "flank"})
     assert long.ring == case.with_(**{"stage.ring.fe.tie": "flank"}).ring
     with pytest.raises(InputError, match=r"with_: stage\.ring\.fe\.tie"):
