@@ -183,9 +183,9 @@ def _wrong_argument(place: str, parameters: Any, line: Any) -> InputError:
     names, argument = list(parameters), line["loc"][0]
     if line["type"].endswith(("_argument", "_argument_values")):
         problem = f"{line['msg'].lower()} {argument}"
-        given = [p for name, p in parameters.items() if name not in ("self", "model")]
-        takes = ", ".join("**" * (p.kind is p.VAR_KEYWORD) + p.name for p in given)
-        by_name = any(p.kind in (p.VAR_KEYWORD, p.KEYWORD_ONLY) for p in given)
+        arguments = [p for name, p in parameters.items() if name not in ("self", "model")]
+        takes = ", ".join("**" * (p.kind is p.VAR_KEYWORD) + p.name for p in arguments)
+        by_name = any(p.kind in (p.VAR_KEYWORD, p.KEYWORD_ONLY) for p in arguments)
         if isinstance(argument, int) and by_name:
             problem, takes = "one is given without its name", f"{takes}, such as name=value"
         return InputError(place, "arguments", problem, f"it takes {takes}")
