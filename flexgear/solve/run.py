@@ -192,8 +192,10 @@ def _positions(model: Model) -> tuple[str, Array]:
         teeth = slowest.cycle.per_turn
         number = next(n for n in count(TURN) if n >= POSITIONS * math.gcd(n, teeth))
         angles = np.linspace(0, slowest.turn_period * abs(lead), number, endpoint=False)
-        parallel = model.case.view(slowest.name).stage.kind == "parallel"
-        return f"one turn of the {'gear' if parallel else 'carrier against the ring'}", angles
+        parallel = model.case.stage(slowest.name).kind == "parallel"
+        member = "gear" if parallel else "carrier against the ring"
+        of_stage = f" of {slowest.name}" if len(model.case.stages) > 1 else ""
+        return f"one turn of the {member}{of_stage}", angles
     if not turning:
         return "one position", np.zeros(1)
     slowest = max(turning, key=lambda m: m.turn_period / m.cycle.per_turn)

@@ -189,10 +189,20 @@ def test_planets_under_weight_have_equal_lives():
     case = load_case("lin-parker", settings | {key: str(z) for key, z in teeth.items()})
     result = solve.run(case.with_(solver={"duration": 2e-3, "settle": 1e-3}))
     lives = result.summary["stages"]["stage"]["bearing_life_h"]
+    assert result.summary["equilibrium_window"] == "one turn of the carrier against the ring"
     assert len(lives) == 4
     assert np.ptp(list(lives.values())) < 1e-9 * lives["planet_bearing_1"]
     angles = result.datasets["equilibrium"]["stage_angle"].to_numpy().ravel()
     assert len(np.unique(np.round(120 * angles / (2 * np.pi) % 1, 6) % 1)) >= 24
+
+
+def test_bearings_of_a_train_under_weight_state_the_stage_whose_turn_they_are_over():
+    case = load_case("nrel-5mw", {"gravity_m_per_s2": "[0, -9.81, 0]"})
+    summary = solve.run(case.with_(solver={"duration": 2e-3, "settle": 1e-3})).summary
+    window = "one turn of the carrier against the ring of stage_1"
+    assert summary["equilibrium_window"] == window
+    life = next(row for row in summary["headlines"] if row["name"] == "bearing_life")
+    assert f"over {window}" in life["sentence"]
 
 
 def test_lives_of_the_bearings_on_the_seats_of_a_heavy_carrier():
