@@ -77,6 +77,11 @@ _DESCRIPTIONS = {  # of types, in messages
     "Positive": "a number above zero",
     "Count": "a whole number from 1 to 1000000",
     "Progress": "a function of the name of a step and the share of it that is done",
+    "Mapping[str, Values | str | Iterable[object]]": 'ranges by key: {"stage.planets": [3, 4]}',
+    "Mapping[str, object]": 'values by key: {"stage.planets": 4}',
+    "Sequence[str]": 'a list of texts: ["…"]',
+    "case.Case": "Case",
+    "Case": "a case that fg.load_case returns",
 }
 _FAULTS = {  # by error type of pydantic
     "greater_than": "not positive", "greater_than_equal": "not positive",
