@@ -90,9 +90,9 @@ class NewStages:
         at_sun = self.sun_torque is not None or self.sun_speed is not None
         if at_sun and not (self.torque is None and self.speed is None):
             key = "--speed-rpm" if self.torque is None else "--torque-nm"
-            raise InputError(
-                "new", key, "is given beside that of the sun", "give torque and speed of one end"
-            )
+            other = "--sun-speed-rpm" if self.sun_torque is None else "--sun-torque-nm"
+            problem = f"is of the slow end, and {other} of the sun"
+            raise InputError("new", key, problem, "give torque and speed of one end")
         if at_sun and kinds[-1] == "solar":
             remedy = "give torque and speed of the slow end"
             raise InputError("new", "--sun-torque-nm", "is that of a held sun", remedy)

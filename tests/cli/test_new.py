@@ -336,7 +336,7 @@ def test_a_larger_module_carries_the_same_in_a_narrower_face():
         ({"module_mm": 1e9}, "--module-mm: 1e+09 is not from 0.2 to 100"),
         ({"ratio": "5,5,5", "speed_rpm": 3000}, "--speed-rpm: does not suit stage 3: 7.5e+04 is"),
         ({"torque_nm": None}, "--torque-nm: is missing"),
-        ({"sun_torque_nm": 5}, "--torque-nm: is given beside that of the sun"),
+        ({"sun_torque_nm": 5}, "--torque-nm: is of the slow end, and --sun-torque-nm of the sun"),
         ({"arrangement": "sta"}, "--arrangement: 'sta' is unknown -- did you mean star?"),
         (
             {"arrangement": "solar", "ratio": 1.3, "torque_nm": None, "speed_rpm": None,
