@@ -7,6 +7,7 @@ stiffness of the size of the machine: E b is about ten times the stiffness of a 
 width b (ISO 6336-1: c_γ ≈ 20 N/(mm µm)).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,16 @@ from flexgear.files.case_text import CaseText, Datum, Section
 from flexgear.files.rexs.assembly import Assembly, sections_of
 from flexgear.files.rexs.document import Component, flag, mean, number, read, text, value
 from flexgear.files.rexs.stages import Member, axial_place
-from flexgear.files.rexs.tables import RADIAL_BELOW_E, RATING, SPRINGS, THRUST
+from flexgear.files.rexs.tables import (
+    BEARING_ROW,
+    RADIAL_BEARINGS,
+    RADIAL_BELOW_E,
+    RATING,
+    ROLLING_ELEMENT,
+    SPRINGS,
+    THRUST,
+    Row,
+)
 
 _SPRINGS = {row.field: row for row in SPRINGS}
 _POINT = "operating_point_stiffness_"
@@ -81,7 +91,7 @@ class SupportWriter:
     def _stand_apart(self, member: Member) -> bool:
         """Whether each bearing of a member becomes a support of its own; together they resist tilt.
 
-        That needs several bearings at known places, at least one of them with ratings, and no
+        That needs several bearings at heights places, at least one of them with ratings, and no
         coupling to the casing.
         """
         rated = any(read([bearing], RATING[0]) for bearing in member.bearings)
@@ -109,7 +119,7 @@ class SupportWriter:
         if clearance is not None and clearance.value > 0:
             source = f"{clearance.source}, half the diametral clearance"
             section.put("clearance_mm", clearance.value / 2, source)
-        self._rating(section, first)
+        self._rating(section, first, [twin for others in bearings[1:] for twin in others])
 
     def springs(
         self,
@@ -204,9 +214,12 @@ class SupportWriter:
             )
         return word != "no_direction"
 
-    def _rating(self, section: Section, bearings: list[Component]) -> None:
-        """Write load ratings, rolling elements and number of the bearings of one planet; factors of
-        the equivalent load under thrust if the file has e, X and Y."""
+    def _rating(
+        self, section: Section, bearings: list[Component], twins: Sequence[Component] = ()
+    ) -> None:
+        """Write load ratings and number of the bearings of one planet, and their rolling elements
+        or else mean diameter, and factors of the equivalent load under thrust if the file has e, X
+        and Y. twins: bearings of the other planets."""
         if read(bearings, RATING[0]) is None:
             return
         for row in RATING:
@@ -223,10 +236,12 @@ class SupportWriter:
             self.case.assume(section, "rolling", kind, "bearing_type is not in the file")
         else:
             section.put("rolling", kind, f"{bearings[0].label}, bearing_type {type_text}")
-        if section.holds(RATING[2].key) and all(number(bearings, size, "mm") for size in SIZES):
-            section.take("mean_diameter_mm", mean(bearings, SIZES, "mm"))
         if len(bearings) > 1:
             section.put("count", min(len(bearings), 8), "bearings of one planet")
+        if self._elements(section, bearings, twins, type_text):
+            return
+        if section.holds(RATING[2].key) and all(number(bearings, size, "mm") for size in SIZES):
+            section.take("mean_diameter_mm", mean(bearings, SIZES, "mm"))
         factors = [(row.key, read(bearings, row)) for row in THRUST]
         if None in (datum for _, datum in factors[:3]):
             return
@@ -237,6 +252,54 @@ class SupportWriter:
         thrust = self.case.section(f"[{section.header.strip('[]')}.thrust]", behind=section)
         for key, datum in factors:
             thrust.take(key, datum)
+
+    def _elements(
+        self,
+        section: Section,
+        bearings: list[Component],
+        twins: Sequence[Component],
+        bearing_type: str | None,
+    ) -> bool:
+        """Write the rolling elements of radial bearings without a contact angle to a section nested
+        in that of the bearing; returns whether the file states all of them, equal in all rows."""
+        document, count = self.document, len(bearings)
+        rows = [document.parts(bearing, "rolling_bearing_row") for bearing in (*bearings, *twins)]
+        every = [row for of_bearing in rows for row in of_bearing]
+        rolling = [part for row in every for part in document.parts(row, "rolling_element")]
+        ball = bearing_type == RADIAL_BEARINGS[-1]
+        data = {row.key: _same(every, row) for row in BEARING_ROW}
+        data |= {row.key: _same(rolling, row) for row in ROLLING_ELEMENT[: 1 if ball else 2]}
+        angle, several = number(every, "pressure_angle", "deg"), len(rows[0]) * count > 1
+        if several:
+            data["spacing_mm"] = self._spacing(bearings, len(rows[0]))
+        is_radial = bearing_type in RADIAL_BEARINGS and (angle is None or angle.value == 0)
+        if not is_radial or None in data.values():
+            return False
+        elements = self.case.section(f"[{section.header.strip('[]')}.elements]", behind=section)
+        for key, datum in data.items():
+            elements.take(key, datum)
+        if len(rows[0]) > 1:
+            elements.put("rows", len(rows[0]), f"rows of {bearings[0].label}")
+        clearance = number(bearings, CLEARANCES, "mm")
+        if clearance is not None and clearance.value > 0:
+            source = f"{clearance.source}, half the diametral clearance"
+            elements.put("clearance_mm", clearance.value / 2, source)
+        if not ball:
+            self.case.assume(elements, "profile", "logarithmic", "that of ISO/TS 16281")
+        for part in (*every, *rolling):
+            part.role = "rolling elements"
+        return True
+
+    def _spacing(self, bearings: list[Component], rows: int) -> Datum | None:
+        """Distance of neighbouring rows of one bearing, or of bearings with one row each, mm."""
+        if len(bearings) == 1:
+            return number(bearings, "distance_between_bearing_rows", "mm")
+        places = [axial_place(self.assembly, bearing) for bearing in bearings]
+        heights = [place for place in places if place is not None]
+        if rows > 1 or len(heights) < len(places) or max(heights) == min(heights):
+            return None
+        source = f"places of {bearings[0].label} and those beside it"
+        return Datum((max(heights) - min(heights)) / (len(heights) - 1), source)
 
     def carrier_blank(self, member: Member, density: float, arm: float) -> None:
         """Write mass and inertia of a carrier, those of its frame or of its side plates and pins.
@@ -290,6 +353,13 @@ def _solid(
     mass, stated = float(masses.sum()), value(part, "mass_of_component", "kg")
     scale = stated / mass if stated > 0 else 1.0
     return scale * mass, scale * inertia
+
+
+def _same(parts: Sequence[Component], row: Row) -> Datum | None:
+    """Value of a case's field that all parts have, None where one differs or lacks it."""
+    data = [read([part], row) for part in parts]
+    values = {None if datum is None else datum.value for datum in data}
+    return data[0] if len(values) == 1 else None
 
 
 def _is_coupling(joint: Component) -> bool:

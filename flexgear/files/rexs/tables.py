@@ -82,10 +82,12 @@ _ATTRIBUTES_BY_UNIT = {
         minimum_normal_backlash mean_normal_backlash maximum_normal_backlash protuberance_amount
         machining_allowance grinding_allowance chordal_tooth_thickness_upper_deviation
         chordal_tooth_thickness_lower_deviation single_pitch_deviation
-        single_pitch_deviation_iso_1328_2013""",
+        single_pitch_deviation_iso_1328_2013 diameter_of_rolling_element length_of_rolling_element
+        reference_diameter_rolling_bearing reference_diameter distance_between_bearing_rows""",
     "deg": """
         helix_angle_reference_diameter normal_pressure_angle protuberance_angle
-        rotating_angle_around_neg_u_axis operating_pressure_angle_in_the_transverse_section""",
+        rotating_angle_around_neg_u_axis pressure_angle
+        operating_pressure_angle_in_the_transverse_section""",
     "1 / min": "rotational_speed",
     "N m": "torque_around_u_axis torque_around_v_axis torque_around_w_axis",
     "N": """
@@ -272,6 +274,18 @@ RATING = (  # of a bearing
     Row("dynamic_rating", "kn", ("radial_dynamic_load_rating", "dynamic_capacity"), positive=True),
     Row("static_rating", "kn", ("radial_static_load_rating",)),
     Row("fatigue_load_limit", "kn", ("fatigue_limit_load",)),
+)
+RADIAL_BEARINGS = (  # types whose rolling elements have no contact angle
+    "radial_roller_bearing", "radial_needle_roller_bearing", "radial_grooved_ball_bearing",
+)  # fmt: skip
+BEARING_ROW = (
+    Row("count", "", ("number_of_rolling_elements",), positive=True),
+    Row("pitch_diameter", "mm", ("reference_diameter_rolling_bearing", "reference_diameter"),
+        positive=True),
+)  # fmt: skip
+ROLLING_ELEMENT = (
+    Row("diameter", "mm", ("diameter_of_rolling_element",), positive=True),
+    Row("length", "mm", ("length_of_rolling_element",), positive=True),  # of rollers
 )
 THRUST = (  # factors of a catalogue; X_1 has to be 1
     Row("e", "", ("catalogue_value_e",), positive=True),

@@ -341,6 +341,43 @@ def test_a_material_without_life_curves_says_so(imported):
     assert any("grey_cast_iron' is no steel" in line for line in conversion.assumed)
 
 
+def with_rollers(m, **row):
+    """Planet bearings with one row of 14 rollers each, 40 mm apart."""
+    for number in m.planet_bearings:
+        m.set(number, radial_dynamic_load_rating=(900.0, "kN"), bearing_type=(BEARING, "none"),
+              operating_radial_bearing_clearance=(60.0, "mum"))  # fmt: skip
+        of_row = {"number_of_rolling_elements": (14, "none"),
+                  "reference_diameter_rolling_bearing": (150.0, MM)} | row  # fmt: skip
+        part = m.part(number, "rolling_bearing_row", **of_row)
+        m.part(part, "rolling_element", diameter_of_rolling_element=(24.0, MM),
+               length_of_rolling_element=(30.0, MM))  # fmt: skip
+    return m
+
+
+BEARING = "radial_roller_bearing"
+
+
+def test_rolling_elements_of_radial_bearings(imported):
+    case, conversion = imported(with_rollers(planetary()))
+    bearing = case.stages[0].planet_bearing
+    elements = bearing.elements
+    assert (bearing.count, elements.count) == (2, 14)
+    sizes = (elements.pitch_diameter, elements.diameter, elements.length, elements.spacing)
+    assert sizes == pytest.approx((0.15, 0.024, 0.03, 0.04))
+    assert elements.clearance == pytest.approx(30e-6)
+    assert any('profile = "logarithmic"' in line for line in conversion.assumed)
+    assert not any("rolling_" in line for line in conversion.left_out)
+
+
+def test_rolling_elements_with_a_contact_angle_or_of_unequal_rows_are_listed(imported):
+    m = with_rollers(planetary())
+    m.set(m.of("rolling_bearing_row")[1], number_of_rolling_elements=(15, "none"))
+    for model in (m, with_rollers(planetary(), pressure_angle=(15.0, "deg"))):
+        case, conversion = imported(model)
+        assert case.stages[0].planet_bearing.elements is None
+        assert any("rolling_element" in line for line in conversion.left_out)
+
+
 @pytest.mark.parametrize("x_1", [None, 1.0, 0.9])
 def test_factors_of_thrust(imported, x_1):
     """e, X, Y of a catalogue; a case has X_1 = 1, as ISO 281, and says where a file has another."""
