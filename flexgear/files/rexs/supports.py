@@ -91,7 +91,7 @@ class SupportWriter:
     def _stand_apart(self, member: Member) -> bool:
         """Whether each bearing of a member becomes a support of its own; together they resist tilt.
 
-        That needs several bearings at heights places, at least one of them with ratings, and no
+        That needs several bearings at known places, at least one of them with ratings, and no
         coupling to the casing.
         """
         rated = any(read([bearing], RATING[0]) for bearing in member.bearings)
