@@ -349,10 +349,10 @@ class Case(Section):
         earlier = tables_in(data)
         for key, value in changes.items():
             dotted = key.replace("__", ".")
+            refuse_earlier_key(dotted, "with_")
             first, of_case = dotted.partition(".")[0], type(self).model_fields
             if len(self.stages) == 1 and first in Stage.model_fields and first not in of_case:
                 dotted = f"stage.{dotted}"
-            refuse_earlier_key(dotted, "with_")
             parts = numbered(dotted, data, "with_")
             path: list[str | int] = [int(p) if is_index(p) else p for p in parts]
             data = changed(data, path, tuples_of(lists_of(value), "with_", key), "with_", key)

@@ -106,7 +106,8 @@ def test_more_accuracy_keeps_more_modes_and_none_of_it_all(system, solved, estim
         for a in (0.1, 0.05, 0.02, 0.005, 1e-3, 1e-5)
     ]
     assert np.all(np.diff(counts) >= 0) and counts[-1] > 2 * counts[0]
-    assert np.all(np.diff(estimates[np.isfinite(estimates)]) <= 0)
+    finite = estimates[np.isfinite(estimates)]
+    assert np.all(np.diff(finite) <= 1e-12 * finite[:-1])  # rounding differs between processors
     every = choose_modes(omega, estimates, BAND, accuracy=1e-14)
     assert every.count == len(omega) and every.estimate == 0.0
 
