@@ -17,13 +17,12 @@ from flexgear.files.rexs import tables as table
 from flexgear.files.rexs.outgoing import Outgoing, Place, Written, located
 from flexgear.files.rexs.stage_out import (
     StageOut,
-    TrainOut,
     add_section,
     springs_out,
     thrust_out,
     torsion_out,
 )
-from flexgear.files.rexs.tables import without_rounding
+from flexgear.files.rexs.train_out import TrainOut
 from flexgear.gears.load_bins import HOUR, LoadBin, bins_of_load_cases
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import stage_radii
@@ -35,6 +34,7 @@ from flexgear.model.names import GroupName, MemberName
 from flexgear.model.section import Section
 from flexgear.model.stage import Stage
 from flexgear.model.train import Input, Joint, MemberLoad, Output
+from flexgear.model.units import Quantity
 
 _WRITTEN = {
     "name", "title", "source", "gravity", "material", "stages", "joints", "held", "inputs",
@@ -184,7 +184,10 @@ def _results(train: TrainOut, rated: BinResults) -> Iterator[tuple[int, Mapping[
 def _oil_temperature(case: Case) -> dict[str, Written | None]:
     """Attribute of the casing, in °C, the unit of the schema, which has another zero than SI."""
     kelvin = None if case.lubricant is None else case.lubricant.temperature
-    return {} if kelvin is None else {table.OIL.names[0]: without_rounding(kelvin - 273.15)}
+    if kelvin is None:
+        return {}
+    celsius = Quantity("temperature").from_si(kelvin, table.OIL.suffix)
+    return {table.OIL.names[0]: table.without_rounding(celsius)}
 
 
 def _gravity(case: Case) -> dict[str, Written | None]:

@@ -205,9 +205,10 @@ class GearReader:
         gear's; of R_z and R_a only the first."""
         rating = self.case.section(f"{section.header[:-1]}.rating]", section)
         materials = [m for gear in gears for m in self.document.references(gear, "material")]
-        word = next((word for name in STEEL if (word := text(materials, name))), "")
+        words = [(name, word) for name in STEEL if (word := text(materials, name))]
+        name, word = words[0] if words else ("", "")
         if word in _STEEL_OF_WORD:
-            rating.put("steel", _STEEL_OF_WORD[word], f"{materials[0].label}, {STEEL[0]}")
+            rating.put("steel", _STEEL_OF_WORD[word], f"{materials[0].label}, {name}")
         elif word:
             self.case.warn(f"{section.header}: {echo(word)} is no steel that a case can rate")
         for row in GEAR_STRENGTH:

@@ -320,6 +320,7 @@ def with_steel(m):
 def test_steel_surface_and_oil_for_a_rating(imported, version):
     case, conversion = imported(with_steel(planetary(version)))
     sun = case.stages[0].sun.rating
+    assert "heat_treated_material_type_iso_6336_2006" in conversion.text
     assert (sun.steel, sun.flank_strength, sun.root_strength) == ("case_hardened", 1.5e9, 4.8e8)
     assert (sun.vickers_hardness, sun.core_rockwell_hardness, sun.accuracy_grade) == (700, 33, 5)
     assert (sun.flank_rz, sun.pitch_deviation) == pytest.approx((4.8e-6, 7e-6))
