@@ -40,6 +40,7 @@ MAX_PLOTS = 3_000_000  # characters of the data of all plots, for a page below 1
 SMALLEST = 0.3  # of the size of a picture, to which it may shrink
 MAX_PICTURES = 3_500_000  # characters of all pictures, for a page below 10 MB
 LEAST_POINTS = 200  # of a line
+DEFLATE = 5  # level: texts a hundredth larger than at 6, in half the time
 TOO_LARGE = "Its plot would make this page too large, so this picture is static."
 THINNED = "Lines of plots have fewer points than were computed, to keep this page small."
 SMALLER = "Pictures are smaller than in the folder of the run, to keep this page small."
@@ -162,7 +163,7 @@ def plotly_script() -> str | None:
 
 def deflated(text: str) -> str:
     """Base64 text of the zlib stream of a text."""
-    return base64.b64encode(zlib.compress(text.encode())).decode("ascii")
+    return base64.b64encode(zlib.compress(text.encode(), DEFLATE)).decode("ascii")
 
 
 def embedded(pictures: Mapping[Path, bytes], limit: int) -> tuple[dict[Path, str], bool]:

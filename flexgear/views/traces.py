@@ -3,7 +3,6 @@
 Lines with more points than a screen are reduced to their envelope.
 """
 
-import math
 import re
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -195,9 +194,14 @@ def numbers(values: Any) -> Array:
 
 def listed(values: Array) -> list[float | None]:
     """Numbers with five digits, None for NaN and infinity, which plotly omits."""
-    return [
-        float(f"{v:.5g}") if math.isfinite(v) else None for v in np.asarray(values, float).tolist()
-    ]
+    exact = np.asarray(values, float)
+    finite = np.isfinite(exact)
+    sizes = np.abs(np.where(finite & (exact != 0), exact, 1.0))
+    power = np.clip(4 - np.floor(np.log10(sizes)), -300, 300)  # of ten, that leaves five digits
+    # whole numbers by powers of ten that are exact, so that the shortest decimals are printed
+    up, down = 10.0 ** np.maximum(power, 0), 10.0 ** np.maximum(-power, 0)
+    short = np.rint(exact * up / down) * down / up
+    return np.where(finite, short, None).tolist()
 
 
 def colour_of(value: Any) -> str:
