@@ -200,8 +200,9 @@ def listed(values: Array) -> list[float | None]:
     power = np.clip(4 - np.floor(np.log10(sizes)), -300, 300)  # of ten, that leaves five digits
     # whole numbers by powers of ten that are exact, so that the shortest decimals are printed
     up, down = 10.0 ** np.maximum(power, 0), 10.0 ** np.maximum(-power, 0)
-    short = np.rint(exact * up / down) * down / up
-    return np.where(finite, short, None).tolist()
+    short = (np.rint(exact * up / down) * down / up).astype(object)
+    short[~finite] = None
+    return short.tolist()
 
 
 def colour_of(value: Any) -> str:
