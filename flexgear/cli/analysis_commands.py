@@ -15,12 +15,13 @@ from typer import Option
 from flexgear.cli import analysis_views as views
 from flexgear.cli import options
 from flexgear.cli.analysis import Analysis, assembled
-from flexgear.cli.display import progress, size_text, warn
+from flexgear.cli.display import progress, warn
 from flexgear.coupling.pace import too_coarse
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import InputError
 from flexgear.model.units import RPM
 from flexgear.results.dataset_file import chosen, dataset_file, reopened
+from flexgear.results.report.wording import size_text
 from flexgear.results.result_quantities import RESULT_QUANTITIES
 from flexgear.results.run_folder import transient_file
 from flexgear.results.settling import SensorRanges, WindowedRanges, window_edges, window_of

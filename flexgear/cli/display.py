@@ -249,13 +249,6 @@ def value_text(value: Any) -> str:
     return str(value)
 
 
-def size_text(size: float) -> str:
-    """A size in bytes with a decimal prefix: "1.5 MB"."""
-    units = ("B", "kB", "MB", "GB", "TB")
-    power = min(int(math.log10(max(size, 1)) / 3), len(units) - 1)
-    return f"{size / 1000**power:.4g} {units[power]}"
-
-
 def time_text(seconds: float) -> str:
     """A duration in a suitable unit, to two digits: "3.5 min"."""
     for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):

@@ -99,8 +99,10 @@ def match_key(
 
 
 def _suggest(section: type[Section], key: str) -> str:
-    """Remedy for an unknown key: the nearest key, with the unit of this one where that is known."""
-    usual = {usual_key(section, name): name for name in section.model_fields}
+    """Remedy for an unknown key: the nearest key, with the unit of this one where that is known;
+    where no key is near, all of them, required ones first."""
+    fields = sorted(section.model_fields.items(), key=lambda item: not item[1].is_required())
+    usual = {usual_key(section, name): name for name, _ in fields}
     keys = accepted_keys(section)
     unit = next((s for s in ALL_SUFFIXES if key.endswith(f"_{s}")), "")
     close = get_close_matches(key, keys, n=1, cutoff=0.6)

@@ -17,7 +17,7 @@ from flexgear.model.gear_mesh import NOT_PARALLEL, GearErrors
 from flexgear.model.modifications import FlankModifications
 from flexgear.model.read import nearest
 from flexgear.model.section import Refusal, Section
-from flexgear.model.units import Angle, Length
+from flexgear.model.units import Angle, Deviation
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case
@@ -44,10 +44,10 @@ class SizeDistribution(Section):
     """
 
     distribution: Literal["normal", "uniform", "rayleigh"] = "normal"
-    mean: Length | None = Field(default=None, ge=-LARGEST, le=LARGEST)
-    standard_deviation: Length | None = Field(default=None, gt=0.0, le=LARGEST)
-    low: Length | None = Field(default=None, ge=-LARGEST, le=LARGEST)
-    high: Length | None = Field(default=None, ge=-LARGEST, le=LARGEST)
+    mean: Deviation | None = Field(default=None, ge=-LARGEST, le=LARGEST)
+    standard_deviation: Deviation | None = Field(default=None, gt=0.0, le=LARGEST)
+    low: Deviation | None = Field(default=None, ge=-LARGEST, le=LARGEST)
+    high: Deviation | None = Field(default=None, ge=-LARGEST, le=LARGEST)
 
     @property
     def usual(self) -> tuple[float, float]:

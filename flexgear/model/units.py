@@ -52,14 +52,18 @@ _OFFSET = {"c": 273.15}  # zero of the scale in SI
 
 @dataclass(frozen=True)
 class Quantity:
-    """Annotation of fields whose TOML key ends in a unit of this dimension."""
+    """Annotation of fields whose TOML key ends in a unit of this dimension.
+
+    usual: suffix of the usual unit, the first of its dimension if left out.
+    """
 
     dimension: str
+    usual: str = ""
 
     @property
     def suffixes(self) -> tuple[str, ...]:
         """Unit suffixes of keys, the usual one first."""
-        return tuple(SUFFIXES[self.dimension])
+        return tuple(sorted(SUFFIXES[self.dimension], key=lambda suffix: suffix != self.usual))
 
     def to_si(self, value: float, suffix: str) -> float:
         """A value in the unit ``suffix`` converted to SI."""
@@ -108,6 +112,7 @@ def suffix_of(text: str, dimension: str) -> str | None:
 
 
 Length = Annotated[float, Quantity("length")]
+Deviation = Annotated[float, Quantity("length", "um")]
 Angle = Annotated[float, Quantity("angle")]
 Time = Annotated[float, Quantity("time")]
 Frequency = Annotated[float, Quantity("frequency")]

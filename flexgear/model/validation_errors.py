@@ -196,7 +196,7 @@ def _places(section: type[Section], key: str, path: str = "") -> list[str]:
 
 def with_places(root: type[Section], fault: InputError) -> InputError:
     """The InputError, whose remedy names the nearest section that knows the key, if its own does
-    not and another one does."""
+    not and another one does; of an element of a list other than ``stages`` only one within it."""
     *at, key = re.sub(r"\[\d+\]|\.\d+(?=\.)", "[0]", fault.key).split(".")
 
     def distance(place: str) -> int:
@@ -205,6 +205,8 @@ def with_places(root: type[Section], fault: InputError) -> InputError:
         return len(names) - 2 * len(list(common))
 
     places = sorted(_places(root, key), key=distance) if fault.problem == UNKNOWN else []
+    if at and at[0].endswith("[0]") and at[0] != "stages[0]":
+        places = [place for place in places if place.startswith(f"{at[0]}.")]
     if not places:
         return fault
     stage = re.match(r"stages(\[\d+\]|\.\d+)", fault.key)

@@ -23,6 +23,7 @@ import xarray as xr
 from flexgear.files.atomic import PathLike, atomic_file
 from flexgear.model.errors import InputError
 from flexgear.results.netcdf import Encoding, NewFile, read
+from flexgear.results.report.wording import size_text
 from flexgear.results.sinks import (
     CLOCKS,
     SENSOR_TIME,
@@ -200,7 +201,7 @@ class DatasetFile(DatasetSink):
         if run_size.size > free:
             raise InputError(
                 "--out", f"{run_size.samples} samples",
-                f"take {run_size.size / 1e9:.3g} GB, and {free / 1e9:.3g} GB are free",
+                f"take {size_text(run_size.size)}, and {size_text(free)} are free",
                 "save less often (solver.output_interval_ms), fewer signals (--save), or shorter",
             )  # fmt: skip
 

@@ -39,6 +39,10 @@ def one_line(err: str) -> str:
             ["write stages.1.carrier.fe.plate_gap_mm"],
         ),
         (
+            ["check", "nrel-5mw", "--set", "joints.0.members=3"],
+            ["joints.0.members: is not a known key -- use one of first, second, "],
+        ),
+        (
             ["sweep", "wind-5mw", "plate_gap_mm=3,4", "--measure", "modes"],
             ["did you mean half_gap_mm? Or write stage.carrier.fe.plate_gap_mm"],
         ),

@@ -33,12 +33,12 @@ def test_a_tolerance_changes_no_run():
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
-        ({f"{PIN}.high_um": "20"}, "standard_deviation_mm: is missing in a normal distribution"),
+        ({f"{PIN}.high_um": "20"}, "standard_deviation_um: is missing in a normal distribution"),
         ({f"{PIN}.standard_deviation_mm": "1"}, "lets errors reach 8 mm"),
         ({f"{PIN}.standard_deviation_um": "1", f"{PIN}.low_um": "50"}, "low_um: excludes"),
         ({f"{PIN}.distribution": "uniform", f"{PIN}.low_um": "2", f"{PIN}.high_um": "2"},
          "high_um: is not above the low end"),
-        ({f"{PIN}.distribution": "uniform", f"{PIN}.mean_um": "2"}, "low_mm: is missing"),
+        ({f"{PIN}.distribution": "uniform", f"{PIN}.mean_um": "2"}, "low_um: is missing"),
         ({f"{PIN}.distribution": "rayleigh", f"{PIN}.standard_deviation_um": "2",
           f"{PIN}.mean_um": "2"}, "mean_um: has no meaning"),
         ({"tolerance.errors.ring_tooth.standard_deviation_um": "2"}, "size cannot be negative"),
@@ -52,7 +52,7 @@ def test_a_tolerance_changes_no_run():
           "stage.gear_mesh.model": "face_load"},
          "has no tip relief in sun.modifications whose amount could be drawn"),
         ({"tolerance.modifications.sun.tip_relief.standard_deviation_um": "3"},
-         "tip_relief.low_mm: is not 0 or more"),
+         "tip_relief.low_um: is not 0 or more"),
     ],
 )  # fmt: skip
 def test_distributions_that_do_not_fit_are_refused(settings, words, tmp_path):

@@ -165,7 +165,7 @@ def test_a_disk_that_is_too_small_is_said_before(train, tmp_path, monkeypatch):
     usage = type("usage", (), {"free": 1000})
     monkeypatch.setattr(files.shutil, "disk_usage", lambda path: usage)
     with (
-        pytest.raises(InputError, match=r"1e-06 GB are free.*--save"),
+        pytest.raises(InputError, match=r"take \d[\d.]* kB, and 1 kB are free.*--save"),
         dataset_file(tmp_path / "run.nc") as sink,
     ):
         simulate(train, duration=100 * STEP, sink=sink)
