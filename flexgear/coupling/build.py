@@ -318,7 +318,9 @@ def require_workable(case: Case) -> None:
             _require_stage(case.view(stage.name))
     for stage in case.stages:
         _require_influences(case.view(stage.name))
-    _require_torques(case, rigid_system(case).torque_names)
+    system = rigid_system(case)
+    _require_torques(case, system.torque_names)
+    require_nodes(case, system)
     require_places(case, [b for b, body in case.flexible_bodies.items() if not body.flexible])
 
 
@@ -340,6 +342,16 @@ def _require_torques(case: Case, names: Sequence[str]) -> None:
         if sensor.measures == "torque" and sensor.on not in names:
             problem = f"{echo(sensor.on)} is no port, joint or bearing that passes a torque"
             raise InputError(case.source, f"sensors[{k}].on", problem, nearest(sensor.on, names))
+
+
+def require_nodes(case: Case, system: System) -> None:
+    """Raises InputError for a sensor at a node that its body does not have."""
+    for k, sensor in enumerate(case.sensors):
+        names = system.body_of(sensor.on).node_names if sensor.node is not None else ()
+        if sensor.node is not None and sensor.node not in names:
+            problem, remedy = f"is no node of {sensor.on}", nearest(sensor.node, names)
+            at = f"sensors[{k}].node"
+            raise InputError(case.source, at, f"{echo(sensor.node)} {problem}", remedy)
 
 
 def _require_steps(case: Case, frequency: float) -> None:

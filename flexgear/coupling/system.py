@@ -128,6 +128,14 @@ class BodyCoordinates:
                 return b
         raise FlexgearError(f"there is no body {name!r} in the system")
 
+    def body_of(self, member: str) -> Body:
+        """Body of a member: the shaft of a sun if there is one, the left half of a ring in two."""
+        name = BodyName.parse(member)
+        names = [name, BodyName.of(name.stage, name.part, side="left")]
+        if name.part == "sun":
+            names.append(BodyName.of(name.stage, "shaft"))
+        return next(b for one in names for b in self.bodies if b.name == one)
+
     def node_rows(self, body: str, node: str) -> Array:
         """Rows (6, d) of the motion of a node in the frame of its body."""
         rows = np.zeros((6, self.size))

@@ -14,14 +14,14 @@ from flexgear.analysis.recording import SAMPLES, Clock, Quantity, Recorder
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Transient
 from flexgear.arrays import Array, Ints
+from flexgear.coupling.build import require_nodes
 from flexgear.coupling.pace import Pace
 from flexgear.coupling.system import System
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.radii import stage_radii
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearWarning, InputError
-from flexgear.model.names import BodyName, MemberName
-from flexgear.model.read import nearest
+from flexgear.model.names import MemberName
 from flexgear.model.sensor import ON_AXIS, USUAL_RATE, Sensor
 from flexgear.solve.bodies import Bodies
 from flexgear.solve.sensor_quantities import (
@@ -61,7 +61,6 @@ class SensorPlace:
             return Quantity(self._motion(row, row[0] @ system.rolling).total, order=1)
         if sensor.measures == "strain":
             return Quantity(self._motion(self._strain()).elastic)
-        self._require_place()
         place, rows = self.point
         direction, axes = self._direction(place), self._axes
         point = BodyPoint(self._motion(rows), axes, self._center, place, direction)
@@ -82,13 +81,8 @@ class SensorPlace:
 
     @cached_property
     def body(self) -> Body:
-        """The body of the sensor: the shaft of a sun if there is one, the left half of a ring."""
-        member = BodyName.parse(self.sensor.on)
-        names = [member, BodyName.of(member.stage, member.part, side="left")]
-        if member.part == "sun":
-            names.append(BodyName.of(member.stage, "shaft"))
-        name = next(n for n in names if any(b.name == n for b in self.system.bodies))
-        return self.system.body(name)
+        """The body of the sensor."""
+        return self.system.body_of(self.sensor.on)
 
     @cached_property
     def node(self) -> str:
@@ -107,13 +101,6 @@ class SensorPlace:
 
     def _refuse(self, key: str, problem: str, remedy: str) -> InputError:
         return InputError(self.case.source, f"sensors[{self.number}].{key}", problem, remedy)
-
-    def _require_place(self) -> None:
-        """Raise InputError for a sensor that is not possible on its body."""
-        sensor, body = self.sensor, self.body
-        if sensor.node is not None and sensor.node not in body.node_names:
-            remedy = nearest(sensor.node, list(body.node_names))
-            raise self._refuse("node", f"{sensor.node} is no node of {sensor.on}", remedy)
 
     @cached_property
     def _axes(self) -> Axes:
@@ -370,6 +357,7 @@ def clock_of(case: Case, pace: Pace) -> Clock:
 
 
 def _quantities(case: Case, system: System, bodies: Bodies) -> Iterator[Quantity]:
+    require_nodes(case, system)
     for k, sensor in enumerate(case.sensors):
         if sensor.measures == "torque":
             yield torque(sensor.on)

@@ -302,7 +302,7 @@ RING = ("a", "stage.ring", "acceleration")
          "place_mm: is [0-9.]+ mm from the nearest surface of stage.ring -- "),
         (sensor(*RING, "angle_deg = 3", "z_mm = 30", 'direction = "x"'),
          "z_mm: is 20 mm from the nearest surface"),
-        (sensor(*RING, 'node = "bolt_99"', 'direction = "x"'), "node: bolt_99 is no node"),
+        (sensor(*RING, 'node = "bolt_99"', 'direction = "x"'), "node: 'bolt_99' is no node"),
         (sensor("a", "stage.hub", "speed"), "on: 'stage.hub' is no body"),
         (sensor(*RING, "angle_deg = 3"), "direction: is missing -- "),
         (sensor("a", "stage.carrier", "displacement", 'direction = "radial"', "angle_deg = 0",
@@ -368,6 +368,8 @@ def test_a_place_that_means_nothing_is_refused_as_the_case_is_read(tmp_path, par
         ("carrier", "", "angle_deg: is missing, and so are place_mm and node"),
         ("ring", "", "angle_deg: is missing, and so are place_mm and node"),
         ("sun", "angle_deg = 20", "angle_deg: has no meaning on stage.sun, a shaft"),
+        ("carrier", 'node = "pin_9"', "node: 'pin_9' is no node of stage.carrier -- did you mean"),
+        ("ring", 'node = "tooth_1"', "node: 'tooth_1' is no node of stage.ring -- did you mean"),
         ("carrier", "angle_deg = 20", "angle_deg: is on the FE mesh of stage.carrier, which is ri"),
     ],
 )
