@@ -19,9 +19,8 @@ from flexgear.cli.display import progress, warn
 from flexgear.coupling.pace import too_coarse
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import InputError
-from flexgear.model.units import RPM
+from flexgear.model.units import RPM, size_text
 from flexgear.results.dataset_file import chosen, dataset_file, reopened
-from flexgear.results.report.wording import size_text
 from flexgear.results.result_quantities import RESULT_QUANTITIES
 from flexgear.results.run_folder import transient_file
 from flexgear.results.settling import SensorRanges, WindowedRanges, window_edges, window_of

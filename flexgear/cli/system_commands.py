@@ -20,7 +20,7 @@ from flexgear.cli import options
 from flexgear.cli.display import as_json_text, table
 from flexgear.files.cache_folder import cache_directory
 from flexgear.model.errors import FlexgearError
-from flexgear.results.report.wording import size_text
+from flexgear.model.units import size_text
 from flexgear.results.version import version
 from flexgear.structures import cache as store
 from flexgear.studies.early_workers import processors

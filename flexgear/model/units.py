@@ -98,6 +98,13 @@ def unit_name(suffix: str) -> str:
     return "/".join(" ".join(_PRINTED.get(part, part) for part in side) for side in sides)
 
 
+def size_text(size: float) -> str:
+    """A size in bytes with a decimal prefix: "1.5 MB"."""
+    units = ("B", "kB", "MB", "GB", "TB")
+    power = min(int(math.log10(max(size, 1)) / 3), len(units) - 1)
+    return f"{size / 1000**power:.4g} {units[power]}"
+
+
 _SYNONYMS = {"sec": "s", "r/min": "rpm", "1/min": "rpm", "degrees": "deg"}  # in other programs
 
 

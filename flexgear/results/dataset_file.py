@@ -22,8 +22,8 @@ import xarray as xr
 
 from flexgear.files.atomic import PathLike, atomic_file
 from flexgear.model.errors import InputError
+from flexgear.model.units import size_text
 from flexgear.results.netcdf import Encoding, NewFile, read
-from flexgear.results.report.wording import size_text
 from flexgear.results.sinks import (
     CLOCKS,
     SENSOR_TIME,

@@ -106,13 +106,6 @@ def with_unit(value: float | str | bool | None, unit: str = "") -> str:
     return f"{number(value * by, digits_of(unit))} {printed}".rstrip()
 
 
-def size_text(size: float) -> str:
-    """A size in bytes with a decimal prefix: "1.5 MB"."""
-    units = ("B", "kB", "MB", "GB", "TB")
-    power = min(int(math.log10(max(size, 1)) / 3), len(units) - 1)
-    return f"{size / 1000**power:.4g} {units[power]}"
-
-
 def digits_of(unit: str) -> int:
     """Number of significant digits of values in a unit."""
     return _DIGITS.get(unit, 4)
