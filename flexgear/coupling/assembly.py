@@ -292,14 +292,19 @@ class Assembly(BodyCoordinates):
         self._support_rows(c.name, *rotating_rows(remainder), ends)
 
     def _turning_link(self, c: Connection, first: Array, second: Array, angle: int) -> None:
-        """Add a spring on the motion first − R(θ) second (6, d), θ being the angle of that index. A
-        small share of the stiffness is a constant spring on ``first``, as the body has no other
-        constant support."""
+        """Add a spring K on the motion first − R(θ) second (6, d), θ being the angle of that index
+        and ``second`` elastic motion.
+
+        A small share c of K is a constant spring on ``first``, as the body has no other constant
+        support; rows take (1 − c) K of first − R second/(1 − c). So both together act on ``first``
+        with K (first − R second), and stiffen only the elastic body, by c K.
+        """
         centering = CENTERING * (c.matrix if c.bearing is None else c.bearing.matrix)
         add_spring(self.stiffness, first, centering)
         ends = self.contact_node(first, -1), self.contact_node(second, angle)
         stiffness, vectors = rotating_rows(c.matrix - centering)
-        self._support_rows(c.name, stiffness, np.hstack([vectors, -vectors]), ends)
+        vectors = np.hstack([vectors, -vectors / (1.0 - CENTERING)])
+        self._support_rows(c.name, stiffness, vectors, ends)
         self.rotating_frame_supports.append(
             RotatingFrameSupport(c.name, first, second, c.matrix, -1, angle)
         )

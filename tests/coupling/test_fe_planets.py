@@ -17,6 +17,7 @@ from flexgear.analysis.orbit import orbit_elements
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system, static_system
 from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.power_flow import power_flow
 from flexgear.model.names import BodyName
 from flexgear.solve.model import model_of
 from flexgear.solve.static import static
@@ -95,6 +96,23 @@ def test_sun_and_ring_hold_the_balance_on_fe_planets(model):
         force[:, view.stage.planets : 2 * view.stage.planets],
     )
     np.testing.assert_allclose(ring, sun, rtol=1e-9)
+
+
+@pytest.mark.parametrize("stiffness", [1e9, 1e13])
+def test_forces_of_bearings_of_any_stiffness_pass_the_torque_to_the_carrier(stiffness):
+    """A constant spring beside a bearing that is stiffer than the bore takes none of it."""
+    system, view = coupled(
+        **{
+            "stage.planet_bearing.radial_n_per_m": stiffness,
+            "stage.planet_bearing.axial_n_per_m": stiffness,
+            "stage.planet_bearing.tilt_nm_per_rad": stiffness / 100,
+        }
+    )
+    data = static(model_of(view.case, system), [0.0, 0.4])
+    arm = stage_geometry(view).center_distance
+    torque = arm * data.planet_bearing_force.values[:, :, 1].sum(axis=1)
+    rated = power_flow(view.case).torque[f"{view.name}.carrier"]
+    np.testing.assert_allclose(np.abs(torque), abs(rated), rtol=1e-6)
 
 
 @pytest.mark.parametrize("rollers", [None, ROLLERS])
