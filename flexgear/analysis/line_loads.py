@@ -280,15 +280,18 @@ def _coupled_stiffness(pairs: PairData, m: int, s: Array, tangent: Array) -> flo
     return float(ones @ np.linalg.solve(np.eye(2 * n) + tangents @ flexibility, tangents @ ones))
 
 
-CAUSES = ("ring", "carrier", "planet bearing", "sun", "gear", "errors", "modifications")
+CAUSES = (
+    "ring", "carrier", "planet bearing", "planet", "sun", "gear", "errors", "modifications",
+)  # fmt: skip
 
 
 def tilt_by_cause(recovery: Recovery) -> Array:
     """Misalignment (t, M, slots, causes) by each of ``CAUSES``, m/m: approach of the flanks per
     width towards +z; NaN without a pair, 0 for causes that a gear mesh does not have.
 
-    "carrier": tilt of the pin, elastic and by the carrier's bearings; "sun": tilt of sun or pinion
-    by its shaft and bearings; "gear": tilt of the gear of a parallel stage.
+    "carrier": tilt of the pin, elastic and by the carrier's bearings; "planet": tilt of the tooth
+    of an FE planet against the planet's mean axes; "sun": tilt of sun or pinion by its shaft and
+    bearings; "gear": tilt of the gear of a parallel stage.
     """
     result, pairs = recovery.result, recovery.modal.system.pairs
     rotations, pins = _rotations(recovery), _rotations_to_pins(recovery)
@@ -317,6 +320,13 @@ def _tilt_of_bodies(
     gear_axis = turn_about_z(pairs.phi[m] + angle)[:, :2, :2] @ axis
     gear = KINDS[pairs.kind[m]].gear
     tilt = {gear: np.einsum("tsi,ti->ts", rotation, gear_axis)}
+    if pairs.planet_turns[m] >= 0:
+        theta = result.theta[:, pairs.angle[m], None]
+        _, tooth = teeth_of_pairs(pairs, m, result.pair_position[:, m], theta)
+        blocks = (pairs.planet_tooth_block[m] + tooth)[:, :, None]
+        turned = turn_about_z(-result.theta[:, pairs.planet_turns[m]])[:, :2, :2] @ axis
+        rotation = np.take_along_axis(rotations, blocks, axis=1)
+        tilt["planet"] = -np.einsum("tsi,ti->ts", rotation, turned)
     planet = -(rotations[:, pairs.planet_block[m]] @ axis)[:, None]
     pin = pins.get(_planet_bearing(recovery.modal.system, m))
     if pin is None:
@@ -361,8 +371,9 @@ def _rotations_to_pins(recovery: Recovery) -> dict[str, Array]:
     name of the planet bearing."""
     system = recovery.modal.system
     names = {_planet_bearing(system, m) for m in range(len(system.gear_meshes))}
-    links = [link for link in system.links if link.name in names]
-    if not links:
+    rows = {link.name: link.rows[3:5] for link in system.links if link.name in names}
+    rows |= {x.name: x.rows[3:5] for x in system.rotating_frame_supports if x.name in names}
+    if not rows:
         return {}
-    motion = recovery.motion(np.vstack([link.rows[3:5] for link in links]))
-    return {link.name: motion[:, 2 * k : 2 * k + 2] for k, link in enumerate(links)}
+    motion = recovery.motion(np.vstack(list(rows.values())))
+    return {name: motion[:, 2 * k : 2 * k + 2] for k, name in enumerate(rows)}

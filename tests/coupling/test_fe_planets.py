@@ -98,6 +98,19 @@ def test_sun_and_ring_hold_the_balance_on_fe_planets(model):
     np.testing.assert_allclose(ring, sun, rtol=1e-9)
 
 
+def test_misalignment_by_bodies_adds_up_to_the_whole():
+    """The carrier, the bearings and the teeth of the planets tilt; no stage here has a "gear"."""
+    system, view = coupled(rigid=("ring",), **{"stage.gear_mesh.model": "face_load"})
+    data = static(model_of(view.case, system), [0.0, 0.4])
+    whole, shares = data.gear_mesh_misalignment, data.gear_mesh_misalignment_by_cause
+    loaded = shares.flank_sense == "drive"
+    scale = float(np.abs(whole).max())
+    np.testing.assert_allclose(shares.sum("cause")[:, loaded], whole[:, loaded], atol=1e-8 * scale)
+    largest = np.abs(shares[:, loaded]).max(["position", "flank"])
+    assert (largest.sel(cause=["carrier", "planet bearing", "planet"]) > 0.01 * scale).all()
+    assert largest.sel(cause="gear") == 0.0
+
+
 @pytest.mark.parametrize("stiffness", [1e9, 1e13])
 def test_forces_of_bearings_of_any_stiffness_pass_the_torque_to_the_carrier(stiffness):
     """A constant spring beside a bearing that is stiffer than the bore takes none of it."""
