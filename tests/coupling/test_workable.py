@@ -119,6 +119,13 @@ def test_supports_of_a_stage(settings, key):
         stage_system(case, make_bodies(case))
 
 
+def test_bolts_at_uneven_angles_are_circles_of_one_bolt_each():
+    """Neighbours are those of a circle; a single bolt has none that it could overlap."""
+    bolts = load_case("wind-5mw").model_dump()["stages"][0]["ring"]["fe"]["bolts"]
+    uneven = [bolts | {"number": 1, "first_angle": angle} for angle in (0.0, 0.5, 1.7, 3.0, 4.0)]
+    require_workable(load_case("wind-5mw").with_(**{"stage.ring.fe.bolts": uneven}))
+
+
 def test_spur_planets_on_self_aligning_bearings_are_held_by_load_along_the_face():
     spur = {"stage.helix_angle_deg": "0", "stage.planet_hand": "",
             "stage.planet_bearing.tilt_nm_per_rad": "0"}  # fmt: skip

@@ -291,7 +291,7 @@ class RingFeMeshParameters(ToothedFeMeshParameters):
                 self.reject(
                     key, f"{circle} break through {outer}", "lower it or raise rim_thickness"
                 )
-            if 2.0 * radius * np.sin(pi / self.bolts) < 1.2 * self.bolt_diameter:
+            if 2.0 * radius * np.sin(pi / max(self.bolts, 2)) < 1.2 * self.bolt_diameter:
                 problem = "neighbouring bolts overlap"
                 self.reject("fe.bolts.number", problem, "use fewer or thinner bolts")
         for number, circle_diameter, diameter in self.other_bolts:
