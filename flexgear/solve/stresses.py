@@ -15,7 +15,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium
-from flexgear.analysis.line_loads import LineLoads, line_loads
+from flexgear.analysis.line_loads import LineLoads, line_loads, teeth_of_pairs
 from flexgear.analysis.recovery import Recovery
 from flexgear.arrays import Array
 from flexgear.coupling.gear_meshes import GearMeshLabel
@@ -29,12 +29,12 @@ from flexgear.model.case import Case
 from flexgear.model.names import BodyName, GroupName
 from flexgear.model.stage_view import StageView
 from flexgear.solve.bodies import Bodies
-from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.reduced import ReducedBody, elastic_modes
 from flexgear.structures.surface_strain import Ray, Surface
 from flexgear.structures.tooth_influence.roots import (
     PairRoots,
+    body_root_rows,
     pair_roots,
-    ring_root_rows,
     root_of_case,
 )
 
@@ -44,7 +44,7 @@ FILLETS = ("-theta", "+theta")
 
 class RootTables:
     """Matrices of root stress: per force of slices by stage, kind and side of gear meshes, and per
-    coordinate of FE rings. They are computed on first use."""
+    coordinate of FE rings and planets. They are computed on first use."""
 
     def __init__(self, case: Case, flow: PowerFlow, bodies: Bodies) -> None:
         self.views = [case.view(stage.name) for stage in case.stages]
@@ -54,6 +54,7 @@ class RootTables:
         self.paths = cache(self._paths)
         self._roots = cache(self._pair_roots)
         self.ring_rows = cache(self._ring_rows)
+        self.planet_rows = cache(self._planet_rows)
 
     def of(self, label: GearMeshLabel) -> list[PairRoots]:
         """Root tables of the planet and then of the gear of a flank."""
@@ -72,10 +73,20 @@ class RootTables:
         return pair_roots(self.views[stage], path, path.slices)
 
     def _ring_rows(self, stage: int) -> NDArray[np.float32]:
-        """Root stress (z, 2, rows, q, d) of an FE ring per coordinate, Pa: ``ring_root_rows``."""
+        """Root stress (z, 2, rows, q, d) of an FE ring per coordinate, Pa: ``body_root_rows``."""
         view = self.views[stage]
         body = self._bodies[BodyName.of(view.name, "ring")]
-        return ring_root_rows(root_of_case(view, "ring"), body, view.ring_gear.teeth)
+        return body_root_rows(root_of_case(view, "ring"), body, view.ring_gear.teeth)
+
+    def _planet_rows(self, stage: int) -> NDArray[np.float32] | None:
+        """Root stress (z, 2, rows, q, n) of an FE planet per elastic coordinate, Pa; None for a
+        lumped planet and for one without an FE mesh."""
+        view = self.views[stage]
+        body = self._bodies.get(BodyName.of(view.name, "planet"))
+        if body is None or not len(body.points):
+            return None
+        rows = body_root_rows(root_of_case(view, "planet"), body, stage_geometry(view).planet.teeth)
+        return rows @ elastic_modes(body)[1].astype(np.float32)
 
 
 class Roots(NamedTuple):
@@ -128,6 +139,21 @@ def ring_roots(tables: RootTables, recovery: Recovery, lines: LineLoads, stage: 
     return out
 
 
+def planet_rim_roots(tables: RootTables, recovery: Recovery, m: int) -> Array | None:
+    """Stress (t, slots, 2, rows, q) in the −θ and +θ fillets of the planet's teeth in gear mesh m
+    by the deformation of an FE planet, Pa; None for a planet that does not bend."""
+    result, system = recovery.result, recovery.modal.system
+    pairs, label = system.pairs, system.gear_meshes[m]
+    if pairs.planet_turns[m] < 0 or (rows := tables.planet_rows(label.stage)) is None:
+        return None
+    name = BodyName.of(tables.views[label.stage].name, "planet", label.planet)
+    elastic = recovery.coordinates(name)[:, 6:].astype(np.float32)
+    field = (elastic @ rows.reshape(-1, rows.shape[-1]).T).reshape(-1, *rows.shape[:-1])
+    theta = result.theta[:, pairs.angle[m], None]
+    _, tooth = teeth_of_pairs(pairs, m, result.pair_position[:, m], theta)
+    return np.asarray(field[np.arange(len(field))[:, None], tooth])
+
+
 def root_arrays(
     tables: RootTables, recovery: Recovery, lines: LineLoads, places: Array
 ) -> dict[str, Any]:
@@ -154,6 +180,10 @@ def root_arrays(
                 stress = _pair_stress(rings[label.stage], teeth, _loaded(force), roots.sense)
             else:
                 stress = tooth_roots(roots, result.pair_position[:, m], force, path.base_pitch)
+            rim = planet_rim_roots(tables, recovery, m) if roots.name == "planet" else None
+            if rim is not None:
+                fillets = np.moveaxis(rim[:, :, :: roots.sense], 2, 0)
+                stress = Roots(*(s + more for s, more in zip(stress, fillets, strict=True)))
             tension = np.fmax.reduce(stress.tension, axis=(1, 2))
             compression = np.fmin.reduce(stress.compression, axis=(1, 2))
             largest[:, m, k] = tension.max(axis=1)

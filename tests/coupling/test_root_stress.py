@@ -4,20 +4,30 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from beam_planet import beam_planet
+from coupled import make_bodies
+from plain_meshes import annulus
 from train_contexts import rigid_stage
 
 import flexgear as fg
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.line_loads import line_loads
 from flexgear.analysis.recovery import Recovery
+from flexgear.coupling.build import build_system
+from flexgear.gears.geometry import stage_geometry
 from flexgear.model.load import load_case
+from flexgear.model.names import BodyName
 from flexgear.results.stage_figures import root_figures
-from flexgear.solve import bodies
+from flexgear.solve import bodies, stresses
 from flexgear.solve.dataset import equilibrium_data
-from flexgear.solve.static import position_figures
+from flexgear.solve.deformed import deformed
+from flexgear.solve.model import model_of
+from flexgear.solve.static import position_figures, static
 from flexgear.solve.stresses import ring_roots, tooth_roots
 from flexgear.solve.transient import simulate
+from flexgear.structures.bodies import rigid_motion, rigid_variant, rotation
 from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
+from flexgear.structures.surface_strain import FieldAt
 from flexgear.structures.tooth_influence import roots as tables
 from flexgear.structures.tooth_influence.roots import root_influence, root_segment
 
@@ -169,3 +179,51 @@ def test_root_stress_in_a_transient(model):
 def test_root_stress_needs_load_along_the_face():
     with pytest.raises(fg.InputError, match=r"root_stress.*face_load"):
         load_case("wind-5mw", {"stage.gear_mesh.root_stress": "fe"})
+
+
+def test_the_rim_of_an_fe_planet_adds_to_the_stress_in_its_roots(roots, monkeypatch):
+    """S_u at the displacement that pictures show, tooth by tooth; the planet of beams has an FE
+    mesh of one column of cells for each tooth, which moves with its node."""
+    view = load_case(CASE, {"stage.planet.fe.tie": "root"}).view()
+    monkeypatch.setattr(stresses, "root_of_case", lambda view, slot: roots[slot])
+    planet = stage_geometry(view).planet
+    body = beam_planet(planet.teeth, 0.9 * planet.root_radius, young=2.06e12)
+    cut = roots["planet"].cut_points
+    inner = 0.9 * np.hypot(*cut.T[:2]).min()
+    mesh = annulus((planet.teeth, 1, 1), inner, planet.tip_radius, view.stage.face_width)
+    tooth = np.round(np.arctan2(*mesh.points.T[1::-1]) / planet.pitch_angle).astype(int)
+    tooth %= planet.teeth
+    recovery = np.zeros((len(tooth), 3, len(body.mass)))
+    for row, point, j in zip(recovery, np.asarray(mesh.points), tooth, strict=True):
+        row[:, 6 * j : 6 * j + 6] = rigid_motion((point - body.positions[j])[None])[0]
+    body = replace(
+        body, points=np.asarray(mesh.points), cells=np.asarray(mesh.cells),
+        recovery=recovery.reshape(-1, len(body.mass)).astype(np.float32),
+    )  # fmt: skip
+    bodies = {**make_bodies(view), BodyName.of(view.name, "planet"): body}
+    still = [name for name in bodies if name.part != "planet"]
+    system = build_system(
+        view.case,
+        {n: rigid_variant(b.as_body()) if n in still else b for n, b in bodies.items()},
+        still,
+    )
+    model = model_of(view.case, system, bodies)
+    data = static(model, [0.0])
+    field = deformed(model, "stage.planet_1")["displacement"].to_numpy()
+    turned = revolution(model.modal, np.zeros(1), system.rated_torque)
+    lines = line_loads(turned)
+    for m, label in enumerate(system.gear_meshes):
+        force = lines.force[:, m]
+        if label.planet != 0 or not np.isfinite(force).any():
+            continue
+        of_planet, path = model.root_tables.of(label)[0], model.root_tables.path(label)
+        held = tooth_roots(of_planet, turned.pair_position[:, m], force, path.base_pitch).tension[0]
+        rim = np.zeros_like(held)
+        for slot in np.flatnonzero(np.isfinite(held[:, 0, 0])):
+            turn = rotation((data.pair_planet_tooth.values[0, m, slot] - 1) * planet.pitch_angle)
+            motion = FieldAt(body).weights(cut @ turn.T) @ field @ turn
+            both = np.einsum("srqci,ci->srq", tables.both_cuts(roots["planet"]), motion)
+            rim[slot] = both[0 if of_planet.sense > 0 else 1]
+        assert np.abs(rim).max() > 0.05 * np.nanmax(held)
+        largest = data.root_stress.sel(pair_member="planet").values[0, m]
+        assert largest == pytest.approx(np.nanmax(held + rim), rel=1e-3)

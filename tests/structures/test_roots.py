@@ -17,8 +17,8 @@ from flexgear.structures.surface_strain import FieldAt
 from flexgear.structures.tooth_influence.roots import (
     DEPTH,
     FINE,
+    body_root_rows,
     both_cuts,
-    ring_root_rows,
     root_influence,
     root_parameters,
 )
@@ -167,7 +167,7 @@ def test_every_tooth_of_a_ring_feels_its_body(root, make):
     )  # fmt: skip
     inside = FieldAt(body).weights(root.cut_points)
     np.testing.assert_allclose(inside @ points, root.cut_points, atol=1e-12)
-    rows = ring_root_rows(root, body, 8)
+    rows = body_root_rows(root, body, 8)
     a, b, c = root.cut_points.T
     even = stress(root, np.column_stack([a, b, 0 * a]))
     along = stress(root, np.column_stack([0 * a, 0 * a, c]))

@@ -15,8 +15,8 @@ T is of the fillet beside the −θ flank, in tension under load on this flank. 
 middle tooth's radial axis maps the segment onto itself: the stress of the +θ fillet under load on
 −θ flanks is that of the −θ fillet under load on +θ flanks, so that one set of solutions suffices.
 
-In an FE ring the motion u(x) = Φ_r(x) q of the body at the cut of the submodel, turned by φ_j about
-the axis to tooth j, gives the stress
+In an FE ring or planet the motion u(x) = Φ_r(x) q of the body at the cut of the submodel, turned
+by φ_j about the axis to tooth j, gives the stress
 
     σ = Σ_c S_u,c · R(φ_j)ᵀ u(R(φ_j) x_c),
 
@@ -311,9 +311,9 @@ def both_cuts(root: RootInfluence) -> Array:
     return np.stack([root.cut, root.cut[:, ::-1, partner] * HALF_TURN])
 
 
-def ring_root_rows(root: RootInfluence, body: ReducedBody, teeth: int) -> NDArray[np.float32]:
-    """Stress (teeth, 2, rows, q, d) Pa in the −θ and +θ fillets of all teeth of a ring per reduced
-    coordinate; tooth 0 is on the x axis."""
+def body_root_rows(root: RootInfluence, body: ReducedBody, teeth: int) -> NDArray[np.float32]:
+    """Stress (teeth, 2, rows, q, d) Pa in the −θ and +θ fillets of all teeth of a ring or planet
+    per reduced coordinate; tooth 0 is on the x axis."""
     cuts, field = both_cuts(root), FieldAt(body)
     shape, d = cuts.shape[:3], len(body.mass)
     out = np.empty((teeth, int(np.prod(shape)), d), dtype=np.float32)
@@ -322,8 +322,8 @@ def ring_root_rows(root: RootInfluence, body: ReducedBody, teeth: int) -> NDArra
         turn = rotation(2 * np.pi * j / teeth)
         weights = field.weights(root.cut_points @ turn.T).tocsc()
         used = np.flatnonzero(np.diff(weights.indptr))
-        in_ring = np.moveaxis(flat @ turn.T, 2, 0)  # (3, p, c): per displacement, ring's axes
-        of_vertices = np.stack([weights[:, used].T @ part.T for part in in_ring], axis=1)
+        in_body = np.moveaxis(flat @ turn.T, 2, 0)  # (3, p, c): per displacement, body's axes
+        of_vertices = np.stack([weights[:, used].T @ part.T for part in in_body], axis=1)
         recovery = np.asarray(body.recovery).reshape(-1, 3, d)[used].reshape(-1, d)
         rows = of_vertices.reshape(len(recovery), -1).T.astype(np.float32) @ recovery
         out[j] = body.with_rigid(rows)
