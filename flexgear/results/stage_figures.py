@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.gears.bearings.basic_life import bearing_life_hours
-from flexgear.gears.bearings.equivalent_load import paired_force
+from flexgear.gears.bearings.basic_life import bearing_life_hours, paired_force
 from flexgear.gears.bearings.nominal import bearing_speed, nominal_bearings
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.nominal_stress import largest_root_stress

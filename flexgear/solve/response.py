@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexgear.analysis.branch_points import ends_at, leaving_branch
-from flexgear.analysis.continuation import Curve, branch, curves
+from flexgear.analysis.continuation import Curve, branch, curves, ends_at, leaving_branch
 from flexgear.analysis.curve_follower import Cut
 from flexgear.analysis.harmonic_balance import SAMPLES, Balance, Orbit, converge
 from flexgear.analysis.orbit import OrbitElements, orbit_elements

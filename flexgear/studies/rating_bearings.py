@@ -17,19 +17,21 @@ from typing import NamedTuple
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.gears.bearings.basic_life import EXPONENTS, rating_life, varying_load
+from flexgear.gears.bearings.basic_life import (
+    EXPONENTS,
+    LEAST_E,
+    equivalent_load,
+    paired_force,
+    rating_life,
+    static_load,
+    varying_load,
+)
 from flexgear.gears.bearings.bearing import (
     THIN_FILM,
     BearingRating,
     RollingBearing,
     rate_load,
     rolling_bearing,
-)
-from flexgear.gears.bearings.equivalent_load import (
-    LEAST_E,
-    equivalent_load,
-    paired_force,
-    static_load,
 )
 from flexgear.gears.bearings.nominal import bearing_speed
 from flexgear.gears.bearings.reference_life import (

@@ -12,7 +12,6 @@ import flexgear
 from flexgear.analysis import continuation, curve_follower
 from flexgear.analysis.harmonic_balance import Balance, converge
 from flexgear.analysis.orbit import orbit_elements
-from flexgear.analysis.orbit_motion import recovery_of
 from flexgear.analysis.orbit_receptance import OperatingPoint, condensed_train
 from flexgear.model.errors import InputError
 from flexgear.solve import state_figures
@@ -45,7 +44,7 @@ def test_harmonics_excite_only_modes_of_their_nodal_index(planetary):
     balance = Balance(elements, train.at(point))
     orbit = converge(balance, point, balance.start())
     names, rows = body_rows(modal.system)
-    motion = recovery_of(train, balance, orbit, {}).motion(rows)
+    motion = state_figures.recovery_of(train, balance, orbit, {}).motion(rows)
     spectrum = np.fft.rfft(motion, axis=0)[1 : harmonics + 1].reshape(harmonics, len(names), 6)
     central = [k for k, name in enumerate(names) if "planet" not in str(name)]
     size = np.abs(spectrum[:, central]).max()

@@ -13,7 +13,7 @@ import numpy as np
 from flexgear.files.rexs import tables as table
 from flexgear.files.rexs.outgoing import Outgoing, Place, Written, located
 from flexgear.files.rexs.train_out import TrainOut
-from flexgear.gears.bearings.equivalent_load import thrust_factors
+from flexgear.gears.bearings.basic_life import thrust_factors
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.paths import tooth_sides
 from flexgear.gears.radii import StageRadii, gears_by_role

@@ -19,8 +19,13 @@ from typing import NamedTuple
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.gears.bearings.basic_life import EXPONENTS, bearing_life_hours, rating_life_hours
-from flexgear.gears.bearings.equivalent_load import equivalent_load, paired_force
+from flexgear.gears.bearings.basic_life import (
+    EXPONENTS,
+    bearing_life_hours,
+    equivalent_load,
+    paired_force,
+    rating_life_hours,
+)
 from flexgear.gears.power_flow import PowerFlow, StageFlow
 from flexgear.gears.radii import role_of, stage_radii
 from flexgear.model.case import Case
