@@ -33,12 +33,13 @@ from flexgear.results.run_orders import (
     first_input,
     history_over_turns,
     over_time,
+    planet_averages,
     scale_of,
+    synchronous_average,
     warn_of_aliases,
 )
 from flexgear.results.settling import settled
 from flexgear.results.sinks import between
-from flexgear.results.synchronous_average import planet_averages, synchronous_average
 
 Lines = Sequence[tuple[ExpectedLine, float]]  # with their orders
 FILES = ("orders.nc", "orders.png", "report.html")

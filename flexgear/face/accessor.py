@@ -102,7 +102,7 @@ class Accessor:
         self, name: str, member: str = "", *, against: str = "", highest: Positive | None = None
     ) -> xr.DataArray:
         """Mean (phase, …) of a variable over the whole turns of a member."""
-        from flexgear.results.synchronous_average import synchronous_average
+        from flexgear.results.run_orders import synchronous_average
 
         return synchronous_average(self._over_turns(name, member, against, highest))
 
@@ -118,7 +118,7 @@ class Accessor:
     ) -> xr.DataArray:
         """Means (planet, phase, …) of a variable over the turns of each planet of a stage, from one
         sensor that the planets pass; width: carrier turns round each pass that are evaluated."""
-        from flexgear.results.synchronous_average import planet_averages
+        from flexgear.results.run_orders import planet_averages
 
         angle = math.radians(sensor_angle_deg)
         return planet_averages(

@@ -11,8 +11,13 @@ from flexgear.face.accessor import Accessor
 from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError
 from flexgear.model.load import load_case
 from flexgear.results.orders import amplitudes_at, envelope, order_map, order_spectrum, synchronous
-from flexgear.results.run_orders import history_over_turns, member_turns, over_time
-from flexgear.results.synchronous_average import planet_averages, synchronous_average
+from flexgear.results.run_orders import (
+    history_over_turns,
+    member_turns,
+    over_time,
+    planet_averages,
+    synchronous_average,
+)
 
 LINES = {4.0: 2.0, 12.37: 0.5, 31.9: 1.25}
 
