@@ -1,10 +1,7 @@
 """Random sets of errors for any system."""
 
-from dataclasses import fields, replace
-
 import numpy as np
 
-from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.error_sets import ErrorSets
 
 
@@ -25,20 +22,3 @@ def random_sets(pairs, count, size, seed=0):
         runout_amplitude=normal(pairs.runout_amplitude.shape),
         runout_phase=rng.uniform(0, 2 * np.pi, (count, *pairs.runout_phase.shape)),
     )
-
-
-def picked(sets, at):
-    """Some of the sets, whose flanks are those of the case."""
-    names = [f.name for f in fields(ErrorSets) if f.name != "gaps"]
-    return ErrorSets(**{name: getattr(sets, name)[at] for name in names})
-
-
-def revolutions(modal, input_angles, torque, sets):
-    """Forces (p, M, J) by one revolution a set."""
-    forces = []
-    for j in range(len(sets)):
-        system = modal.system.with_(pairs=sets.pairs(modal.system.pairs, j))
-        forces.append(
-            revolution(replace(modal, system=system), input_angles, torque).pair_load.sum(-1)
-        )
-    return np.stack(forces, axis=-1)

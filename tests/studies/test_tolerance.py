@@ -62,7 +62,7 @@ class TestPhysics:
     def test_normal_pins_make_normal_forces(self, tmp_path, planets):
         """Sun held: F_i − F̄ = k (e_i − ē), so its standard deviation is k |t| σ √(1 − 1/N), with
         the tangential resultant t of both gear meshes of a planet."""
-        sigma, count = 4e-6, 1500
+        sigma, count = 4e-6, 400
         train = stage_train(tmp_path, planets=planets, **HELD,
                             **{PIN: "4", "tolerance.samples": str(count)})  # fmt: skip
         data = tolerance(train, workers=1)
