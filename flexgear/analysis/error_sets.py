@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from flexgear.analysis.equilibrium import Equilibrium, port_torques, revolution
+from flexgear.analysis.equilibrium import Equilibrium, revolution
 from flexgear.arrays import Array
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData, gap_columns, largest_errors
@@ -90,38 +90,25 @@ def no_errors(base: PairData, count: int = 1) -> ErrorSets:
     return ErrorSets(**{name: np.zeros(shape) for name, shape in shapes.items()}, gaps=None)
 
 
-@dataclass(frozen=True)
-class ErrorStudy:
-    """A train at p positions, for equilibria under errors.
-
-    input_angles (p, F): independent rotations, rad; torques (p, P): on the ports, N·m.
-    """
-
-    modal: ModalSystem
-    input_angles: Array
-    torques: Array
-
-
-def error_study(modal: ModalSystem, input_angles: Array, torque: Array | float) -> ErrorStudy:
-    """The train at independent rotations (p, F) rad; torque: see ``equilibrium.revolution``."""
-    return ErrorStudy(modal, input_angles, port_torques(modal.system, torque, len(input_angles)))
-
-
 def gear_mesh_forces(
-    study: ErrorStudy,
+    train: ModalSystem,
+    input_angles: Array,
+    torque: Array | float,
     sets: ErrorSets,
     look: Callable[[int, Equilibrium], None] | None = None,
 ) -> Array:
-    """Forces (p, M, J) of all flanks, N; NaN where a set has no equilibrium at some position.
+    """Forces (p, M, J) of all flanks, N, at p positions under J sets of errors, which replace those
+    of the train; NaN where a set has no equilibrium at some position.
 
-    look: called with j and the equilibria of set j.
+    input_angles (p, F), torque: see ``equilibrium.revolution``; look: called with j and the
+    equilibria of set j.
     """
-    system = study.modal.system
-    force = np.full((len(study.input_angles), len(system.pairs.s0), len(sets)), np.nan)
+    system = train.system
+    force = np.full((len(input_angles), len(system.pairs.s0), len(sets)), np.nan)
     for j in range(len(sets)):
-        modal = replace(study.modal, system=system.with_(pairs=sets.pairs(system.pairs, j)))
+        modal = replace(train, system=system.with_(pairs=sets.pairs(system.pairs, j)))
         try:
-            equilibrium = revolution(modal, study.input_angles, study.torques)
+            equilibrium = revolution(modal, input_angles, torque)
         except FlexgearError:
             continue  # other sets may have equilibria
         force[:, :, j] = equilibrium.pair_load.sum(axis=-1)

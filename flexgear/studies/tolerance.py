@@ -18,17 +18,10 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from flexgear.analysis.equilibrium import Equilibrium
-from flexgear.analysis.error_sets import (
-    ErrorSets,
-    ErrorStudy,
-    GapSets,
-    error_study,
-    gear_mesh_forces,
-)
+from flexgear.analysis.error_sets import ErrorSets, GapSets, gear_mesh_forces
 from flexgear.analysis.line_loads import line_loads
 from flexgear.arrays import Array
-from flexgear.coupling.gear_meshes import GearMeshLabel
-from flexgear.coupling.pair_data import PairData
+from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import System
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.slices import factor_along
@@ -80,17 +73,16 @@ class ToleranceSetup:
     """Input of every batch of samples; picklable for other processes.
 
     names: (G,) gear meshes, both flanks as one; sign: (M, G) of a flank in its gear mesh, +1 of the
-    flank loaded by rated torque, −1 of the other one; pairs: pair data of a case with all drawn
-    errors; variant: label of the flexible bodies; gap_factors: (2, B, K, T, n) factors of
-    ``GapSets`` for the B drawn modifications.
+    flank loaded by rated torque, −1 of the other one; modal: the train with all drawn errors;
+    input_angles (p, F): positions, rad; variant: label of the flexible bodies; gap_factors:
+    (2, B, K, T, n) factors of ``GapSets`` for the B drawn modifications.
     """
 
     case: Case
     drawn: tuple[DrawnError, ...]
     paths: StagePaths
-    labels: tuple[GearMeshLabel, ...]
-    pairs: PairData
-    study: ErrorStudy
+    modal: ModalSystem
+    input_angles: Array
     names: tuple[GearMeshName, ...]
     sign: Array
     groups: tuple[Group, ...]
@@ -124,9 +116,8 @@ def tolerance_setup(case: Case, progress: Progress = silent) -> ToleranceSetup:
         case=case,
         drawn=drawn,
         paths=paths_of(case),
-        labels=system.gear_meshes,
-        pairs=system.pairs,
-        study=error_study(model.modal, input_angles, system.rated_torque),
+        modal=model.modal,
+        input_angles=input_angles,
         names=names,
         sign=sign,
         groups=groups,
@@ -154,7 +145,8 @@ def as_stated(setup: ToleranceSetup) -> Batch:
 def sets_of(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]]) -> ErrorSets:
     """Errors and flank gaps of samples; seeds: of the pitch deviations, by sample and stage."""
     cases = [with_sample(setup.case, values, j, of_sample) for j, of_sample in enumerate(seeds)]
-    sets = error_sets(cases, setup.paths, setup.labels, setup.pairs)
+    system = setup.modal.system
+    sets = error_sets(cases, setup.paths, system.gear_meshes, system.pairs)
     if not setup.gap_factors.size:
         return sets
     return replace(sets, gaps=GapSets(_amounts(setup, values), setup.gap_factors))
@@ -171,8 +163,10 @@ def _solved(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]
     def store_face_loads(j: int, equilibrium: Equilibrium) -> None:
         along[:, j] = _along_face(setup, equilibrium)
 
-    sliced = bool(setup.pairs.slices.any())
-    forces = gear_mesh_forces(setup.study, sets, look=store_face_loads if sliced else None)
+    modal = setup.modal
+    sliced = bool(modal.system.pairs.slices.any())
+    look = store_face_loads if sliced else None
+    forces = gear_mesh_forces(modal, setup.input_angles, modal.system.rated_torque, sets, look)
     force = _both_flanks(forces, setup.sign)
     along = along if sliced else along[:, :, :0]
     factor, share = [], []
@@ -209,14 +203,14 @@ def _gap_factors(model: Model, drawn: Sequence[DrawnError]) -> Array:
 
 def _amounts(setup: ToleranceSetup, values: Values) -> Array:
     """Increase (J, M, B), m, of each drawn modification over its amount in the case."""
-    amounts = []
+    amounts, labels = [], setup.modal.system.gear_meshes
     for error in setup.drawn:
         if error.flank is None:
             continue
         stage = setup.case.stage_index(error.stage)
         increase = values[error.stage, error.key] - error.flank.base
-        planet = [label.planet if error.planets else 0 for label in setup.labels]
-        of_stage = np.array([label.stage == stage for label in setup.labels])
+        planet = [label.planet if error.planets else 0 for label in labels]
+        of_stage = np.array([label.stage == stage for label in labels])
         amounts.append(increase[:, planet] * of_stage)
     return np.stack(amounts, axis=2)
 

@@ -7,7 +7,7 @@ from coupled import TORQUE
 from error_samples import random_sets
 from trains import RING_HELD, stage_train
 
-from flexgear.analysis.error_sets import ErrorSets, error_study, gear_mesh_forces, no_errors
+from flexgear.analysis.error_sets import ErrorSets, gear_mesh_forces, no_errors
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 
@@ -34,8 +34,7 @@ def test_planets_that_carry_nothing(tmp_path, size):
     for m, label in enumerate(modal.system.gear_meshes):
         normal = pairs.cos_b[m] * pairs.normal[m]
         sets.offset[0, m] = -normal @ pins[:, label.planet]
-    study = error_study(modal, np.zeros((1, 1)), modal.system.rated_torque)
-    force = gear_mesh_forces(study, sets)[0, :, 0]
+    force = gear_mesh_forces(modal, np.zeros((1, 1)), modal.system.rated_torque, sets)[0, :, 0]
     paths = theory.stage_paths(5)
     e = theory.path_errors(paths, pin_radial=pins[0], pin_tangential=pins[1])
     expected = theory.sharing(paths, e, 3000 * 26 / 84, sun=2e8, one_sided=True)
@@ -50,7 +49,8 @@ def test_a_set_that_is_no_number_is_a_gap_of_its_own(one_sided_modal):
     sets = random_sets(one_sided_modal.system.pairs, 3, 2e-5)
     broken = ErrorSets(**{**sets.__dict__, "offset": sets.offset.copy()})
     broken.offset[1] = np.nan
-    study = error_study(one_sided_modal, ANGLES[:2], TORQUE)
-    forces, whole = gear_mesh_forces(study, broken), gear_mesh_forces(study, sets)
+    forces, whole = (
+        gear_mesh_forces(one_sided_modal, ANGLES[:2], TORQUE, each) for each in (broken, sets)
+    )
     assert np.isnan(forces[..., 1]).any(axis=1).all()
     assert np.array_equal(forces[..., [0, 2]], whole[..., [0, 2]])

@@ -272,10 +272,11 @@ def test_ground_amounts_of_a_sample_are_those_of_a_case_that_states_them(cheap):
             },
         }
     )
-    pairs, expected = sets.pairs(setup.pairs, 1), assemble(stated).system.pairs
-    third = [m for m, label in enumerate(setup.labels) if label.planet == 2]
+    system = setup.modal.system
+    pairs, expected = sets.pairs(system.pairs, 1), assemble(stated).system.pairs
+    third = [m for m, label in enumerate(system.gear_meshes) if label.planet == 2]
     assert len(third) == 4
-    for m in range(len(setup.labels)):
+    for m, label in enumerate(system.gear_meshes):
         one, other = (slice_gaps(p)[p.table[m]] for p in (pairs, expected))
         same = np.allclose(one, other, rtol=0.0, atol=0.2e-6)
-        assert same == (m in third or setup.labels[m].kind not in ("ring", "sun_coast"))
+        assert same == (m in third or label.kind not in ("ring", "sun_coast"))

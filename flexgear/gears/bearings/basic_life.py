@@ -78,7 +78,8 @@ class ThrustFactors(NamedTuple):
 
 
 def thrust_factors(bearing: Rolling, axial: Array) -> ThrustFactors | None:
-    """Factors under axial loads (n,) of one bearing, N; None if axial loads have no effect."""
+    """e, X, Y, Y_1, X_0 and Y_0 of a bearing under axial loads (n,), N; None if axial loads have no
+    effect on its life."""
     thrust = bearing.thrust
     if thrust is None:
         return None
