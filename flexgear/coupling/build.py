@@ -47,7 +47,7 @@ from flexgear.model.errors import InputError, echo
 from flexgear.model.faults import bearing_defects
 from flexgear.model.names import MOUNT, BodyName, MemberName, NodeName
 from flexgear.model.read import nearest
-from flexgear.model.sensor import require_places
+from flexgear.model.sensor import ON_AXIS, require_places
 from flexgear.model.stage_view import StageView, inside
 from flexgear.model.train import Joint
 from flexgear.structures.bodies import Body, lumped_body
@@ -345,13 +345,20 @@ def _require_torques(case: Case, names: Sequence[str]) -> None:
 
 
 def require_nodes(case: Case, system: System) -> None:
-    """Raises InputError for a sensor at a node that its body does not have."""
+    """Raises InputError for a sensor at a node that its body does not have, or in a direction that
+    a node on the axis does not have."""
     for k, sensor in enumerate(case.sensors):
-        names = system.body_of(sensor.on).node_names if sensor.node is not None else ()
-        if sensor.node is not None and sensor.node not in names:
-            problem, remedy = f"is no node of {sensor.on}", nearest(sensor.node, names)
-            at = f"sensors[{k}].node"
-            raise InputError(case.source, at, f"{echo(sensor.node)} {problem}", remedy)
+        if sensor.node is None:
+            continue
+        body, at = system.body_of(sensor.on), f"sensors[{k}]"
+        if sensor.node not in body.node_names:
+            problem = f"{echo(sensor.node)} is no node of {sensor.on}"
+            remedy = nearest(sensor.node, body.node_names)
+            raise InputError(case.source, f"{at}.node", problem, remedy)
+        on_axis = math.hypot(*body.position(sensor.node)[:2]) < ON_AXIS
+        if on_axis and sensor.direction in ("radial", "tangential"):
+            problem = f"{sensor.direction} is undefined on the axis, where {sensor.node} is"
+            raise InputError(case.source, f"{at}.direction", problem, 'use "x", "y" or "z"')
 
 
 def _require_steps(case: Case, frequency: float) -> None:

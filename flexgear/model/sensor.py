@@ -137,6 +137,7 @@ def check_sensors(case: Case) -> None:
             _check_gauge(case, sensor, key)
         elif sensor.measures in MOTIONS:
             _check_point(case, sensor, key)
+        _check_height(case, sensor, key)
 
 
 def _bodies(case: Case) -> list[str]:
@@ -181,6 +182,19 @@ def _check_point(case: Case, sensor: Sensor, key: str) -> None:
         raise Missing(f"{key}.angle", problem, "give angle_deg and z_mm, place_mm, or node")
 
 
+def _check_height(case: Case, sensor: Sensor, key: str) -> None:
+    """Raise Refusal for a place beside the teeth of a ring. The outside of one from a file may be
+    wider than they are."""
+    at = BodyName.parse(sensor.on)
+    if at.part != "ring" or case.stage(at.stage).double_helical:
+        return
+    stage, fe = case.stage(at.stage), getattr(case.member(sensor.on), "fe", None)
+    of_teeth = sensor.tooth is not None or getattr(fe, "fe_mesh", "") == "generate"
+    if of_teeth and abs(sensor.z) > stage.face_width / 2:
+        remedy = f"at most {5e2 * stage.face_width:g} mm from mid-face"
+        raise Refusal(f"{key}.z", "is beside the ring", remedy)
+
+
 def require_places(case: Case, rigid: Collection[BodyName]) -> None:
     """Raise InputError for a sensor at an angle on a rigid FE carrier, whose outside is that of its
     FE mesh."""
@@ -192,7 +206,7 @@ def require_places(case: Case, rigid: Collection[BodyName]) -> None:
 
 
 def _check_gauge(case: Case, sensor: Sensor, key: str) -> None:
-    """Raise Refusal for a strain gauge on a body without FE mesh, or outside the ring's teeth."""
+    """Raise Refusal for a strain gauge on a body without FE mesh, or at a tooth that is none."""
     at = MemberName.parse(sensor.on)
     body = getattr(case.member(sensor.on), "fe", None) if at.part in ("ring", "carrier") else None
     if body is None or getattr(body, "fe_mesh", "") == "reduced":
@@ -206,6 +220,3 @@ def _check_gauge(case: Case, sensor: Sensor, key: str) -> None:
     if sensor.tooth is not None and stage.ring is not None and sensor.tooth > stage.ring.teeth:
         problem = f"is {sensor.tooth}"
         raise Refusal(f"{key}.tooth", problem, f"the ring has {stage.ring.teeth} teeth")
-    if at.part == "ring" and abs(sensor.z) > stage.face_width / 2:
-        remedy = f"at most {5e2 * stage.face_width:g} mm from mid-face"
-        raise Refusal(f"{key}.z", "is beside the ring", remedy)

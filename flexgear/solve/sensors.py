@@ -137,9 +137,6 @@ class SensorPlace:
         sensor = self.sensor
         if sensor.vector is not None:
             return np.asarray(sensor.vector, dtype=float) / np.linalg.norm(sensor.vector)
-        if sensor.direction in ("radial", "tangential") and math.hypot(*place[:2]) < ON_AXIS:
-            problem = f"{sensor.direction} is undefined on the axis, where {sensor.node} is"
-            raise self._refuse("direction", problem, 'use "x", "y" or "z"')
         angle = math.atan2(place[1], place[0])
         radial = np.array([math.cos(angle), math.sin(angle), 0.0])
         x, y, z = np.eye(3)

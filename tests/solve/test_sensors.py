@@ -300,8 +300,10 @@ RING = ("a", "stage.ring", "acceleration")
     [
         (sensor(*RING, "place_mm = [0, 80, 0]", 'direction = "x"'),
          "place_mm: is [0-9.]+ mm from the nearest surface of stage.ring -- "),
-        (sensor(*RING, "angle_deg = 3", "z_mm = 30", 'direction = "x"'),
-         "z_mm: is 20 mm from the nearest surface"),
+        (sensor(*RING, "angle_deg = 3", "z_mm = 11", 'direction = "x"'),
+         "z_mm: is beside the ring -- at most 10 mm from mid-face"),
+        (sensor("a", "stage.carrier", "velocity", "angle_deg = 3", "z_mm = 60", 'direction = "x"'),
+         "z_mm: is [0-9.]+ mm from the nearest surface of stage.carrier"),
         (sensor(*RING, 'node = "bolt_99"', 'direction = "x"'), "node: 'bolt_99' is no node"),
         (sensor("a", "stage.hub", "speed"), "on: 'stage.hub' is no body"),
         (sensor(*RING, "angle_deg = 3"), "direction: is missing -- "),
@@ -313,8 +315,6 @@ RING = ("a", "stage.ring", "acceleration")
          "recorder.band_hz: 100000 Hz is beyond 18000 Hz"),
         ("\n[recorder]\nband_hz = 1000\nsampling_rate_hz = 1900\n",
          "recorder.sampling_rate_hz: 1900 Hz is 1.9 times the band of 1000 Hz"),
-        (sensor("a", "stage.carrier", "velocity", 'node = "drive"', 'direction = "radial"'),
-         "direction: radial is undefined on the axis, where drive is"),
         (sensor("a", "stage.carrier", "velocity", 'node = "pin_1"', 'direction = "x"',
                 'frame = "fixed"'), "frame: is fixed, and the node turns with stage.carrier"),
     ],
@@ -371,13 +371,29 @@ def test_a_place_that_means_nothing_is_refused_as_the_case_is_read(tmp_path, par
         ("carrier", 'node = "pin_9"', "node: 'pin_9' is no node of stage.carrier -- did you mean"),
         ("ring", 'node = "tooth_1"', "node: 'tooth_1' is no node of stage.ring -- did you mean"),
         ("carrier", "angle_deg = 20", "angle_deg: is on the FE mesh of stage.carrier, which is ri"),
+        (
+            "carrier",
+            'node = "drive"\ndirection = "radial"',
+            "direction: radial is undefined on the axis, where drive is",
+        ),
     ],
 )
 def test_a_sensor_without_a_place_is_refused_before_bodies_are_reduced(tmp_path, part, keys, words):
     text = SMALL_STAGE.read_text(encoding="utf-8")
-    text += sensor("a", f"stage.{part}", "acceleration", keys, 'direction = "x"')
+    keys += '\ndirection = "x"' * ("direction" not in keys)
+    text += sensor("a", f"stage.{part}", "acceleration", keys)
     with pytest.raises(InputError, match=re.escape(words)):
         require_workable(case_of(tmp_path, text, {"stage.carrier.fe.flexible": "false"}))
+
+
+def test_a_ring_from_a_file_may_be_wider_than_its_teeth(tmp_path):
+    text = SMALL_STAGE.read_text(encoding="utf-8")
+    text += sensor("outside", "stage.ring", "strain", "angle_deg = 5", "z_mm = 14")
+    of_file = {"stage.ring.fe.fe_mesh": '"file"', "stage.ring.fe.fe_mesh_file": '"ring.vtu"'}
+    assert case_of(tmp_path, text, of_file).sensors[0].z == pytest.approx(0.014)
+    text = text.replace("angle_deg = 5\nz_mm", "tooth = 5\nz_mm")
+    with pytest.raises(InputError, match="is beside the ring"):
+        case_of(tmp_path, text, of_file)
 
 
 def test_a_missing_word_is_named_with_those_that_the_key_takes(tmp_path):
