@@ -1,26 +1,29 @@
 """Transients of a case: machines and loads over time, steady running, drives and torque drops."""
 
 import math
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
 
+from flexgear.analysis.start import CarriedState
 from flexgear.analysis.step_plan import Adaptive, FineWindow, Stepping
 from flexgear.analysis.transient import Drive, run_in_memory
 from flexgear.arrays import Array
-from flexgear.coupling.machines import Brake
+from flexgear.coupling.machines import Brake, Controller, GivenSpeed
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pace import case_pace, timed_drops
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.tooth_faults import faults_of_stage, lost_contact
 from flexgear.model.case import Case
-from flexgear.model.errors import InputError
+from flexgear.model.errors import FlexgearWarning, InputError
 from flexgear.model.faults import Fault
 from flexgear.model.machine import Machine, TorqueHistory, machine_of, machines_of
 from flexgear.model.stage_view import StageView
 from flexgear.model.train import MemberLoad, load_histories
+from flexgear.model.units import RPM
 from flexgear.results.settling import Settling, Window, window_edges
 from flexgear.results.sinks import DatasetSink, MemorySink
 from flexgear.results.time_figures import axis_distance
@@ -147,6 +150,7 @@ def braked(modal: ModalSystem, share: float) -> ModalSystem:
 
 SAMPLES_AT_REST = 100  # least number of samples for a train at rest
 MAX_STEPS = 400_000  # of a run without given duration
+NEAR_RATED = 0.01  # difference from rated speed, over it, at which a run goes on without a warning
 RATED_DRIVE = TorqueHistory()  # constant rated torque
 
 
@@ -290,6 +294,22 @@ def _longest_pitch(view: StageView, fault: Fault) -> float:
     return float(teeth * gaps.max() / (2 * np.pi))
 
 
+def _warn_of_speed(model: Model, modal: ModalSystem, carried: CarriedState) -> None:
+    """Warning where a run under constant torques starts at another than the rated speed."""
+    system = modal.system
+    speed = system.ports[0].row @ modal.modes @ carried.state.velocity
+    rated = model.flow.speed[system.ports[0].name]
+    follow = any(isinstance(machine, (GivenSpeed, Controller)) for machine in system.machines)
+    if not follow and abs(speed - rated) > NEAR_RATED * abs(rated):
+        warnings.warn(
+            f"the run starts at {RPM * speed:.6g} rpm of {system.ports[0].name}, where the earlier "
+            f"one ended, not at rated {RPM * rated:.6g} rpm: torques alone change it; for a step "
+            'of speed give that member a machine with law = "speed"',
+            FlexgearWarning,
+            stacklevel=2,
+        )
+
+
 def simulate(
     model: Model,
     *,
@@ -321,6 +341,8 @@ def simulate(
     if duration is None and start is None:
         duration = settled_duration(model, drive=drive)
     carried = None if start is None else carried_state(model, modal, histories.drive(), start)
+    if carried is not None and not _never_steady(model, histories):
+        _warn_of_speed(model, modal, carried)
     stepping = stepping_of(
         case, model.flow, duration, drive=drive, output_interval=output_interval,
         start=0.0 if carried is None else carried.time,

@@ -1,6 +1,7 @@
 """Transients that start from the end of others, and soft ramps of speed."""
 
 import itertools
+import warnings
 
 import h5py
 import numpy as np
@@ -11,7 +12,7 @@ from two_gears import gears_text
 
 from flexgear import load_case
 from flexgear.cli.entry import run as command
-from flexgear.model.errors import InputError
+from flexgear.model.errors import FlexgearWarning, InputError
 from flexgear.model.machine import Machine
 from flexgear.results import dataset_file
 
@@ -156,6 +157,21 @@ def test_a_start_state_that_does_not_fit_is_refused_in_one_line(tmp_path, keys, 
     nothing = earlier.drop_vars("end_state")
     with pytest.raises(InputError, match="start: is not the end of a transient"):
         train(tmp_path).assemble().transient(0.001, start=nothing)
+
+
+@pytest.mark.parametrize(("rated", "warned"), [("100.5", 0), ("104", 1)])
+def test_a_free_train_goes_on_at_its_speed_and_says_so(tmp_path, rated, warned):
+    """Torques and inertia alone decide when it has the rated speed of its case."""
+    earlier = train(tmp_path).assemble().transient(0.001)
+    with warnings.catch_warnings(record=True) as issued:
+        warnings.simplefilter("always", FlexgearWarning)
+        model = train(tmp_path, **{"inputs.0.speed_rpm": rated}).assemble()
+        run = model.transient(0.001, start=earlier)
+    assert run.input_speed[:, 0].values == pytest.approx(100 * np.pi / 30, rel=2e-3)
+    texts = [str(w.message) for w in issued]
+    assert ["rpm of stage.carrier, where the earlier one ended" in t for t in texts] == [
+        True
+    ] * warned
 
 
 def test_a_sweep_finds_both_branches_of_a_spur_pair(tmp_path):
