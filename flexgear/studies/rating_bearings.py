@@ -5,9 +5,13 @@ equal damage,
 
     P_m = (mean P^p)^{1/p}     (Palmgren 1924, Miner 1945)
 
-and thrust and moment by their means. A bearing with stated sizes of its rolling elements is rated
-by rows (ISO/TS 16281), any other bearing by its basic life from C (ISO 281); with the modified life
-where the lubricant is known.
+and thrust and moment by their means. The moment across the radial load decides how rows share it;
+in planets it alternates where their carrier bears a hub moment. With its mean M and standard
+deviation s, half of the revolutions are rated with M − s and half with M + s, which is exact for
+damage that is a cubic of a moment with a symmetric distribution.
+
+A bearing with stated sizes of its rolling elements is rated by rows (ISO/TS 16281), any other
+bearing by its basic life from C (ISO 281); with the modified life where the lubricant is known.
 """
 
 import math
@@ -59,6 +63,7 @@ from flexgear.solve.bin_loads import BinLoads
 
 LEAST_LOAD_SHARE = 1e-6  # of the largest load of the case; a smaller load is rounding
 LEAST_THRUST_SHARE = 1e-9  # of the radial load; a smaller thrust is rounding
+LEAST_SPREAD = 1e-3  # of radial load times arm; a smaller deviation of the moment has no effect
 
 
 class BearingLoad(NamedTuple):
@@ -66,7 +71,8 @@ class BearingLoad(NamedTuple):
 
     vector: (5,) force x, y, z, N, and moment about x and y, N m, with x along the radial load;
     largest: radial load at the worst position, N; stationary: ring to which the load is stationary;
-    radial, axial: (p,) sizes of radial load and thrust at all positions, N.
+    radial, axial: (p,) sizes of radial load and thrust at all positions, N; spread: standard
+    deviation of the moment about y, N m.
     """
 
     vector: Array
@@ -74,6 +80,7 @@ class BearingLoad(NamedTuple):
     stationary: Ring
     radial: Array
     axial: Array
+    spread: float = 0.0
 
 
 def bearing_load(
@@ -101,7 +108,8 @@ def bearing_load(
     constant = varying_load(radial, exponent) if largest > least else 0.0
     vector = np.array([constant, 0.0, axial, along.mean(), across.mean()])
     thrust = np.where(np.abs(force[:, 2]) > LEAST_THRUST_SHARE * largest, np.abs(force[:, 2]), 0.0)
-    return BearingLoad(vector, largest, "inner" if turns_along else "outer", radial, thrust)
+    ring: Ring = "inner" if turns_along else "outer"
+    return BearingLoad(vector, largest, ring, radial, thrust, float(across.std()))
 
 
 class _Place(NamedTuple):
@@ -230,7 +238,7 @@ def _in_bin(
     radial, _, axial, *moment = load.vector.tolist()
     how = COMPUTED if load_factor == 1.0 else f"computed, times {load_factor:.4g} by key k_gamma"
     loads_of = {"F_r": radial, "F_a": axial, "M": math.hypot(*moment), "F_r,max": load.largest}
-    loads_of |= dict(zip(("M_x", "M_y"), moment, strict=True))
+    loads_of |= dict(zip(("M_x", "M_y"), moment, strict=True)) | {"σ_My": load.spread}
     factors = sheet_of(loads_of, how)
     if not rated or not load.vector.any():
         return _InBin(math.inf, math.inf if rated else math.nan, factors, {})
@@ -300,8 +308,13 @@ def _of_rows(case: Case, bearing: RollingBearing, at: BearingLoad, speed: float)
     if not load[:3].any():
         return _InBin(math.inf, math.inf, {}, {})
     film = _lubrication(case, bearing.rows[0].pitch_diameter, speed)
+    alternates = at.spread > LEAST_SPREAD * load[0] * bearing.rows[0].arm
+    moments = load[4] + np.array([-at.spread, at.spread] if alternates else [0.0])
     try:
-        rated = rate_load(bearing, load, at.stationary, film)
+        halves = [
+            rate_load(bearing, np.array([*load[:4], moment]), at.stationary, film)
+            for moment in moments
+        ]
     except FlexgearError as error:
         raise FlexgearError(f"{error} (radial {load[0]:.4g} N)") from None
     factors = dict[str, Factor]()
@@ -310,20 +323,18 @@ def _of_rows(case: Case, bearing: RollingBearing, at: BearingLoad, speed: float)
     if film is not None:
         factors |= _rating(bearing, "C_u", "fatigue_load_limit")
         factors |= sheet_of({"κ": film.viscosity_ratio, "e_C": film.contamination})
-    for k, row in enumerate(rated.rows, 1):
-        of_row = {"F": row.load[0], "ψ": 1e3 * row.tilt, "p": row.pressure / 1e6}
-        factors |= sheet_of(of_row | _lives(row), row=k)
-    factors |= sheet_of(_lives(rated), f"{ROWS}, {at.stationary} ring stationary under the load")
-    life, safety = rated.modified_life, rated.static_safety
-    if safety is not None and load[0]:
+    for k, rows in enumerate(zip(*(half.rows for half in halves), strict=True), 1):
+        tilt, pressure = max(row.tilt for row in rows), max(row.pressure for row in rows)
+        of_row = {"F": np.mean([row.load[0] for row in rows]), "ψ": 1e3 * tilt, "p": pressure / 1e6}
+        factors |= sheet_of(of_row | _lives(rows), row=k)
+    lives = sheet_of(_lives(halves), f"{ROWS}, {at.stationary} ring stationary under the load")
+    safeties = [half.static_safety for half in halves if half.static_safety is not None]
+    safety = min(safeties, default=math.nan)
+    if safeties and load[0]:
         safety *= float(load[0]) / at.largest
-    factors |= sheet_of({"S_0": safety})
-    return _InBin(
-        rated.basic_life if life is None else life,
-        math.nan if safety is None else safety,
-        factors,
-        rated.estimates,
-    )
+    factors |= lives | sheet_of({"S_0": safety if safeties else None})
+    life = 1e6 * value_of(lives, "L_nmr", value_of(lives, "L_10r"))
+    return _InBin(life, safety, factors, halves[0].estimates)
 
 
 def _rating(bearing: RollingBearing, symbol: str, key: str) -> dict[str, Factor]:
@@ -332,13 +343,15 @@ def _rating(bearing: RollingBearing, symbol: str, key: str) -> dict[str, Factor]
     return sheet_of({symbol: getattr(bearing.ratings, key)}, f"estimated {rule}" if rule else "")
 
 
-def _lives(rated: RowRating | BearingRating) -> dict[str, float | None]:
-    """Reference life and, where known, modified reference life, 10⁶ revolutions."""
-    modified = rated.modified_life
-    return {
-        "L_10r": rated.basic_life / 1e6,
-        "L_nmr": None if modified is None else modified / 1e6,
+def _lives(halves: Sequence[RowRating | BearingRating]) -> dict[str, float | None]:
+    """Reference life and, where known, modified reference life of equal numbers of revolutions in
+    each state, 10⁶ revolutions."""
+    lives = {
+        "L_10r": [half.basic_life for half in halves],
+        "L_nmr": [x for half in halves if (x := half.modified_life) is not None],
     }
+    means = {symbol: sum(1.0 / x for x in of) / len(of) for symbol, of in lives.items() if of}
+    return {symbol: 1e-6 / mean if mean else math.inf for symbol, mean in means.items()}
 
 
 def _row_life(factors: Sheet, row: int) -> float:

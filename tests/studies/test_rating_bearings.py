@@ -90,6 +90,23 @@ def test_moments_are_about_the_radial_load_and_across_it(monkeypatch):
     assert moments == pytest.approx([5e3, -5e2, math.hypot(5e3, 5e2)], rel=1e-9)
 
 
+def test_a_moment_that_alternates_does_the_damage_of_both_its_values(monkeypatch):
+    """As in planets whose carrier bears a hub moment; of three values nearly that of all three."""
+    middle = ROLLERS | PAIR | {"z_mm": "0"}
+
+    def rated(moments):
+        _loaded(monkeypatch, [[1.5e6, 0, 0, 4e4, moment, 0] for moment in moments])
+        part = _part(_rated(planet=middle), "stage.planet_bearing_1")
+        return np.array([part.damage[0], *part.of_rows, 1 / part.safety[0]])
+
+    low, high = rated([-4e4]), rated([8e4])
+    both = [*((low + high) / 2)[:3], high[3]]
+    assert rated([8e4, -4e4, 8e4, -4e4]) == pytest.approx(both, rel=1e-9)
+    mean = rated([2e4])
+    assert rated([8e4, 2e4, -4e4, 2e4])[:3] == pytest.approx((both[:3] + mean[:3]) / 2, rel=0.05)
+    assert mean[0] < 0.8 * both[0]
+
+
 def test_a_life_without_lubricant_is_said_to_be_basic():
     oil = {
         "lubricant.viscosity_40_mm2_per_s": "320", "lubricant.temperature_c": "65",

@@ -95,6 +95,7 @@ SYMBOLS = {  # unit, meaning, source
     "M": ("N m", "mean moment", COMPUTED),
     "M_x": ("N m", "its part about the direction of F_r", COMPUTED),
     "M_y": ("N m", "its part across that", COMPUTED),
+    "σ_My": ("N m", "standard deviation of that part", COMPUTED),
     "F_r,max": ("N", "largest radial load", COMPUTED),
     "C": ("N", "dynamic rating of one bearing", "key dynamic_rating"),
     "C_0": ("N", "static rating of one bearing", "key static_rating"),
