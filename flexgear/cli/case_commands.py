@@ -21,6 +21,7 @@ from flexgear.files.atomic import file_target, staged_folder, write_bytes, write
 from flexgear.gears.bearings.nominal import nominal_bearings
 from flexgear.gears.expected_lines import expected_lines, line_rows
 from flexgear.gears.implausible import implausible
+from flexgear.gears.load_bins import bins_of_load_cases
 from flexgear.gears.power_flow import PowerFlow, StageFlow, power_flow
 from flexgear.gears.report import case_reports
 from flexgear.model.case import Case
@@ -53,6 +54,7 @@ def check(
     Implausible values, such as colliding planets or stress beyond any steel, are warnings.
     """
     source = options.read_case(case, settings, loaded=False)
+    bins_of_load_cases(source)  # refuses impossible ones
     if out is not None:
         options.claim_folder(out, options.CHECK, origin_of_case(source, "check"), force)
     figures, doubts = derived(source), implausible(source, power_flow(source))

@@ -132,8 +132,9 @@ def test_bad_rating_sections_are_one_line(flexgear, tmp_path, more, message):
     flexgear.out("cases", "pitch-drive", "--copy", tmp_path / "own.toml")
     with open(tmp_path / "own.toml", "a", encoding="utf-8") as file:
         file.write(f"\n{more}")
-    assert message in flexgear.refused("rate", tmp_path / "own.toml", "--out", tmp_path / "r")
-    assert not (tmp_path / "r").exists()
+    for command in ("rate", "check"):
+        assert message in flexgear.refused(command, tmp_path / "own.toml", "--out", tmp_path / "r")
+        assert not (tmp_path / "r").exists()
 
 
 @pytest.mark.usefixtures("no_pixels")
