@@ -8,7 +8,7 @@ width b (ISO 6336-1: c_γ ≈ 20 N/(mm µm)).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -244,6 +244,8 @@ class SupportWriter:
             section.take("mean_diameter_mm", mean(bearings, SIZES, "mm"))
         factors = [(row.key, read(bearings, row)) for row in THRUST]
         if None in (datum for _, datum in factors[:3]):
+            factors = self._contact_angle(bearings, kind)
+        if not factors:
             return
         below = number(bearings, RADIAL_BELOW_E, "none")
         if below is not None and below.value != 1.0:
@@ -252,6 +254,22 @@ class SupportWriter:
         thrust = self.case.section(f"[{section.header.strip('[]')}.thrust]", behind=section)
         for key, datum in factors:
             thrust.take(key, datum)
+
+    def _contact_angle(
+        self, bearings: list[Component], kind: str
+    ) -> list[tuple[str, Datum | None]]:
+        """Contact angle and number of rows of one bearing, from which the factors of ISO 281 and
+        ISO 76 follow; empty for other bearings, unequal rows, and angles without factors."""
+        rows = self.document.parts(bearings[0], "rolling_bearing_row")
+        stated = [number([row], "pressure_angle", "deg") for row in rows]
+        angles = [replace(a, value=abs(a.value)) for a in stated if a is not None]
+        one = len(bearings) == len({a.value for a in angles}) == 1 and len(angles) == len(rows) <= 2
+        if not one or not (20.0 if kind == "ball" else 1.0) <= angles[0].value <= 45.0:
+            return []
+        return [
+            ("contact_angle_deg", angles[0]),
+            ("rows", Datum(len(rows), f"rows of {bearings[0].label}")),
+        ]
 
     def _elements(
         self,

@@ -398,6 +398,26 @@ def test_factors_of_thrust(imported, x_1):
     assert (thrust.e, thrust.x, thrust.y, thrust.y_1) == (0.4, 0.67, 2.5, 0.0)
 
 
+@pytest.mark.parametrize("kind", ["radial_tapered_roller_bearing", "angular_contact_ball_bearing"])
+@pytest.mark.parametrize("angles", [(25.0,), (-25.0, 25.0), (12.0,), (25.0, 30.0), (25.0, None)])
+def test_factors_of_thrust_by_the_contact_angle(imported, kind, angles):
+    """Of equal rows, in the sense of either; ISO 281 has none of balls below 20 degrees."""
+    m = planetary()
+    of_file = {"radial_dynamic_load_rating": (900.0, "kN"), "bearing_type": (kind, "none")}
+    m.set(m.main[0], **of_file)
+    for angle in angles:
+        more = {} if angle is None else {"pressure_angle": (angle, "deg")}
+        m.part(m.main[0], "rolling_bearing_row", **more)
+    case, conversion = imported(m)
+    thrust = next(b for b in case.stages[0].carrier.support if b.dynamic_rating).thrust
+    equal = {25.0, 12.0 if "roller" in kind else 25.0} >= set(map(abs, (a or 0.0 for a in angles)))
+    assert (thrust is not None) == equal
+    if thrust is not None:
+        assert thrust.contact_angle == pytest.approx(math.radians(abs(angles[0])))
+        assert thrust.rows == len(angles)
+        assert not any("pressure_angle" in line for line in conversion.left_out)
+
+
 def test_every_attribute_is_used_or_listed(tmp_path):
     """What stands in a file, known or not, is in the case's comments or in the list below it."""
     m = three_stages()
