@@ -115,11 +115,17 @@ class GearMeshFactors(ForcedFactors):
     """Factors of some gear meshes, in place of those for all.
 
     stage: name of the stage, all stages if left out. kind: sun (also pinion and gear) or ring, both
-    if left out.
+    if left out. face_width: common face width in the formulas of ISO 6336, where those of a planet
+    with sun and ring differ, in place of that of the stage.
     """
 
     stage: str | None = None
     kind: Literal["sun", "ring"] | None = None
+    face_width: Length | None = Field(default=None, ge=1e-4, le=5.0)
+
+    def applies(self, stage: str, kind: str) -> bool:
+        """Whether they are those of the gear meshes "sun" or "ring" of a stage."""
+        return self.stage in (None, stage) and self.kind in (None, kind)
 
 
 class Rating(ForcedFactors):
@@ -187,9 +193,14 @@ class Rating(ForcedFactors):
         """
         stated = self._stated(ForcedFactors.model_fields)
         for factors in self.gear_meshes:
-            if factors.stage in (None, stage) and factors.kind in (None, kind):
+            if factors.applies(stage, kind):
                 stated |= factors._stated(ForcedFactors.model_fields)
         return ForcedFactors(**stated)
+
+    def face_width(self, stage: str, kind: str) -> float | None:
+        """Common face width of the gear meshes "sun" or "ring" of a stage, m; None if not given."""
+        of_kind = [f.face_width for f in self.gear_meshes if f.applies(stage, kind)]
+        return next(filter(None, reversed(of_kind)), None)
 
     def least(self, name: str) -> float:
         """Minimum of "flank_safety", "root_safety", "dynamic_factor" or "face_load_factor": the key

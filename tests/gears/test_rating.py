@@ -149,6 +149,18 @@ def test_a_gear_narrower_than_its_gear_mesh_is_one_line(tmp_path):
         pair_of(case)
 
 
+def test_gear_meshes_of_a_planet_may_differ_in_width(tmp_path):
+    """The ring's is rated as in a stage of its width, the sun's as before."""
+    ring = PLANETARY + '[[rating.gear_meshes]]\nkind = "ring"\nface_width_mm = 50\n'
+    for role, width in (("ring", 0.05), ("sun", 0.06)):
+        of_stage = case_of(tmp_path, PLANETARY, **{"stage.face_width": width})
+        pairs = [pair_of(case, role) for case in (case_of(tmp_path, ring), of_stage)]
+        first, second = (rate(*each, {}) for each in pairs)
+        assert first == second
+        factors = [method_b_inputs(*each, 1.0) for each in pairs]
+        assert factors[0] == factors[1]
+
+
 def test_floors_of_a_named_set_and_what_a_case_puts_in_their_place(tmp_path):
     changes = {"rating.limits": "wind", "rating.least_root_safety": 1.4}
     pair, load = pair_of(case_of(tmp_path, PLANETARY, **changes))

@@ -16,7 +16,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from flexgear.gears.geometry import GearMeshGeometry, StageGeometry
+from flexgear.gears.geometry import GearMeshGeometry, StageGeometry, stage_geometry
 from flexgear.gears.nominal_stress import RootStress, root_stress, virtual_teeth
 from flexgear.gears.power_flow import StageFlow
 from flexgear.gears.radii import gears_by_role
@@ -181,6 +181,12 @@ def gear_pair(view: StageView, g: StageGeometry, role: str) -> GearPair:
     """Gear pair of the gear mesh "sun" or "ring" of a stage. Raises InputError where the case gives
     base diameters or working angles, which do not define tooth roots."""
     stage = view.stage
+    width = view.case.rating.face_width(stage.name, role)
+    if width is not None:
+        stage = stage.model_copy(update={"face_width": width})
+        others = (stage if s.name == stage.name else s for s in view.case.stages)
+        view = view.case.model_copy(update={"stages": tuple(others)}).view(stage.name)
+        g = stage_geometry(view)
     if g.overridden:
         raise view.refuse(
             view.part(role),
