@@ -63,7 +63,8 @@ def ring_support(p: Proposal) -> Bolting | Splined:
         circle = p.root_diameter("ring") + rim
         most = min(MOST_BOLTS, math.floor(math.pi * circle / (SPACING * diameter)))
         bolt_torque = FRICTION * PRELOAD * area * circle / 2 / SAFETY
-        number = min(max(math.ceil(torque / bolt_torque), LEAST_BOLTS), most)
+        needed = max(math.ceil(torque / bolt_torque), LEAST_BOLTS)
+        number = _number_of_bolts(needed, most, p.gear_set.teeth["ring"].teeth)
         axial = STEEL * math.pi / 4 * 3 * diameter**2 / p.face_width  # sleeve of two diameters
         share = min(number * bolt_torque / torque, 1.0)
         bolting = Bolting(
@@ -72,6 +73,17 @@ def ring_support(p: Proposal) -> Bolting | Splined:
         if share == 1.0:
             break
     return bolting or _splined(p, torque)
+
+
+def _number_of_bolts(needed: int, most: int, teeth: int) -> int:
+    """Number of bolts, up to a quarter above ``needed``, that shares the largest divisor with the
+    teeth of the ring, which is reduced by its smallest repeating part. If ``needed`` do not fit, as
+    many as possible from three quarters of ``most``, beside pins."""
+    if needed <= most:
+        numbers = range(needed, min(most, 5 * needed // 4) + 1)
+    else:
+        numbers = range(most, math.ceil(0.75 * most) - 1, -1)
+    return max(numbers, key=lambda number: math.gcd(number, teeth))
 
 
 def _splined(p: Proposal, torque: float) -> Splined:

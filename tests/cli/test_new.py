@@ -203,6 +203,14 @@ def test_bolts_are_of_usual_number_and_fit_in_the_rim():
     assert min(share, 1.0) == pytest.approx(float(percent) / 100 if percent else 1.0, abs=0.01)
 
 
+@pytest.mark.parametrize("ratio", [5.5, 4.0])
+def test_bolts_repeat_with_the_teeth_of_the_ring(ratio):
+    """81 teeth have 36 bolts, not 40, with which the ring would repeat nowhere."""
+    text, (stage,) = proposed_case([StageRequest(ratio, 3, 1.0, 1.0)], Rated(1.2e5, 5.0))
+    teeth = stage.gear_set.teeth["ring"].teeth
+    assert math.gcd(case_of(text).stages[0].ring.fe.bolts.number, teeth) >= 8
+
+
 @pytest.mark.parametrize("torque", [2e2, 2e4])
 @pytest.mark.parametrize("arrangement", ARRANGEMENTS)
 def test_bodies_of_a_proposed_stage_can_be_meshed(arrangement, torque):
