@@ -244,7 +244,7 @@ class SupportWriter:
             section.take("mean_diameter_mm", mean(bearings, SIZES, "mm"))
         factors = [(row.key, read(bearings, row)) for row in THRUST]
         if None in (datum for _, datum in factors[:3]):
-            factors = self._contact_angle(bearings, kind)
+            factors = self._contact_angle(bearings, type_text or kind)
         if not factors:
             return
         below = number(bearings, RADIAL_BELOW_E, "none")
@@ -256,19 +256,21 @@ class SupportWriter:
             thrust.take(key, datum)
 
     def _contact_angle(
-        self, bearings: list[Component], kind: str
+        self, bearings: list[Component], bearing_type: str
     ) -> list[tuple[str, Datum | None]]:
         """Contact angle and number of rows of one bearing, from which the factors of ISO 281 and
-        ISO 76 follow; empty for other bearings, unequal rows, and angles without factors."""
+        ISO 76 follow; empty for other bearings, unequal rows, and angles without factors. A
+        four-point bearing has the factors of two rows, as in catalogues."""
         rows = self.document.parts(bearings[0], "rolling_bearing_row")
         stated = [number([row], "pressure_angle", "deg") for row in rows]
         angles = [replace(a, value=abs(a.value)) for a in stated if a is not None]
         one = len(bearings) == len({a.value for a in angles}) == 1 and len(angles) == len(rows) <= 2
-        if not one or not (20.0 if kind == "ball" else 1.0) <= angles[0].value <= 45.0:
+        if not one or not (20.0 if "ball" in bearing_type else 1.0) <= angles[0].value <= 45.0:
             return []
+        count = 2 if "four_point" in bearing_type else len(rows)
         return [
             ("contact_angle_deg", angles[0]),
-            ("rows", Datum(len(rows), f"rows of {bearings[0].label}")),
+            ("rows", Datum(count, f"rows of {bearings[0].label}")),
         ]
 
     def _elements(
