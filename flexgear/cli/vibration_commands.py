@@ -32,6 +32,7 @@ from flexgear.views.vibration_charts import (
 )
 
 MAX_CHANGE = 0.05  # of motion over its range by twice as many harmonics, above which a line warns
+LEAST_CHANGE = 1e-5  # least such change that is stated
 TEETH = {
     "one-sided": "lose contact there, which a linear response does not have",
     "linear": 'pull there, as gear_mesh.contact_law = "linear"; take "one-sided"',
@@ -231,7 +232,8 @@ def show_response(model: Model, data: xr.Dataset, figures: dict[str, Any]) -> No
         + (
             "the effect of more harmonics is not known"
             if change is None
-            else f"twice as many change the motion by {with_unit(change, 'share')} of its range"
+            else f"twice as many change the motion by {'less than ' * (change < LEAST_CHANGE)}"
+            f"{with_unit(max(change, LEAST_CHANGE), 'share')} of its range"
         ),
     }
     table(f"{model.case.name}, {model.variant}: response{of_stage(figures['stage'])}", rows)

@@ -79,6 +79,13 @@ def test_response_names_a_sensor_whose_signal_does_not_change(flexgear, tmp_path
     assert re.search(r"sensor y: up to .* rms on stable branches", text)
 
 
+def test_response_states_no_rounding_as_an_effect_of_more_harmonics(flexgear, tmp_path):
+    path = write(tmp_path, gears_text(model="constant", law="linear"))
+    options = ("--speed-range", 0.9, 1.0, "--harmonics", 1, "--doublings", 0)
+    text = flexgear.quiet("response", path, *options, "--quiet")
+    assert "harmonics           1; twice as many change the motion by less than 0.001 %" in text
+
+
 def test_response_of_linear_contact_says_that_teeth_pull(flexgear, tmp_path):
     path = write(tmp_path, gears_text(model="per_pair", law="linear"))
     command = ("response", path, "--speed-range", 0.9, 1.1, "--harmonics", 4, "--quiet")
