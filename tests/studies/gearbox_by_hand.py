@@ -269,8 +269,8 @@ class ByHand:
             "K_A": K_A, "K_γ": self.k_gamma, "K_v": k_v, "K_Hβ": k_h,
             "K_Fβ": k_h ** (1 / (1 + slim + slim**2)),
             "K_Hα": max(1.0, min(across, most)), "K_Fα": max(1.0, min(across, most_root)),
-            "c′": c, "c_γα": c_gamma, "m_red": mass, "N": resonance, "f_pb,eff": pitch_error,
-            "f_fα,eff": profile,
+            "c′_th": 1 / q, "c′": c, "c_γα": c_gamma, "m_red": mass, "N": resonance,
+            "f_pb,eff": pitch_error, "f_fα,eff": profile,
         }  # fmt: skip
 
     def z_epsilon(self, role):

@@ -180,6 +180,7 @@ def method_b_inputs(pair: GearPair, load: PairLoad, ratio: float) -> dict[str, f
     reduction, mass = _softened(line_load) if line_load else 1.0, reduced_mass(pair)
     natural = math.sqrt(pair.gear_mesh_stiffness * reduction / mass)
     return {
+        "c′_th": pair.theoretical_stiffness / 1e9,
         "c′": reduction * pair.single_stiffness / 1e9,
         "c_γα": reduction * pair.gear_mesh_stiffness / 1e9,
         "m_red": mass / 1e3,

@@ -20,6 +20,7 @@ SYMBOLS = {  # unit, meaning, source
     "K_Fβ": ("", "face load factor, root", LOADS),
     "K_Hα": ("", "transverse load factor, flank", LOADS),
     "K_Fα": ("", "transverse load factor, root", LOADS),
+    "c′_th": ("N/(mm µm)", "theoretical stiffness of a pair", "ISO 6336-1, clause 9"),
     "c′": ("N/(mm µm)", "stiffness of a pair", "ISO 6336-1, clause 9"),
     "c_γα": ("N/(mm µm)", "stiffness of the gear mesh", "ISO 6336-1, clause 9"),
     "m_red": ("kg/mm", "reduced mass per width", "ISO 6336-1, clause 6"),
