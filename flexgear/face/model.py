@@ -68,7 +68,7 @@ class Model(model.Model):
         torque: float | None = None,
         progress: Progress | None = None,
     ) -> xr.Dataset:
-        """Equilibria at angles (p,) of a member.
+        """Equilibria at angles (p,) of a member, positive in its rated sense.
 
         torque: on the first input, N m, the others in rated proportion; rated torques if left out.
         """
