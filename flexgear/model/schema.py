@@ -6,7 +6,6 @@ or bracket begins the description of a field.
 
 import inspect
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -153,14 +152,16 @@ class Key:
         return scaled
 
 
-def keys(section: type[Section]) -> Iterator[Key]:
+@cache
+def keys(section: type[Section]) -> tuple[Key, ...]:
     """Keys of a section in the order of its fields."""
     properties = section.model_json_schema(ref_template="{model}")["properties"]
+    written = []
     for name, field in section.model_fields.items():
         if (section, name) in NOT_WRITTEN:
             continue
         inner = section_of(section, name)
-        yield Key(
+        key = Key(
             name=name,
             quantity=quantity_of(section, name),
             schema={} if inner else _writable(properties[name]),
@@ -170,6 +171,8 @@ def keys(section: type[Section]) -> Iterator[Key]:
             one_too=takes_one(section, name),
             meaning=meaning(section, name),
         )
+        written.append(key)
+    return tuple(written)
 
 
 def sections(root: type[Section] = Case) -> list[type[Section]]:
