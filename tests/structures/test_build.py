@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from coupled import named
+from small_train import SMALL_STAGE
 
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
@@ -138,7 +139,8 @@ def test_a_body_without_a_stated_number_has_as_many_modes_as_the_band_needs(
 
 
 @pytest.mark.slow
-def test_a_ring_with_more_modes_is_the_ring_of_that_stated_number(case, monkeypatch):
+def test_a_ring_with_more_modes_is_the_ring_of_that_stated_number(monkeypatch):
+    case = load_case(SMALL_STAGE, {"solver.fidelity": "quick"}).view()
     monkeypatch.setattr(type(case.ring), "usual_modes", 8)
     left_out = {"stage.ring.fe.fixed_interface_modes": None, "stage.gear_mesh.model": "face_load",
                 "stage.ring.fe.tooth_shapes": "always"}  # fmt: skip
