@@ -206,7 +206,7 @@ def require_places(case: Case, rigid: Collection[BodyName]) -> None:
 
 
 def _check_gauge(case: Case, sensor: Sensor, key: str) -> None:
-    """Raise Refusal for a strain gauge on a body without FE mesh, or at a tooth that is none."""
+    """Raise Refusal for a strain gauge on a body without FE mesh or without its tooth."""
     at = MemberName.parse(sensor.on)
     body = getattr(case.member(sensor.on), "fe", None) if at.part in ("ring", "carrier") else None
     if body is None or getattr(body, "fe_mesh", "") == "reduced":
