@@ -78,10 +78,13 @@ class SupportWriter:
         if self._stand_apart(member):
             held = {d for d in directions if any(self._stiffness(j, d, scale) for j in joints)}
             missing = tuple(d for d in needs if d not in {*held, "tilt"})
+            thrusts = []
             for joint in joints:
                 section = self.case.section(f"[[stages.{member.role}.support]]")
                 self.springs(section, [joint], scale, directions, missing, member.z)
-                self._rating(section, [joint])
+                thrust = self._rating(section, [joint])
+                thrusts += [] if thrust is None else [(joint, thrust)]
+            self._pair(thrusts)
             return
         section = self.case.section(f"[stages.{member.role}.support]")
         self.springs(section, joints, scale, directions, needs, member.z, halves)
@@ -216,12 +219,13 @@ class SupportWriter:
 
     def _rating(
         self, section: Section, bearings: list[Component], twins: Sequence[Component] = ()
-    ) -> None:
+    ) -> Section | None:
         """Write load ratings and number of the bearings of one planet, and their rolling elements
         or else mean diameter, and factors of the equivalent load under thrust if the file has e, X
-        and Y. twins: bearings of the other planets."""
+        and Y, or a contact angle; returns the section of these. twins: bearings of the other
+        planets."""
         if read(bearings, RATING[0]) is None:
-            return
+            return None
         for row in RATING:
             read(bearings, row)  # marks equal values as used
             data = [d for bearing in bearings if (d := read([bearing], row)) is not None]
@@ -239,21 +243,37 @@ class SupportWriter:
         if len(bearings) > 1:
             section.put("count", min(len(bearings), 8), "bearings of one planet")
         if self._elements(section, bearings, twins, type_text):
-            return
+            return None
         if section.holds(RATING[2].key) and all(number(bearings, size, "mm") for size in SIZES):
             section.take("mean_diameter_mm", mean(bearings, SIZES, "mm"))
         factors = [(row.key, read(bearings, row)) for row in THRUST]
         if None in (datum for _, datum in factors[:3]):
             factors = self._contact_angle(bearings, type_text or kind)
         if not factors:
-            return
+            return None
         below = number(bearings, RADIAL_BELOW_E, "none")
         if below is not None and below.value != 1.0:
             self.case.warn(f"{below.source}: is {below.value:g}, not 1; thrust does not count in P")
-            return
+            return None
         thrust = self.case.section(f"[{section.header.strip('[]')}.thrust]", behind=section)
         for key, datum in factors:
             thrust.take(key, datum)
+        return thrust
+
+    def _pair(self, thrusts: list[tuple[Component, Section]]) -> None:
+        """Write the direction of the shaft's thrust that each of two single-row bearings takes, in
+        which radial loads induce thrust. thrusts: bearings of a member with their sections."""
+        directed = []
+        for bearing, thrust in thrusts:
+            word = text([bearing], "axial_force_absorption")
+            rows = self.document.parts(bearing, "rolling_bearing_row")
+            if word in ("positive", "negative") and len(rows) < 2:
+                along = (word == "positive") == (self.assembly.frames.sense(bearing) > 0)
+                source = f"{bearing.label}, axial_force_absorption {word}"
+                directed.append((thrust, "+z" if along else "-z", source))
+        if sorted(direction for _, direction, _ in directed) == ["+z", "-z"]:
+            for thrust, direction, source in directed:
+                thrust.put("direction", direction, source)
 
     def _contact_angle(
         self, bearings: list[Component], bearing_type: str
