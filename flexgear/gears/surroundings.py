@@ -14,7 +14,7 @@ BOLTS = {  # stress area, m², by nominal diameter, m (ISO 724, ISO 898-1)
 }  # fmt: skip
 PRELOAD = 0.65 * 940e6  # Pa, of grade 10.9 over the stress area (VDI 2230)
 FRICTION, SAFETY = 0.12, 1.5
-LEAST_BOLTS, MOST_BOLTS = 8, 40
+LEAST_BOLTS, MANY_BOLTS = 8, 40
 RIM, THICKEST_RIM = 3.0, 3.5  # modules: ISO 6336-3 reduces no strength from 3.5 modules
 OVAL = 0.05  # modules by which a splined ring may bend: half of what counts as small
 BOLTED_RIM = 2.2  # rim thickness over bolt diameter, bolts in the middle of the rim
@@ -53,7 +53,7 @@ class Splined:
 
 def ring_support(p: Proposal) -> Bolting | Splined:
     """Support of the ring, or of one half. In a rim of 3 to 3.5 modules the thinnest bolts, 8 to
-    40, whose friction carries the torque with safety 1.5 (VDI 2230); else the thickest bolts that
+    50, whose friction carries the torque with safety 1.5 (VDI 2230); else the thickest bolts that
     fit, with pins; an outer spline if no bolts fit into such a rim."""
     torque, bolting = p.ring_torque / p.request.halves, None
     for diameter, area in BOLTS.items():
@@ -61,10 +61,10 @@ def ring_support(p: Proposal) -> Bolting | Splined:
         if rim > THICKEST_RIM * p.module * (1 + 1e-9):
             break
         circle = p.root_diameter("ring") + rim
-        most = min(MOST_BOLTS, math.floor(math.pi * circle / (SPACING * diameter)))
+        fit = math.floor(math.pi * circle / (SPACING * diameter))
         bolt_torque = FRICTION * PRELOAD * area * circle / 2 / SAFETY
         needed = max(math.ceil(torque / bolt_torque), LEAST_BOLTS)
-        number = _number_of_bolts(needed, most, p.gear_set.teeth["ring"].teeth)
+        number = _number_of_bolts(needed, fit, p.gear_set.teeth["ring"].teeth)
         axial = STEEL * math.pi / 4 * 3 * diameter**2 / p.face_width  # sleeve of two diameters
         share = min(number * bolt_torque / torque, 1.0)
         bolting = Bolting(
@@ -75,14 +75,15 @@ def ring_support(p: Proposal) -> Bolting | Splined:
     return bolting or _splined(p, torque)
 
 
-def _number_of_bolts(needed: int, most: int, teeth: int) -> int:
-    """Number of bolts, up to a quarter above ``needed``, that shares the largest divisor with the
-    teeth of the ring, which is reduced by its smallest repeating part. If ``needed`` do not fit, as
-    many as possible from three quarters of ``most``, beside pins."""
-    if needed <= most:
-        numbers = range(needed, min(most, 5 * needed // 4) + 1)
+def _number_of_bolts(needed: int, fit: int, teeth: int) -> int:
+    """Number of bolts that shares the largest divisor with the teeth of the ring, which is reduced
+    by its smallest repeating part: up to a quarter more than ``needed``; if these are more than
+    ``fit`` or ``MANY_BOLTS``, so that pins help, within a quarter of the smaller of both."""
+    many = min(fit, MANY_BOLTS)
+    if needed <= many:
+        numbers = range(needed, min(fit, 5 * needed // 4) + 1)
     else:
-        numbers = range(most, math.ceil(0.75 * most) - 1, -1)
+        numbers = range(min(fit, 5 * many // 4), math.ceil(0.75 * many) - 1, -1)
     return max(numbers, key=lambda number: math.gcd(number, teeth))
 
 
