@@ -156,7 +156,9 @@ class _Outline:
             np.column_stack([p.real, p.imag]) for p in (tooth.flank, tooth.root)
         )
         self.pitch = tooth.gear.pitch_angle
-        self.curves, self.roots, self.last = [], [], 0
+        self.curves: list[int] = []
+        self.roots: list[int] = []
+        self.last = 0
 
     def point(self, place, size=None):
         return self.geo.addPoint(*place, 0.0, size or self.size)

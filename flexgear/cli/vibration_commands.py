@@ -212,6 +212,12 @@ def _linear_peak(model: Model, row: xr.Dataset) -> dict[str, Any]:
     return {**_amplitude(model, *at, float(row["peak_force"])), "modes": modes}
 
 
+def _stated_change(change: float) -> str:
+    """A change of motion in words; one below ``LEAST_CHANGE`` is rounding."""
+    least = "less than " if change < LEAST_CHANGE else ""
+    return f"{least}{with_unit(max(change, LEAST_CHANGE), 'share')}"
+
+
 def show_response(model: Model, data: xr.Dataset, figures: dict[str, Any]) -> None:
     """Print the figures of a response."""
     over = figures["over"]
@@ -232,8 +238,7 @@ def show_response(model: Model, data: xr.Dataset, figures: dict[str, Any]) -> No
         + (
             "the effect of more harmonics is not known"
             if change is None
-            else f"twice as many change the motion by {'less than ' * (change < LEAST_CHANGE)}"
-            f"{with_unit(max(change, LEAST_CHANGE), 'share')} of its range"
+            else f"twice as many change the motion by {_stated_change(change)} of its range"
         ),
     }
     table(f"{model.case.name}, {model.variant}: response{of_stage(figures['stage'])}", rows)

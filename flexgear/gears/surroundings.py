@@ -76,9 +76,12 @@ def ring_support(p: Proposal) -> Bolting | Splined:
 
 
 def _number_of_bolts(needed: int, fit: int, teeth: int) -> int:
-    """Number of bolts that shares the largest divisor with the teeth of the ring, which is reduced
-    by its smallest repeating part: up to a quarter more than ``needed``; if these are more than
-    ``fit`` or ``MANY_BOLTS``, so that pins help, within a quarter of the smaller of both."""
+    """Number of bolts whose greatest common divisor with the ring's number of teeth is largest: the
+    ring then repeats in small parts, and its reduction is fast.
+
+    needed: bolts that carry the torque by friction; up to a quarter more are taken. fit: bolts for
+    which the circle has room. If more than that, or than ``MANY_BOLTS``, were needed, pins carry
+    the rest, and the number is within a quarter of the smaller of both."""
     many = min(fit, MANY_BOLTS)
     if needed <= many:
         numbers = range(needed, min(fit, 5 * needed // 4) + 1)

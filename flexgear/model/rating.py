@@ -124,7 +124,7 @@ class GearMeshFactors(ForcedFactors):
     face_width: Length | None = Field(default=None, ge=1e-4, le=5.0)
 
     def applies(self, stage: str, kind: str) -> bool:
-        """Whether they are those of the gear meshes "sun" or "ring" of a stage."""
+        """Whether these factors count for the gear meshes "sun" or "ring" of a stage."""
         return self.stage in (None, stage) and self.kind in (None, kind)
 
 

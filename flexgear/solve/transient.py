@@ -295,7 +295,7 @@ def _longest_pitch(view: StageView, fault: Fault) -> float:
 
 
 def _warn_of_speed(model: Model, modal: ModalSystem, carried: CarriedState) -> None:
-    """Warning where a run under constant torques starts at another than the rated speed."""
+    """Warn where a run under constant torques does not start at rated speed."""
     system = modal.system
     speed = system.ports[0].row @ modal.modes @ carried.state.velocity
     rated = model.flow.speed[system.ports[0].name]

@@ -261,8 +261,9 @@ class SupportWriter:
         return thrust
 
     def _pair(self, thrusts: list[tuple[Component, Section]]) -> None:
-        """Write the direction of the shaft's thrust that each of two single-row bearings takes, in
-        which radial loads induce thrust. thrusts: bearings of a member with their sections."""
+        """Write which direction of the shaft's thrust each of two single-row bearings takes; radial
+        loads then induce thrust between them. thrusts: bearings of a member with their
+        sections."""
         directed = []
         for bearing, thrust in thrusts:
             word = text([bearing], "axial_force_absorption")
