@@ -20,7 +20,8 @@ OVAL = 0.05  # modules by which a splined ring may bend: half of what counts as 
 BOLTED_RIM = 2.2  # rim thickness over bolt diameter, bolts in the middle of the rim
 SPACING = 3.0  # diameters between bolts, for the wrench
 SHEAR = 1e8  # Pa, in the sun's shaft
-TWIST = 1e-3  # rad, of the spline at rated torque
+TWIST = 1e-3  # rad, of a shaft's spline at rated torque
+ROLL = 0.02  # modules by which the teeth of a splined ring move round the axis at rated torque
 SECONDS = 0.05  # kinetic energy of the machine at a port over rated power
 
 
@@ -110,7 +111,7 @@ def _splined(p: Proposal, torque: float) -> Splined:
         bending = 6 * force * radius**3 * shape / (STEEL * p.face_width * OVAL * p.module)
         rim = max(least, bending ** (1 / 3))
     half_width = 0.4 * p.face_width
-    torsion = 2 * torque / TWIST
+    torsion = torque * ring.reference_radius / ROLL  # the radius in modules
     across = 0.3 * torsion / (0.5 * p.root_diameter("ring") + rim) ** 2
     return Splined(rim, half_width, across, across * half_width**2, torsion)
 
@@ -167,7 +168,7 @@ def carrier_size(p: Proposal) -> CarrierSize:
     seat = 0.25 * hub
     return CarrierSize(
         plate_diameter=plate,
-        plate=0.5 * pin,
+        plate=max(0.5 * pin, plate / 16),
         gap=p.gear_width + 2 * m,
         web_width=_web(p, plate / 2, clearance),
         web_clearance=clearance,
