@@ -43,6 +43,24 @@ def test_helical_gears_of_2019_without_profile_modification_are_pressed_more(tmp
         assert bare - proven == pytest.approx(share * (math.sqrt(1.2) - 1.0), abs=1e-12)
 
 
+def test_a_contact_ratio_above_two_is_remarked_as_two_pairs_may_be_pressed_more(tmp_path):
+    """Hertz with half the load at the end of triple contact, where two pairs begin to carry."""
+    keys = "teeth = {}\naddendum = {}\ndedendum = 1.6\nroot_fillet = 0.2"
+    spur = PAIR.replace('helix_angle_deg = 8\nplanet_hand = "right"\n', "")
+    remarks = []
+    for addendum in (1.0, 1.3):
+        text = spur.replace("teeth = 21\nprofile_shift = 0.3", keys.format(40, addendum))
+        text = text.replace("teeth = 67\nprofile_shift = -0.1", keys.format(60, addendum))
+        factors = flank_of(case_of(tmp_path, text)).factors
+        remarks.append("may be too low" in factors["Z_B"].source)
+    base, pitch = 100e-3 * math.cos(math.radians(20)), 5e-3 * math.pi * math.cos(math.radians(20))
+    line, small = 250e-3 * math.sin(math.radians(20)), 100e-3 * math.sin(math.radians(20))
+    inner = math.sqrt(106.5e-3**2 - base**2) - 2 * pitch
+    pressed = 0.5 * small * (line - small) / (inner * (line - inner))
+    assert remarks == [False, True]
+    assert math.sqrt(pressed) > 1.04 * factors["Z_B"].value * factors["Z_ε"].value
+
+
 def test_spur_gears_and_an_overlap_of_one_are_the_limits_of_helical_ones(tmp_path):
     def at(degrees, width=0.045):
         changes = {"stage.helix_angle": math.radians(degrees), "stage.face_width": width}

@@ -24,8 +24,8 @@ Flanks (pitting), ISO 6336-2 method B:
 
 with roughness in µm, lengths in mm. Source: ISO 6336-2:2006, clauses 5 to 14, with Z_β of the
 corrigendum of 2008, as in ISO/TR 6336-30:2017; f_ZCa by manuals of gear programs. A ring has M = 1.
-For ε_α ≥ 2 the standard rates other points. Static strength has Z_L = Z_v = Z_R = 1 and
-Z_W = 1.05 − (HB − 130)/6800, 1 between through-hardened gears.
+For ε_α ≥ 2 the standard rates other points; the source of Z_B then states that it does not. Static
+strength has Z_L = Z_v = Z_R = 1 and Z_W = 1.05 − (HB − 130)/6800, 1 between through-hardened gears.
 
 Tooth roots (bending), ISO 6336-3 method B:
 
@@ -74,6 +74,7 @@ STRESS_CORRECTION = 2.0  # Y_ST of the test gears
 TEST_NOTCH = 1.2  # χ*_T of q_s = 2.5
 REVERSED_STRESS = 1.2  # −R of equal loads on both flanks
 ENDLESS = 1e30  # cycles up to which bounded life factors are constant
+SEVERAL_PAIRS = "of single contact, which ε_α ≥ 2 does not have: σ_H may be too low"
 OIL = "lubricant"  # missing section, beside keys of gears
 Limit = Literal["flank", "root"]
 RATING_KEYS = {  # key of a gear's rating by symbol
@@ -191,13 +192,10 @@ def _flank(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> L
         source = "assumed" if rules.profile_modification_factor is None else ""
         lines["f_ZCa"] = factor("f_ZCa", pair.profile_modification, source)
     single = pair.single_pair_factor(gear.part)
-    lines |= sheet_of(
-        {
-            "Z_B" if gear is pair.pinion else "Z_D": single,
-            "σ_H0": nominal,
-            "σ_H": single * nominal * math.sqrt(product),
-        }
-    )
+    symbol = "Z_B" if gear is pair.pinion else "Z_D"
+    several = pair.geometry.transverse_contact_ratio >= 2.0
+    lines[symbol] = factor(symbol, single, SEVERAL_PAIRS if several else "")
+    lines |= sheet_of({"σ_H0": nominal, "σ_H": single * nominal * math.sqrt(product)})
     missing = missing_keys(pair, gear, "flank")
     if missing or gear.data.steel is None:
         return _state("H", pair, lines, missing=missing)
