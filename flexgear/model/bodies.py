@@ -78,7 +78,10 @@ class FeMeshSource(Section):
     )  # fmt: skip
 
     def _check(self) -> None:
-        if self.fe_mesh != "generate":
+        if self.fe_mesh == "generate":
+            remedy = 'set fe_mesh = "file" or "reduced", or leave it out'
+            self._refuse_set(["fe_mesh_file"], "is not read with fe_mesh = 'generate'", remedy)
+        else:
             remedy = "name the mesh file, or fe_mesh = 'generate'"
             self._require_set(["fe_mesh_file"], "is missing", remedy)
         if self.fe_mesh == "reduced":

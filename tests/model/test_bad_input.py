@@ -57,6 +57,8 @@ from flexgear.structures.fe_mesh.files import read_fe_mesh
         ("inner_diameter_mm = 120", "inner_diameter_mm = 350",
          r"stage.sun.shaft.sections\[0\].inner_diameter_mm: is not below"),
         ('fe_mesh = "generate"              #', 'fe_mesh = "file" #', "fe_mesh_file: is missing"),
+        ('fe_mesh = "generate"              #', 'fe_mesh_file = "ring.inp" #',
+         "fe_mesh_file: is not read with fe_mesh = 'generate'.*set fe_mesh = \"file\""),
         ("# planet_positions_deg = [0, 72, 144, 216, 288]", "planet_positions_deg = [0, 72]",
          "2 angles for 5 planets"),
         ("# [stage.sun.support]", "[stage.sun.suport]", "sun.suport: is not a known key.*support"),
@@ -294,7 +296,8 @@ def test_pipes_and_devices_are_refused(tmp_path, device):
     ):
         with pytest.raises(InputError, match="is a device or pipe"):
             read()
-    case = load_case("wind-5mw", {"stage.ring.fe.fe_mesh_file": str(path)}).view()
+    ring = {"stage.ring.fe.fe_mesh": "file", "stage.ring.fe.fe_mesh_file": str(path)}
+    case = load_case("wind-5mw", ring).view()
     assert case.case.content_hash() and file_digest(str(path)).startswith("missing:")
 
 
