@@ -110,3 +110,21 @@ def test_a_law_that_nobody_named_gives_no_number():
 def test_every_law_is_sampled_and_has_its_name():
     assert {law.name for law in LAWS} == SAMPLES.keys()
     assert len(LAW_NUMBERS) == len(LAWS)
+
+
+def test_forces_of_slices_do_not_depend_on_their_start_where_one_just_touches():
+    """Two loaded slices bend the tooth under a third, which bears 1e-2 to 1e-13 of their load. The
+    forces are those of C f + a f ln(d/f) = x from any start, to rounding: Newton's method for all
+    pairs goes round in circles between two forces of one motion."""
+    a, d, share = 2e-10, 1e7, np.array([-0.2, 0.5, 1.2])
+    bending = np.array([[3e-9, 1e-9, 5e-10], [1e-9, 3e-9, 1e-9], [5e-10, 1e-9, 3e-9]])
+    for little in np.logspace(-2, -13, 400):
+        forces = np.array([1e4, 1.2e4, 1e4 * little])
+        secant = np.log(d / np.maximum(forces, 1e-9 * d))  # the law is linear below 1e-9 d
+        overlap = bending @ forces + a * forces * secant
+        exact = [(1 - share) @ forces, share @ forces]
+        for start in ((0.0, 0.0, 0.0), (1e4, 1.2e4, 2 * forces[2]), (9e3, 1.3e4, forces[2] / 10)):
+            of_contact = (3, 0.0, 0.0, *share, 3e8, 4e8, 3e8, *(-overlap), a, a, a, d, d, d)
+            parameters = (*of_contact, *bending[np.tril_indices(3)], *start)
+            force = response("coupled_slices", parameters, np.zeros((2, 2)))[1][0]
+            np.testing.assert_allclose(force, exact, rtol=1e-10)

@@ -7,7 +7,10 @@ Slices are compressed by x_j as in ``slices``; their forces f solve
 C being the flexibility of the teeth between slices and h_j(f) = a_j f ln(d_j/f) the approach of the
 line contact, continued by its tangent beyond d_j/e², where contact is nearly as wide as deep. C is
 positive definite, so the solution is unique. It follows from Newton's method on the active slices,
-changed until no active slice pulls and no other overlaps. The forces are the derivative of
+changed until no active slice pulls and no other overlaps. After a correction Δf the equation of a
+slice has a residual of at most a Δf²/2f, f the smaller of both forces; the last correction is that
+after which this is rounding for all slices, also for one with a small f that just touches. The
+forces are the derivative of
 J = ½ fᵀ C f + Σ ∫ f dh, with the tangent of the active slices. Damping τ k_j ẋ_j uses nominal
 stiffnesses k_j and neither pulls nor exceeds the force, as in ``slices``. Parameters: number of
 slices, τ s, a constant damper, then t, nominal stiffness N/m and g m of all slices, a m/N, d N, and
@@ -28,7 +31,6 @@ from flexgear.coupling.laws.slices import COUNT, DAMPER, FIRST, LEAST_TANGENT, R
 MAX_ITERATIONS = 60
 ONE = np.uint64(1)
 TOLERANCE = 1e-12  # residual over the largest approach
-LAST_RESIDUAL = 1e-5  # the same before the last correction, which squares it
 NEAR = 10.0  # largest ratio of a force of the last solution to the nominal one to start from it
 LEAST_FORCE = 1e-9  # over d; the line contact is linear below
 
@@ -108,7 +110,7 @@ def _newton(share, bending, x, f, space, marks):
         f[j] *= active[j]
         largest = max(largest, abs(x[j]))
     for _ in range(MAX_ITERATIONS):
-        n, worst = 0, 0.0
+        n, residual = 0, 0.0
         for j in range(count):
             if active[j] == 1:
                 place[n] = j
@@ -119,7 +121,6 @@ def _newton(share, bending, x, f, space, marks):
         for p in range(n):
             j = place[p]
             approach, slope, _ = _line_contact(bending, count, j, f[j])
-            worst = max(worst, abs(left[j] - approach))
             sides[0, p], sides[1, p], sides[2, p] = left[j] - approach, 1.0 - share[j], share[j]
             at = 2 * count + j * (j + 1) // 2
             for q in range(p + 1):
@@ -128,11 +129,14 @@ def _newton(share, bending, x, f, space, marks):
         _solved(matrix, sides, n)
         changed = False
         for p in range(n):
-            j = place[p]
-            f[j] += sides[0, p]
+            j, before, step = place[p], f[place[p]], sides[0, p]
+            f[j] += step
             if f[j] < 0.0:
                 f[j], active[j], changed = 0.0, 0, True
-        if changed or worst > LAST_RESIDUAL * largest:
+            least = max(min(before, f[j]), LEAST_FORCE * bending[count + j])
+            if bending[j] > 0.0:
+                residual = max(residual, 0.5 * bending[j] * step * step / least)
+        if changed or residual > TOLERANCE * largest:
             continue
         _overlaps(bending, x, f, left)
         for j in range(count):
