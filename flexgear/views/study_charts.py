@@ -90,6 +90,7 @@ MAX_DAMAGED = 6  # parts in the chart of damage, the most damaged
 MAX_PARTS = 24  # in the chart of reserves, the weakest
 MAX_NAMES = 24  # of bins; more are numbered
 LEAST_DAMAGE = 1e-6  # of the largest damage, that is shown
+NOT_ASSESSED = "No part is assessed"
 EVEN = 0.01  # relative difference of damage below which equal parts are shown by their common name
 
 
@@ -109,7 +110,8 @@ def damage_chart(data: xr.Dataset) -> Figure:
     }
     order = sorted(worst.values(), key=lambda k: -total[k])[:MAX_DAMAGED]
     if not total.any():
-        return text_only("No bin damages any part that is assessed")
+        assessed = bool(data["damage"].notnull().any())
+        return text_only("No bin damages any part that is assessed" if assessed else NOT_ASSESSED)
     names, count = data["bin"].to_numpy(), data.sizes["bin"]
     alike = data["part_alike"].to_numpy()
     figure, axes = panels(1, 1, height_mm=95)
@@ -149,7 +151,7 @@ def safety_chart(data: xr.Dataset) -> Figure:
     by_name = {alike[k]: int(k) for k in reversed(finite)}  # the weakest of equal parts
     weakest = sorted(by_name.values(), key=lambda k: reserve[k])[:MAX_PARTS]
     if not weakest:
-        return text_only("No part is assessed")
+        return text_only(NOT_ASSESSED)
     figure, axes = panels(1, 1, height_mm=24 + 6.5 * len(weakest))
     ax, sizes = axes[0, 0], reserve[weakest]
     names = [words(str(alike[k])) for k in weakest]

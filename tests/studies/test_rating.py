@@ -194,6 +194,18 @@ def test_bearings_by_hand():
     assert planet.required == 5100.0 and planet.worst_bin == 0
 
 
+def test_pictures_of_parts_that_are_not_assessed_praise_nothing():
+    rating = _frozen(("a", 5000.0, 1.0))
+
+    def note(factor):
+        parts = tuple(replace(p, damage=factor * p.damage) for p in rating.parts)
+        figure = damage_chart(replace(rating, parts=parts).dataset())
+        return [text.get_text() for text in figure.axes[0].texts]
+
+    assert note(0.0) == ["No bin damages any part that is assessed"]
+    assert note(np.nan) == ["No part is assessed"]
+
+
 def test_equal_parts_are_one_row_that_names_the_worst():
     """Bearings of planets, alike and not; those that are not assessed, too. The chart of damage has
     their common name where they are alike."""
