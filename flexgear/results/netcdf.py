@@ -27,6 +27,9 @@ FORMAT_ATTRIBUTES = {
     "_nc3_strict", "_NCProperties", "_FillValue", COORDINATES,
 }  # fmt: skip
 HDF5_VERSIONS = ("v110", "v114")  # whose attributes may be longer than 64 kB
+# bytes of chunks that HDF5 holds for each variable; HDF5 2.0 allows 8 MB, which the variables of a
+# transient fill over minutes. Samples are written once, in their order, so that one chunk is open
+CHUNKS_IN_MEMORY = 2**20
 
 
 class NewFile:
@@ -40,7 +43,9 @@ class NewFile:
         self, path: Path, data: xr.Dataset, encoding: Encoding, lengths: Mapping[str, int]
     ) -> None:
         self._disk = _Disk(path)
-        self._file = h5py.File(self._disk, "w", libver=HDF5_VERSIONS, track_order=True)
+        self._file = h5py.File(
+            self._disk, "w", libver=HDF5_VERSIONS, track_order=True, rdcc_nbytes=CHUNKS_IN_MEMORY
+        )
         try:
             _fill(self._file, data, encoding, lengths)
         except BaseException:
