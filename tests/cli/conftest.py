@@ -5,6 +5,7 @@ import math
 
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from PIL import Image
 from stage_samples import cheap_stage
 
@@ -65,7 +66,11 @@ def flexgear(flexgear_with_fe, monkeypatch):
 
 @pytest.fixture
 def no_pixels(monkeypatch):
-    """Every figure is made, and saved as a dot: matplotlib draws the same kinds of texts and lines
-    in the README's run and in that of grc-750kw."""
+    """Every figure is made, and saved as a dot, renders and animations too: matplotlib draws the
+    same kinds of texts and lines in the README's run and in that of double-rotor-5mw."""
     dot = Image.new("RGB", (4, 4))
     monkeypatch.setattr(FigureCanvasAgg, "print_png", lambda _, at, **__: dot.save(at, "png"))
+    monkeypatch.setattr("flexgear.views.render.render_deformed", lambda *_, **__: Figure())
+    monkeypatch.setattr(
+        "flexgear.views.star.animate_star", lambda *to, **_: dot.save(to[-1], "gif")
+    )

@@ -60,6 +60,7 @@ def test_run_writes_results_and_summary(finished, content):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("no_pixels")
 @pytest.mark.parametrize("broken", ["draw", "write_report"])
 def test_pictures_that_fail_cost_no_results(monkeypatch, tmp_path, capsys, broken):
     """Whatever the drawing does, a bug of its own included: the work before it is not lost."""
@@ -67,9 +68,10 @@ def test_pictures_that_fail_cost_no_results(monkeypatch, tmp_path, capsys, broke
     def fails(*_):
         raise ValueError("no room for a label")
 
-    monkeypatch.setattr(pictures, broken, fails)
     out, short = tmp_path / "mine", ["--set", "solver.duration_s=0.02"]
-    assert run(["run", "lin-parker", "--quiet", "--out", str(out), *short]) == 1
+    with monkeypatch.context() as patch:
+        patch.setattr(pictures, broken, fails)
+        assert run(["run", "lin-parker", "--quiet", "--out", str(out), *short]) == 1
     (warning,) = (line for line in capsys.readouterr().err.splitlines() if "pictures" in line)
     assert (
         "no room for a label" in warning and f"complete in {out}" in warning and "render" in warning
@@ -78,7 +80,6 @@ def test_pictures_that_fail_cost_no_results(monkeypatch, tmp_path, capsys, broke
     assert missing_keys(summary) == []
     assert load(out / "transient.nc").sizes["time"] > 10
     assert [p.name for p in tmp_path.iterdir()] == ["mine"]
-    monkeypatch.undo()
     assert run(["render", str(out), "--quiet"]) == 0  # as the message says
     assert (out / "report.html").exists()
 

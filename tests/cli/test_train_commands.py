@@ -205,6 +205,7 @@ def test_compare_two_trains(flexgear):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("no_pixels")
 def test_run_and_compare(flexgear, tmp_path):
     """Everything in one folder, and on one page with another run."""
     out = tmp_path / "mine"
