@@ -3,6 +3,7 @@
 import tomllib
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 from itertools import islice
 
 from flexgear.coupling.build import require_workable
@@ -103,6 +104,7 @@ def _accepted(request: StageRequest) -> Proposal:
     ) from None  # fmt: skip
 
 
+@lru_cache(maxsize=1)  # a case of one stage is the text by which that stage was accepted
 def _fault(text: str) -> InputError | None:
     """Reason why the case cannot be computed, or its first implausible figure; None without one."""
     try:

@@ -387,9 +387,8 @@ def test_new_refuses_options_that_do_not_fit_in_one_line(flexgear, tmp_path, cha
 @pytest.mark.parametrize(
     "change",
     [
-        {"ratio": 4.2, "helix_deg": 15},
         {"ratio": 3.2, "planets": 4, "arrangement": "star"},
-        {"ratio": 5.2},  # three planets bend a large ring on a spline most
+        {"ratio": 5.2, "helix_deg": 15},  # three planets bend a large ring on a spline most
     ],
 )
 def test_a_new_case_runs_without_a_warning(flexgear_with_fe, tmp_path, change):
