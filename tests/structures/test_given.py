@@ -78,6 +78,8 @@ def test_statics_are_those_of_the_bodies(tmp_path, cheap):
         (lambda b: {"positions": b.positions + [0.05, 0, 0]}, "it belongs to"),
         (lambda b: {"mass": 1e-3 * b.mass}, "check fe_mesh_unit"),
         (lambda b: {"stiffness": b.stiffness + np.eye(len(b.mass)) * 1e9}, "rigid motion"),
+        (lambda b: {"stiffness": b.stiffness[6:]}, "stiffness: is 714 x 720"),
+        (lambda b: {"mass": b.mass[6:, 6:]}, "mass: is 714 x 714"),
     ],
 )
 def test_what_does_not_fit_the_case_is_refused(tmp_path, cheap, spoil, message):

@@ -90,8 +90,7 @@ def check(body: ReducedMatrices, where: str) -> dict[str, Any]:
     Properties: mass_kg, asymmetry_stiffness, asymmetry_mass, rigid_residual, first_frequency_hz and
     modes, the number of modal coordinates.
     """
-    for name, matrix in (("stiffness", body.stiffness), ("mass", body.mass)):
-        _require_shape(body, name, matrix, where)
+    require_shapes(body, where)
     asymmetry = {n: _asymmetry(m) for n, m in (("stiffness", body.stiffness), ("mass", body.mass))}
     for name, value in asymmetry.items():
         if value > _SYMMETRY_TOLERANCE:
@@ -113,16 +112,18 @@ def check(body: ReducedMatrices, where: str) -> dict[str, Any]:
     }
 
 
-def _require_shape(body: ReducedMatrices, name: str, matrix: Array, where: str) -> None:
+def require_shapes(body: ReducedMatrices, where: str) -> None:
+    """Raise InputError unless both matrices are square, finite and have rows for all nodes."""
     size = 6 * len(body.node_names)
-    if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or len(matrix) < size:
-        remedy = f"{len(body.node_names)} nodes need a square matrix of {size} or more rows"
-        raise InputError(where, name, f"is {' x '.join(map(str, matrix.shape))}", remedy)
-    if matrix.shape != body.stiffness.shape:
-        problem = f"has {len(matrix)} rows, the stiffness {len(body.stiffness)}"
-        raise InputError(where, name, problem, "export both on the same coordinates")
-    if not np.isfinite(matrix).all():
-        raise InputError(where, name, "has entries that are not finite", "export it again")
+    for name, matrix in (("stiffness", body.stiffness), ("mass", body.mass)):
+        if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or len(matrix) < size:
+            remedy = f"{len(body.node_names)} nodes need a square matrix of {size} or more rows"
+            raise InputError(where, name, f"is {' x '.join(map(str, matrix.shape))}", remedy)
+        if matrix.shape != body.stiffness.shape:
+            problem = f"has {len(matrix)} rows, the stiffness {len(body.stiffness)}"
+            raise InputError(where, name, problem, "export both on the same coordinates")
+        if not np.isfinite(matrix).all():
+            raise InputError(where, name, "has entries that are not finite", "export it again")
 
 
 def _asymmetry(matrix: Array) -> float:

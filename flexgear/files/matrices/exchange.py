@@ -25,6 +25,7 @@ from flexgear.files.matrices.body import (
     read_table,
     require_form,
     require_real,
+    require_shapes,
     table_text,
 )
 from flexgear.files.matrices.formats import op4_text, read_abaqus, read_dmig, read_op4
@@ -42,8 +43,8 @@ def read_reduced(
 ) -> ReducedMatrices:
     """Read a reduced body in SI from one or more files of matrices and its table of nodes.
 
-    units: "m" for SI, "mm" for N, mm, t, s. Raises InputError for a file that cannot be read;
-    ``check`` checks the matrices.
+    units: "m" for SI, "mm" for N, mm, t, s. Raises InputError for a file that cannot be read
+    and for matrices that are not square or lack rows of nodes; ``check`` checks the rest.
     """
     if units not in LENGTHS:
         raise InputError("units", units, "is unknown", f"choose {', '.join(LENGTHS)}")
@@ -67,6 +68,7 @@ def read_reduced(
         matrices["mass"],
         matrices.get("recovery"),
     )
+    require_shapes(reduced, str(nodes))
     return reduced.in_si(units)
 
 

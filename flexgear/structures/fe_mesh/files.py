@@ -301,11 +301,14 @@ def _patches(
     """Named groups as facets of the body; node sets only if required or numbered by a stem.
 
     number: vertex of the body for each point of the file, −1 for none. InputError for groups that
-    do not fit the cells and for missing ones.
+    do not fit the cells, for missing ones, and for cells that lie upon one another.
     """
     n, sides = len(body.points), 4 if body.kind == "hex" else 3
     every = body.every_facet
     keys, first, count = np.unique(facet_keys(every, n), return_index=True, return_counts=True)
+    if count.max() > 2:
+        problem = f"{int((count > 2).sum())} facets belong to more than two cells"
+        raise InputError(str(path), "cells", problem, "delete cells that lie upon one another")
     patches: dict[str, Ints] = {}
     for name, rows in deck.groups.items():
         if {len(r) for r in rows} != {sides}:

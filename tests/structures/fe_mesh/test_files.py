@@ -175,6 +175,7 @@ def test_missing_groups_are_listed_in_one_line(bodies: dict[str, FeMesh], tmp_pa
         ([("quad", [[0, 1, 2, 3]])], "no solid cells"),
         ([("hexahedron", [[0, 2, 1, 3, 4, 5, 6, 7]])], "inside out"),
         ([("tetra", [[0, 1, 3, 4], [5, 7, 6, 2]])], "2 pieces"),
+        ([("tetra", 3 * [[0, 1, 3, 4]])], "4 facets belong to more than two cells"),
         ([("hexahedron", [[*range(7), 99]])], "name points that are not there"),
     ],
 )
