@@ -50,6 +50,9 @@ SHORTLY = (
     "--set solver.duration_s=0.1 --set solver.settle_s=0.05 --set drive.steps.torques_nm=[2e6]"
     " --set drive.steps.start_s=0.02 --set drive.steps.duration_s=0.01"
 )
+VERY_SHORTLY = (
+    "--set solver.duration_s=0.02 --set solver.settle_s=0.01 --set drive.steps.torques_nm=[]"
+)
 
 
 @pytest.fixture
@@ -78,11 +81,12 @@ def test_the_line_after_the_installation_makes_flexgear_a_command(tmp_path, page
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("no_pixels")
 def test_first_steps(tmp_path, typed):
     lines = commands(text_of("docs/first_steps.md"))
     assert len(lines) >= 9
     for line in lines:
-        typed(line, f"--no-pictures {SHORTLY}" if "run wind-5mw" in line else "")
+        typed(line, f"--no-pictures {VERY_SHORTLY}" if "run wind-5mw" in line else "")
     assert (tmp_path / "results/first/summary.json").is_file()
     (code,) = re.findall(r"```python\n(.*?)```", text_of("docs/first_steps.md"), re.DOTALL)
     exec(compile(code, "first_steps.md", "exec"), {})

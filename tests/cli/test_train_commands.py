@@ -17,6 +17,7 @@ PAIR = Path(__file__).parents[2] / "docs" / "examples" / "pair.toml"
 QUICK = ["--set", "solver.settle_s=0.01", "--set", "solver.duration_s=0.04"]
 
 
+@pytest.mark.usefixtures("no_pixels")
 def test_a_pair_of_gears_that_only_turns_is_checked_and_run(flexgear, tmp_path):
     """One gear mesh, whose coast flanks are no second one; no verdict on deflections."""
     assert flexgear.json("check", PAIR)["system"]["gear_meshes"] == 1
@@ -307,8 +308,9 @@ def test_teeth_that_pull_are_said_where_load_sharing_is_printed(flexgear, tmp_pa
     code, _, warning = flexgear(*command, "--no-pictures")
     assert code == 0 and says in warning
     assert "teeth pull" in (tmp_path / "t" / "report.html").read_text(encoding="utf-8")
-    code, _, warning = flexgear("compare", "pitch-drive", "--cycles", 1, "-q")
+    short = ("--set", "solver.settle_s=0.002", "--set", "solver.duration_s=0.005")
+    code, _, warning = flexgear("compare", "pitch-drive", "--cycles", 1, "-q", *short)
     assert code == 0 and says in warning
     command = ("sweep", "pitch-drive", "inputs.0.inertia_kg_m2=1,2", "--measure", "load_sharing")
-    code, _, warning = flexgear(*command, "-q")
+    code, _, warning = flexgear(*command, "-q", "--no-pictures", "--out", tmp_path / "s")
     assert code == 0 and warning.count(says) == 2
