@@ -50,9 +50,7 @@ SHORTLY = (
     "--set solver.duration_s=0.1 --set solver.settle_s=0.05 --set drive.steps.torques_nm=[2e6]"
     " --set drive.steps.start_s=0.02 --set drive.steps.duration_s=0.01"
 )
-VERY_SHORTLY = (
-    "--set solver.duration_s=0.02 --set solver.settle_s=0.01 --set drive.steps.torques_nm=[]"
-)
+BRIEFLY = "--set solver.duration_s=0.02 --set solver.settle_s=0.01"
 
 
 @pytest.fixture
@@ -85,8 +83,9 @@ def test_the_line_after_the_installation_makes_flexgear_a_command(tmp_path, page
 def test_first_steps(tmp_path, typed):
     lines = commands(text_of("docs/first_steps.md"))
     assert len(lines) >= 9
+    more = f"--no-pictures {BRIEFLY} --set drive.steps.torques_nm=[]"
     for line in lines:
-        typed(line, f"--no-pictures {VERY_SHORTLY}" if "run wind-5mw" in line else "")
+        typed(line, more if "run wind-5mw" in line else "")
     assert (tmp_path / "results/first/summary.json").is_file()
     (code,) = re.findall(r"```python\n(.*?)```", text_of("docs/first_steps.md"), re.DOTALL)
     exec(compile(code, "first_steps.md", "exec"), {})
@@ -149,7 +148,7 @@ def test_tutorial_with_a_ring_that_bends(tmp_path, typed):
     after = text_of("docs/tutorial.md").partition("## A flexible ring")[2]
     (tmp_path / "mine.toml").write_text(tutorial_cases()[1])
     for line in [*commands(after), *named(after)]:
-        typed(line)
+        typed(line, BRIEFLY if "run " in line else "")
     assert (tmp_path / "results/mine/report.html").is_file()
 
 
