@@ -63,6 +63,7 @@ from flexgear.solve.bin_loads import BinLoads
 
 LEAST_LOAD_SHARE = 1e-6  # of the largest load of the case; a smaller load is rounding
 LEAST_THRUST_SHARE = 1e-9  # of the radial load; a smaller thrust is rounding
+LEAST_COUPLE = 0.1  # of the radial load; less of it by the moment is not remarked
 LEAST_SPREAD = 1e-3  # of radial load times arm; a smaller deviation of the moment has no effect
 
 
@@ -266,7 +267,8 @@ def _basic(
 ) -> _InBin:
     """Basic life of one of several bearings side by side, which share the load evenly, and modified
     life a_ISO L_10 where its data are stated; an estimate, without verdict, if it should include
-    thrust and does not."""
+    thrust and does not. The moment M does not count: F_M = M/(2 a) states what it adds to half of
+    the bearings at ±a, whose stiffness against tilting is k_t = k_r a²."""
     rating, static, estimates = section.dynamic_rating, section.static_rating, dict[str, str]()
     assert rating is not None
     of_position = equivalent_load(section, load.radial, load.axial)
@@ -278,7 +280,11 @@ def _basic(
         safety = static * section.count / largest if largest else math.inf
     if section.thrust is None and load.axial.max() > LEAST_E * load.largest:
         estimates["equivalent_load"] = "by the radial load alone, as thrust is left out"
-    factors, basis = sheet_of({"C": rating, "C_0": static, "S_0": safety}), BASIC
+    k_r, k_t = section.stiffness[0], section.stiffness[3]
+    couple = math.hypot(*load.vector[3:]) / (2.0 * math.sqrt(k_t / k_r)) if k_r and k_t else 0.0
+    left_out = couple if 0.0 < LEAST_COUPLE * load.vector[0] < 2.0 * couple else None
+    factors = sheet_of({"C": rating, "C_0": static, "S_0": safety, "F_M": left_out})
+    basis = BASIC
     if section.thrust is None:
         basis += ", radial load alone"
     else:

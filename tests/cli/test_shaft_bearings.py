@@ -26,6 +26,8 @@ from flexgear.results.rating_files import rating_rows
 from flexgear.results.report.study_tables import rating_tables
 from flexgear.studies.rating import rate
 
+FEW = {"rating.gear_mesh_cycles": "1", "rating.positions_per_gear_mesh": "2"}
+
 
 @pytest.mark.parametrize(
     ("hand", "torque", "position"),
@@ -180,6 +182,32 @@ def test_thrust_that_is_left_out_leaves_no_verdict(tmp_path):
     assert parts["stage_1.pinion_support_2"].holds is None
     assert "radial load alone" in parts["stage_1.pinion_support_2"].factors[0]["L_10"].source
     assert row("pinion_support_2", "P") is None
+
+
+@pytest.mark.parametrize("distance", [0.2, 2.0])
+def test_basic_life_says_that_the_moment_of_a_helical_planet_is_left_out(tmp_path, distance):
+    """Two gear meshes press a planet with 2 F_t sideways and tilt it with 2 F_t tan β r; on two
+    bearings at a ``distance`` the couple is that moment over the distance."""
+    text = STAGE.format(planets=3, helix=20, sun="1e8").replace(
+        "radial_n_per_m = 5e8", f"radial_n_per_m = 5e8\ntilt_nm_per_rad = {5e8 * distance**2 / 4}\n"
+        "axial_n_per_m = 1e8\ncount = 2\ndynamic_rating_kn = 120\nrolling = 'roller'",
+    )  # fmt: skip
+    stiff = {"axial_n_per_m": "1e9", "tilt_nm_per_rad": "1e8"}
+    keys = {f"stage.{part}.support.{key}": value for part in ("sun", "ring", "carrier")
+            for key, value in stiff.items()}  # fmt: skip
+    text += "[[load_cases]]\nname = 'rated'\nhours = 1000\n"
+    path = write(tmp_path, text, 'kinematics = "spatial"\n')
+    rating = rate(load_case(path, keys | FEW))
+    part = next(p for p in rating.parts if p.name == "stage.planet_bearing_1")
+    sheet = part.factors[0]
+    couple = sheet["F_r"].value * math.tan(math.radians(20)) * 0.5 * 34 * 4e-3
+    couple /= math.cos(math.radians(20)) * distance
+    rows = str(rating_tables(rating))
+    if distance > 1.0:  # a twentieth of the load on each half
+        assert "F_M" not in sheet and "moment does not count" not in rows
+    else:
+        assert sheet["F_M"].value == pytest.approx(couple, rel=1e-3)
+        assert "moment does not count, which is 26.3 % of the radial load on each half" in rows
 
 
 def test_springs_without_data_are_named(tmp_path):

@@ -103,6 +103,7 @@ SYMBOLS = {  # unit, meaning, source
     "C_u": ("N", "fatigue load limit of one bearing", "key fatigue_load_limit"),
     "P": ("N", "constant equivalent load of the same damage", BASIC),
     "P_0": ("N", "largest static equivalent load", "ISO 76"),
+    "F_M": ("N", "radial load on each half by M, not counted", "M/(2 √(k_tilt/k_radial))"),
     "L_10": (REV, "basic life", BASIC),
     "κ": ("", "viscosity ratio", BASIC),
     "e_C": ("", "contamination factor", BASIC),

@@ -134,6 +134,10 @@ def _sentence(rating: Rating, part: RatedPart) -> str:
         by_radial = any("L_10" in x and "P" not in x for x in part.factors)
         alone = " of the radial load alone" if by_radial else ""
         texts.append(f"basic life{alone}, without the lubricant's factor a_ISO")
+    couples = [2.0 * x["F_M"].value / x["F_r"].value for x in part.factors if "F_M" in x]
+    if couples:
+        share = with_unit(max(couples), "share")
+        texts.append(f"the moment does not count, which is {share} of the radial load on each half")
     if part.estimates:
         texts.append(f"no verdict: {', '.join(part.estimates)} estimated")
     return f"{'; '.join(texts)}."
