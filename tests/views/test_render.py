@@ -9,8 +9,8 @@ import pytest
 from flexgear.model.errors import FlexgearError
 from flexgear.views import render
 
-needs_gl = pytest.mark.skipif(
-    not render.working_window()[0], reason="no OpenGL library for offscreen rendering"
+needs_gl = pytest.mark.skipif(  # text, for the process that comes to such a test
+    "not render.working_window()[0]", reason="no OpenGL library for offscreen rendering"
 )
 
 
