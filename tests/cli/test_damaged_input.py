@@ -52,6 +52,10 @@ MATRICES = {  # content of a file of matrices, and what the line says
     "sparse header": (
         b"%%MatrixMarket matrix coordinate real general\n2000000 2000000 1\n1 1 1\n", "2000000"
     ),
+    "dense matrix cut short": (
+        b"%%MatrixMarket matrix array real symmetric\n%\n12 12\n" + 77 * b"1.0\n",
+        "has 77 of 78 numbers",
+    ),
     "OP4 header": (op4(2_000_000), "KRED: is 2000000 x 2000000"),
     "0.5 MB that unpack to 512": (  # made where the test runs, as it takes seconds
         lambda: npz(K=np.zeros((8192, 8192)), M=K), "K: is 8192 x 8192"

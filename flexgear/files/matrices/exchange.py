@@ -141,8 +141,14 @@ def _require_header(stream: IO[bytes], where: str, key: str, table: NodeTable) -
 
 def _matrix_market(data: bytes, where: str, table: NodeTable) -> dict[str, Any]:
     try:
-        rows, columns = scipy.io.mminfo(io.BytesIO(data))[:2]
+        rows, columns, entries, form, _, symmetry = scipy.io.mminfo(io.BytesIO(data))
         require_form((rows, columns), where, "", table)
+        if form == "array":  # of which SciPy fills up what is missing with zeros
+            lines = (line for line in data.splitlines() if not line.startswith(b"%"))
+            count = sum(len(line.split()) for line in lines) - 2
+            needed = rows * (rows + 1) // 2 if symmetry == "symmetric" else entries
+            if count < needed:
+                raise ValueError(f"has {count} of {needed} numbers")
         matrix = scipy.io.mmread(io.BytesIO(data))
     except (ValueError, OverflowError, OSError) as error:
         problem = f"cannot be read: {error}"
