@@ -9,7 +9,6 @@ thread for products of matrices, or they get in each other's way.
 
 import gc
 import os
-from itertools import chain, groupby
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("MPLBACKEND", "Agg")
@@ -26,25 +25,6 @@ settings.register_profile("flexgear", deadline=None, derandomize=bool(os.environ
 settings.load_profile("flexgear")
 
 gc.disable()  # to look for garbage while all tests are read takes a third of the time
-BACKWARDS = os.environ.get("PYTEST_XDIST_WORKER", "gw0")[-1] in "13579"
-
-
-@pytest.hookimpl(wrapper=True)
-def pytest_make_collect_report(collector):
-    """Every second process reads the modules from the last on: each finds half of them compiled by
-    the other, where all would compile all."""
-    report = yield
-    if BACKWARDS and not isinstance(collector, pytest.Module | pytest.Class):
-        report.result.reverse()
-    return report
-
-
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items):
-    """The tests in the order of all other processes."""
-    if BACKWARDS:
-        modules = [list(tests) for _, tests in groupby(items, lambda item: item.path)]
-        items[:] = chain.from_iterable(reversed(modules))
 
 
 def pytest_collection_finish():
