@@ -34,12 +34,6 @@ class ContactSet(NamedTuple):
     spare: Array  # (S,) work space
 
 
-@njit(**PART)
-def with_right(c, right):
-    """The contact problem with another right side (S,)."""
-    return ContactSet(c.matrix, right, c.sided, c.active, c.motion, c.free, c.small, c.spare)
-
-
 @njit(**INNER, fastmath=FAST)
 def solve_dense(a, b, n):
     """Solve a x = b for the leading n × n block by Gaussian elimination with partial pivoting, in
