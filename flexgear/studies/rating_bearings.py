@@ -267,8 +267,8 @@ def _basic(
 ) -> _InBin:
     """Basic life of one of several bearings side by side, which share the load evenly, and modified
     life a_ISO L_10 where its data are stated; an estimate, without verdict, if it should include
-    thrust and does not. The moment M does not count: F_M = M/(2 a) states what it adds to half of
-    the bearings at ±a, whose stiffness against tilting is k_t = k_r a²."""
+    thrust or the moment and does not. The moment M never counts: F_M = M/(2 a) states what it adds
+    to half of the bearings at ±a, whose stiffness against tilting is k_t = k_r a²."""
     rating, static, estimates = section.dynamic_rating, section.static_rating, dict[str, str]()
     assert rating is not None
     of_position = equivalent_load(section, load.radial, load.axial)
@@ -278,10 +278,12 @@ def _basic(
     safety = None
     if static is not None and not math.isnan(largest):
         safety = static * section.count / largest if largest else math.inf
-    if section.thrust is None and load.axial.max() > LEAST_E * load.largest:
-        estimates["equivalent_load"] = "by the radial load alone, as thrust is left out"
     k_r, k_t = section.stiffness[0], section.stiffness[3]
     couple = math.hypot(*load.vector[3:]) / (2.0 * math.sqrt(k_t / k_r)) if k_r and k_t else 0.0
+    if 2.0 * couple > LEAST_E * load.vector[0]:
+        estimates["equivalent_load"] = "by the radial load alone, as the moment is left out"
+    if section.thrust is None and load.axial.max() > LEAST_E * load.largest:
+        estimates["equivalent_load"] = "by the radial load alone, as thrust is left out"
     left_out = couple if 0.0 < LEAST_COUPLE * load.vector[0] < 2.0 * couple else None
     factors = sheet_of({"C": rating, "C_0": static, "S_0": safety, "F_M": left_out})
     basis = BASIC

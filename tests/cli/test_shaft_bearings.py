@@ -205,7 +205,11 @@ def test_basic_life_says_that_the_moment_of_a_helical_planet_is_left_out(tmp_pat
     rows = str(rating_tables(rating))
     if distance > 1.0:  # a twentieth of the load on each half
         assert "F_M" not in sheet and "moment does not count" not in rows
+        assert not part.estimates
     else:
+        assert part.estimates == {
+            "equivalent_load": "by the radial load alone, as the moment is left out"
+        }
         assert sheet["F_M"].value == pytest.approx(couple, rel=1e-3)
         assert "moment does not count, which is 26.3 % of the radial load on each half" in rows
 
