@@ -71,8 +71,8 @@ COMMANDS = {
 }  # fmt: skip
 WRITES = ("sweep", "tolerance", "rate")
 OF_A_RUN = {"run", "render"}
-# README: wind-5mw; test_run_and_compare: herringbone
 PLANETARY = re.compile("stage_[12]")  # of double-rotor-5mw
+# README: wind-5mw; test_run_and_compare: herringbone
 DRAWN_CASES = ("double-rotor-5mw", "star-ring", "grc-750kw")
 # what these commands solve of the other cases test_every_case and run_of_case solve, too
 SOME_CASES = {

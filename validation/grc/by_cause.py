@@ -81,7 +81,7 @@ def put_together(cause: Cause) -> Model:
 
 
 def _without_rim_stress(model: Model) -> Model:
-    """Its equilibria leave the stress of the ring's rim out, half of what their matrices cost."""
+    """The model without the matrix of the stress in the ring's rim, which no figure here needs."""
     vars(model)["rim_stress"] = np.zeros((0, model.system.size))
     return model
 
