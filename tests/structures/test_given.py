@@ -77,6 +77,8 @@ def test_statics_are_those_of_the_bodies(tmp_path, cheap):
         (lambda b: {"positions": 1e-3 * b.positions}, "is at"),
         (lambda b: {"positions": b.positions + [0.05, 0, 0]}, "it belongs to"),
         (lambda b: {"mass": 1e-3 * b.mass}, "check fe_mesh_unit"),
+        (lambda b: {"stiffness": 1e3 * b.stiffness}, "check the unit of its forces"),
+        (lambda b: {"stiffness": 1e-3 * b.stiffness}, "natural frequency of 6.08 Hz; a steel"),
         (lambda b: {"stiffness": b.stiffness + np.eye(len(b.mass)) * 1e9}, "rigid motion"),
         (lambda b: {"stiffness": b.stiffness[6:]}, "stiffness: is 714 x 720"),
         (lambda b: {"mass": b.mass[6:, 6:]}, "mass: is 714 x 714"),

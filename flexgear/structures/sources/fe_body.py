@@ -250,8 +250,15 @@ class FeBody(ABC):
         """The body of the case's matrix files. InputError as of ``given_body``."""
         places = {node.name: node.place for node in self.nodes()}
         sizes = self.groups.pitch, self.groups.face_width
-        mass = float(self.solid().rigid_mass(self.material.density)[0, 0])
-        return given_body(self.section, self.key.part, places, sizes, mass, self.parameters.where)
+        return given_body(
+            self.section,
+            self.key.part,
+            places,
+            sizes,
+            self.solid().rigid_mass(self.material.density),
+            self.material,
+            self.parameters.where,
+        )
 
     def _fe_mesh_content(self) -> object:
         """Data that the FE mesh depends on: the generator's parameters, or the bytes of the user's

@@ -13,7 +13,7 @@ import numpy as np
 from flexgear.arrays import Array
 from flexgear.files.matrices.body import ReducedMatrices, check
 from flexgear.files.matrices.exchange import read_reduced
-from flexgear.model.bodies import FeMeshSource, Housing
+from flexgear.model.bodies import FeMeshSource, Housing, Material
 from flexgear.model.errors import InputError
 from flexgear.model.names import MOUNT, BodyName, NodeName
 from flexgear.structures.bodies import Body, node_motions
@@ -22,6 +22,7 @@ from flexgear.structures.reduced import ReducedBody
 _ALONG = ("tooth", "pin")  # kinds of nodes whose position along the axis is compared, too
 _TOLERANCE = 0.2  # of a node's position, in tooth pitches across the axis and face widths along it
 _MASS_RATIO = 30.0  # largest ratio to the mass of a steel body; wrong units make 1000
+_FREQUENCY_RATIO = 9.0  # largest ratio to ``_first_frequency``; wrong units of force make 31.6
 
 
 def given_body(
@@ -29,21 +30,22 @@ def given_body(
     name: str,
     places: Mapping[NodeName, Array],
     sizes: tuple[float, float],
-    mass: float,
+    inertia: Array,
+    material: Material,
     where: str,
 ) -> ReducedBody:
     """The body of a case's matrix files. InputError unless it is a free body with these nodes.
 
     name: of the member, as "ring"; places: positions (3,) m of its nodes; sizes: tooth pitch and
-    face width, m, which determine tolerances; mass: of a steel body of its size, kg; where: source
-    of the case.
+    face width, m, which determine tolerances; inertia (6, 6): of a steel body of its size about
+    the origin, kg to kg m²; where: source of the case.
     """
     with _faults_of(where, f"stage.{name}.fe.fe_mesh_file"):
         read = _read(section, name)
         ordered = _in_order(read, list(places), str(section.fe_mesh_nodes))
         _require_places(ordered, places, sizes, str(section.fe_mesh_nodes))
         figures = check(ordered, str(section.fe_mesh_file))
-        _require_size(figures["mass_kg"], mass, str(section.fe_mesh_file))
+        _require_size(figures, inertia, material, str(section.fe_mesh_file))
     size = len(ordered.stiffness)
     return ReducedBody(
         name=name,
@@ -146,9 +148,32 @@ def _require_places(
             )  # fmt: skip
 
 
-def _require_size(mass: float, expected: float, where: str) -> None:
-    """InputError where a mass is far from the expected one, kg."""
+def _require_size(
+    figures: Mapping[str, float], inertia: Array, material: Material, where: str
+) -> None:
+    """InputError where mass or first frequency are far from those of a steel body."""
+    mass, expected = figures["mass_kg"], float(inertia[0, 0])
     if not 1 / _MASS_RATIO < mass / expected < _MASS_RATIO:
         problem = f"is {mass:.3g} kg; a steel body of this size has about {expected:.3g}"
         remedy = 'check fe_mesh_unit: "mm" for N, mm, t, s, "m" for SI'
         raise InputError(where, "mass", problem, remedy)
+    frequency, expected = figures["first_frequency_hz"], _first_frequency(inertia, material)
+    if not 1 / _FREQUENCY_RATIO < frequency / expected < _FREQUENCY_RATIO:
+        problem = f"gives the free body a first natural frequency of {frequency:.3g} Hz; a steel "
+        problem += f"body of this size has about {expected:.2g}"
+        remedy = "check the unit of its forces (N, not kN) and of Young's modulus in its FE model"
+        raise InputError(where, "stiffness", problem, remedy)
+
+
+def _first_frequency(inertia: Array, material: Material) -> float:
+    """Lowest elastic natural frequency of a free body of this inertia, f ≈ 0.05 c V/r⁴, Hz.
+
+    c = √(E/ρ); r is the radius of gyration about the centre of mass, with r² = ∫ |x|² dV/V. Free
+    bars of diameter d and length l have 0.0079 l/d in place of 0.05, thin rings of radius R and
+    width b 0.0196 R/b (bending, Love 1944, art. 293), rings and carriers of gearboxes 0.015 to 0.06.
+    """
+    mass = inertia[0, 0]
+    arm = inertia[:3, 3:] / mass  # −[s]×, s from the origin to the centre of mass
+    squared = (np.trace(inertia[3:, 3:]) / mass - (arm**2).sum()) / 2.0
+    speed_of_sound = math.sqrt(material.young_modulus / material.density)
+    return float(0.05 * speed_of_sound * mass / material.density / squared**2)
