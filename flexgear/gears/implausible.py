@@ -193,11 +193,14 @@ FLANK_LIMIT, ROOT_LIMIT = 1650e6, 1050e6  # Pa, endurance of the strongest case-
 SHEAR_LIMIT = 650e6  # Pa, yield of quenched and tempered steel in torsion, 1100 N/mm² / √3
 LARGEST_MODIFICATION = 0.05  # modules; teeth deflect by about a hundredth
 LEAST_GRAVITY, MOST_GRAVITY = 1.0, 100.0  # m/s²: the Moon's is 1.6, gearboxes are flown at 10 g
+FASTEST = 250.0  # m/s on pitch circles; turbo gears reach 200
+LARGEST_TWIST = 0.5  # rad of a joint at rated torque; rubber couplings have 0.2
+MASS_RATIO = 100.0  # between a stated mass and that of a steel disc; wrong units make 1000
 
 
 def implausible(case: Case, flow: PowerFlow) -> list[str]:
     """Warnings about implausible values of a case, in the order of its stages."""
-    warnings = [*_gravity(case), *_idle(case)]
+    warnings = [*_gravity(case), *_idle(case), *_joints(case, flow)]
     for stage in flow.stages:
         prefix = f"{stage.name}: " if len(case.stages) > 1 else ""
         warnings += [prefix + text for text in _of_stage(case.view(stage.name), stage)]
@@ -223,10 +226,25 @@ def _idle(case: Case) -> list[str]:
     return [f"{name}: {reason}" for name, reason in idle_loads(case, loads).items()]
 
 
+def _joints(case: Case, flow: PowerFlow) -> Iterator[str]:
+    """Warnings about springs between members that rated torque twists too far. The torque is the
+    smaller one of both members' branches; machines at a member carry the rest."""
+    for k, joint in enumerate(case.joints):
+        torque = min(abs(flow.branch_torque[member]) for member in (joint.first, joint.second))
+        stiffness = joint.stiffness[5]
+        if not joint.tangential and torque > LARGEST_TWIST * stiffness > 0.0:
+            yield (
+                f"joints.{k}.torsion: {stiffness:.3g} N m/rad twist by {torque / stiffness:.3g} "
+                f"rad under the {torque:.3g} N m between {joint.first} and {joint.second}; check "
+                "its unit"
+            )
+
+
 def _of_stage(view: StageView, stage: StageFlow) -> Iterator[str]:
     g = stage_geometry(view)
     yield from _places(view, g)
     yield from _teeth(view, g)
+    yield from _sizes(view, g, stage)
     yield from lost_contact(view, stage.gear_mesh_forces)
     yield from _backlash(view, g, stage)
     yield from _modifications(view, stage)
@@ -323,6 +341,27 @@ def _teeth(view: StageView, g: StageGeometry) -> Iterator[str]:
                 f"{THINNEST_TIP:g}; lower {name}.addendum or {name}.profile_shift"
             )
     yield from tooth_warnings(view)
+
+
+def _sizes(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]:
+    """Warnings about masses far from those of steel discs of the member's radius and the gears'
+    width, and about the speed of teeth on their pitch circles."""
+    radii = {name: gear.reference_radius for name, gear in g.gears.items()}
+    for name in (*view.stage.members, "planet"):
+        mass = getattr(getattr(view.stage, name), "mass", None)
+        radius = radii.get({"pinion": "sun", "gear": "planet"}.get(name, name), g.center_distance)
+        disc = math.pi * radius**2 * view.stage.gear_width * view.case.material.density
+        if mass is not None and not 1 / MASS_RATIO < mass / disc < MASS_RATIO:
+            yield (
+                f"{view.key(name)}.mass is {mass:.3g} kg, and a steel disc of its size and the "
+                f"gears' width has {disc:.2g}; check its unit"
+            )
+    speed = stage.gear_mesh_frequency * 2.0 * math.pi * g.planet.reference_radius / g.planet.teeth
+    if speed > FASTEST:
+        yield (
+            f"teeth mesh at {speed:.4g} m/s, and the fastest gears at about 200; check the unit "
+            "of speeds"
+        )
 
 
 def _stress(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]:

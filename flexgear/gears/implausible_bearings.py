@@ -13,36 +13,51 @@ from flexgear.model.stage_view import StageView
 FACTOR = 100.0  # by which a bearing's stiffness or rating may differ from an estimate for its load
 LARGEST_CLEARANCE = 0.03  # modules, of bearings; but no less than the share of their diameter that
 LARGEST_PLAY = 0.0012  # the widest rolling bearings (C5 of ISO 5753-1) and plain ones have
+FARTHEST = 1.5  # gear widths from the middle of a planet to where its bearings act
 
 
 def implausible_bearings(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]:
     """Warnings about implausible values of the bearings of a stage."""
-    yield from _stiffness(view, stage)
+    yield from _stiffness(view, g, stage)
     yield from _clearances(view, g)
     yield from _thrust(view, g, stage)
     yield from _rating(view, stage)
 
 
-def _stiffness(view: StageView, stage: StageFlow) -> Iterator[str]:
-    """Warnings about radial stiffness far from that of a roller bearing for the load. Supports of
-    suns and carriers may be soft, as these members may float."""
+def _stiffness(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]:
+    """Warnings about stiffness far from that of a roller bearing for the load, and about planets'
+    bearings beside their planet. Supports of suns and carriers may be soft, as these members may
+    float. Usual are a quarter of the radial stiffness along the axis, and two rows half of the gear
+    width or centre distance apart."""
     parallel = stage.kind == "parallel"
     load = abs(stage.sun_gear_mesh_force) if parallel else stage.planet_bearing_force
     if load == 0.0:
         return
     usual = roller_bearing_stiffness(load, view.stage.gear_width)
+    arm = max(view.stage.gear_width, 0.5 * g.center_distance) / 2.0
     in_housing = ("ring.support", "ring.hub.bearing")
     for key, bearing in view.stage.bearings.items():
+        if key == "planet_bearing" and abs(bearing.z) > FARTHEST * view.stage.gear_width:
+            yield (
+                f"{view.key(key)}.z is {1e3 * bearing.z:.4g} mm from the middle of a planet of "
+                f"{1e3 * view.stage.gear_width:.4g} mm width; check its unit"
+            )
         if key in in_housing:
             continue
         carries = parallel or key == "planet_bearing"
-        stiffness = max(bearing.stiffness[:2])
-        if stiffness > FACTOR * usual or (carries and 0.0 < stiffness < usual / FACTOR):
-            yield (
-                f"{view.key(key)}.radial is {stiffness:.3g} N/m, and a roller bearing that "
-                f"carries the {load:.3g} N of a planet or pinion here has about {usual:.2g}; check "
-                "its unit"
-            )
+        k = bearing.stiffness
+        for name, stiffness, expected, unit in (
+            ("radial", max(k[:2]), usual, "N/m"),
+            ("axial", k[2], usual / 4.0, "N/m"),
+            ("tilt", max(k[3:5]), usual * arm**2, "N m/rad"),
+        ):
+            soft = carries and name == "radial" and 0.0 < stiffness < expected / FACTOR
+            if soft or stiffness > FACTOR * expected:
+                yield (
+                    f"{view.key(key)}.{name} is {stiffness:.3g} {unit}, and a roller bearing that "
+                    f"carries the {load:.3g} N of a planet or pinion here has about "
+                    f"{expected:.2g}; check its unit"
+                )
 
 
 def _clearances(view: StageView, g: StageGeometry) -> Iterator[str]:

@@ -103,6 +103,36 @@ RATED = {"stage.planet_bearing.rolling": "roller"}
         ),
         ("wind-5mw", {"gravity_m_per_s2": "[0, -9810, 0]"}, ["gravity is 9810 m/s²"]),
         ("wind-5mw", {"gravity_m_per_s2": "[0, -0.00981, 0]"}, ["gravity is 0.00981 m/s²"]),
+        (  # N mm/rad for N m/rad
+            "wind-5mw",
+            {"stage.planet_bearing.tilt_nm_per_rad": "1.6e11"},
+            ["stage.planet_bearing.tilt is 1.6e+11 N m/rad", "check its unit"],
+        ),
+        (
+            "wind-5mw",
+            {"stage.planet_bearing.axial_n_per_m": "1e12"},
+            ["stage.planet_bearing.axial is 1e+12 N/m"],
+        ),
+        (
+            "nrel-5mw",
+            {"stages.stage_1.planet_bearing.z_mm": "3000"},
+            ["planet_bearing.z is 3000 mm from the middle of a planet of 491 mm width"],
+        ),
+        (  # π 0.863² · 0.491 · 7850 kg
+            "nrel-5mw",
+            {"stages.stage_1.carrier.mass_kg": "10"},
+            ["stages.stage_1.carrier.mass is 10 kg", "9e+03; check its unit"],
+        ),
+        (  # 5 MW / (12.1 · 2π/60 rad/s) · 19/75 = 1.0e6 N m
+            "nrel-5mw",
+            {"joints.0.torsion_nm_per_rad": "5e5"},
+            ["joints.0.torsion: 5e+05 N m/rad twist by 2 rad under the 1e+06 N m"],
+        ),
+        (  # 93 · 11270/60 · π · 18 mm/cos 7.5°
+            "wind-5mw",
+            {"inputs.0.speed_rpm": "11270"},
+            ["teeth mesh at 996.3 m/s", "check the unit of speeds"],
+        ),
         (
             "nrel-5mw",
             {"stages.stage_3.face_width_mm": "3"},

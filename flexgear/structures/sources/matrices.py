@@ -170,7 +170,8 @@ def _first_frequency(inertia: Array, material: Material) -> float:
 
     c = √(E/ρ); r is the radius of gyration about the centre of mass, with r² = ∫ |x|² dV/V. Free
     bars of diameter d and length l have 0.0079 l/d in place of 0.05, thin rings of radius R and
-    width b 0.0196 R/b (bending, Love 1944, art. 293), rings and carriers of gearboxes 0.015 to 0.06.
+    width b 0.0196 R/b (bending, Love 1944, art. 293), rings and carriers of gearboxes 0.015 to
+    0.06.
     """
     mass = inertia[0, 0]
     arm = inertia[:3, 3:] / mass  # −[s]×, s from the origin to the centre of mass
