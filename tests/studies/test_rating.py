@@ -84,6 +84,10 @@ def test_reversed_torque_loads_the_other_flanks():
     to_sun, to_ring = (parts[f"stage_1.planet flank to the {x}"].load for x in ("sun", "ring"))
     assert to_sun[0] == pytest.approx(parts["stage_1.sun flank"].load[0], rel=0.2)
     assert to_sun[1] == pytest.approx(to_ring[0] * math.sqrt(0.5), rel=1e-6)
+    sheet = parts["stage_1.sun root"].factors[0]  # R = −1.2 · 0.5, ISO 6336-3, annex B
+    mean = 0.8 - 0.15 * sheet["Y_S"].value
+    expected = 1 / (1 + 0.6 * (1 - mean) / (1 + mean))
+    assert sheet["Y_M"].value == pytest.approx(expected, rel=1e-5) and expected < 0.9
 
 
 def test_what_the_norm_does_not_know_is_refused_before_anything_is_solved(monkeypatch):

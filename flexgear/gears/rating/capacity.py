@@ -348,8 +348,7 @@ def _static_notch(gear: RatedGear) -> float:
 
 def _mean_stress_factor(gear: RatedGear, static: bool = False) -> float:
     """Mean stress factor Y_M, of endurance or static strength."""
-    reversed_stress = REVERSED_STRESS if gear.reversed else 0.0
-    return 1.0 / (1.0 + reversed_stress * mean_stress_influence(gear, static))
+    return 1.0 / (1.0 + REVERSED_STRESS * gear.reversal * mean_stress_influence(gear, static))
 
 
 def mean_stress_influence(gear: RatedGear, static: bool = False) -> float:
