@@ -249,7 +249,7 @@ def _of_stage(view: StageView, stage: StageFlow) -> Iterator[str]:
     yield from _backlash(view, g, stage)
     yield from _modifications(view, stage)
     yield from _stress(view, g, stage)
-    yield from _shaft(view, stage)
+    yield from _shaft(view, g, stage)
     yield from implausible_bearings(view, g, stage)
 
 
@@ -384,15 +384,32 @@ def _stress(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str
             )
 
 
-def _shaft(view: StageView, stage: StageFlow) -> Iterator[str]:
-    """Warnings about torsion of a sun's shaft, τ = 16 T d/(π (d⁴ − d_i⁴))."""
+def _shaft(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]:
+    """Warnings about torsion of a sun's shaft, τ = 16 T d/(π (d⁴ − d_i⁴)), and about sections that
+    neither planets nor the bore of an FE carrier leave room for."""
     if view.stage.form("sun") != "beam":
         return
+    rooms = [("the sun's tip circle", 2.0 * g.gears["sun"].tip_radius, 0.0, view.stage.gear_width)]
+    if view.stage.form("carrier") == "fe":
+        c, side = (
+            view.carrier,
+            "drive" if view.shaft.direction == view.carrier.drive_side else "far",
+        )
+        plate = 2.0 * getattr(c, f"plate_thickness_{side}")
+        rooms.append(("the carrier's bore", c.hub_bore, c.plate_gap, c.plate_gap + plate))
+    start = 0.0
     for k, part in enumerate(view.shaft.sections):
-        d, inner = part.outer_diameter, part.inner_diameter
+        d, inner, end = part.outer_diameter, part.inner_diameter, start + part.length
         shear = 16.0 * abs(stage.sun_torque) * d / (math.pi * (d**4 - inner**4))
         if shear > SHEAR_LIMIT:
             yield (
                 f"the shear stress of the sun's shaft is {shear / 1e6:.4g} MPa in section {k} at "
                 f"rated torque, and steel yields at {SHEAR_LIMIT / 1e6:.0f}; check its diameters"
             )
+        for name, room, first, last in rooms:
+            if d > room and 2.0 * start < last and first < 2.0 * end:
+                yield (
+                    f"section {k} of the sun's shaft is {_mm(d)} mm thick, and {name} has "
+                    f"{_mm(room)} mm; check its diameter, or lengths"
+                )
+        start = end

@@ -81,6 +81,16 @@ RATED = {"stage.planet_bearing.rolling": "roller"}
         ("wind-5mw", THIN, ["tips of the sun", "addendum"]),
         ("wind-5mw", {"inputs.0.torque_knm": "4e4"}, ["sun gear mesh", "MPa", "check torque"]),
         ("wind-5mw", SHAFT, ["sun's shaft", "section 0", "yields"]),
+        (  # 18 mm (27/cos 7.5° + 2)
+            "wind-5mw",
+            {"stage.sun.shaft.sections.0.outer_diameter_mm": "600"},
+            ["section 0 of the sun's shaft is 600.00 mm thick, and the sun's tip circle has 526."],
+        ),
+        (
+            "wind-5mw",
+            {"stage.sun.shaft.sections.0.outer_diameter_mm": "401"},
+            ["is 401.00 mm thick, and the carrier's bore has 400.00 mm"],
+        ),
         (
             "wind-5mw",
             {"stage.planet_bearing.radial_n_per_m": "6e6"},
