@@ -280,10 +280,13 @@ def _basic(
         safety = static * section.count / largest if largest else math.inf
     k_r, k_t = section.stiffness[0], section.stiffness[3]
     couple = math.hypot(*load.vector[3:]) / (2.0 * math.sqrt(k_t / k_r)) if k_r and k_t else 0.0
-    if 2.0 * couple > LEAST_E * load.vector[0]:
-        estimates["equivalent_load"] = "by the radial load alone, as the moment is left out"
-    if section.thrust is None and load.axial.max() > LEAST_E * load.largest:
-        estimates["equivalent_load"] = "by the radial load alone, as thrust is left out"
+    without_thrust = section.thrust is None and load.axial.max() > LEAST_E * load.largest
+    lacking = ["thrust"] if without_thrust else []
+    lacking += ["the moment"] if 2.0 * couple > LEAST_E * load.vector[0] else []
+    if lacking:
+        verb = "are" if len(lacking) > 1 else "is"
+        reason = f"by the radial load alone, as {' and '.join(lacking)} {verb} left out"
+        estimates["equivalent_load"] = reason
     left_out = couple if 0.0 < LEAST_COUPLE * load.vector[0] < 2.0 * couple else None
     factors = sheet_of({"C": rating, "C_0": static, "S_0": safety, "F_M": left_out})
     basis = BASIC

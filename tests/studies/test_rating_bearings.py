@@ -90,6 +90,16 @@ def test_moments_are_about_the_radial_load_and_across_it(monkeypatch):
     assert moments == pytest.approx([5e3, -5e2, math.hypot(5e3, 5e2)], rel=1e-9)
 
 
+def test_basic_life_names_both_loads_that_it_leaves_out(monkeypatch):
+    """Thrust of 0.3 F_r, and 0.2 N m/N across two halves that are 2 √(0.16/4) m apart."""
+    _loaded(monkeypatch, [[1e6, 0, 3e5, 0, 2e5, 0]])
+    part = _part(
+        _rated({"dynamic_rating_kn": "9000", "rolling": "roller"}), "stage.planet_bearing_1"
+    )
+    reason = "by the radial load alone, as thrust and the moment are left out"
+    assert part.estimates == {"equivalent_load": reason} and part.holds is None
+
+
 def test_a_moment_that_alternates_does_the_damage_of_both_its_values(monkeypatch):
     """As in planets whose carrier bears a hub moment; of three values nearly that of all three."""
     middle = ROLLERS | PAIR | {"z_mm": "0"}
