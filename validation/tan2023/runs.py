@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
+from face_load.runs import bodies_at
 
 from flexgear.analysis.start import start_state
 from flexgear.analysis.step_plan import Stepping
@@ -25,13 +26,12 @@ from flexgear.model.load import load_case
 from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
 from flexgear.results.stage_part import stage_part
-from flexgear.solve.bodies import Bodies, stage_bodies
+from flexgear.solve.bodies import Bodies, reduction_limit, stage_bodies
 from flexgear.solve.dataset import transient_data
 from flexgear.solve.model import Model, assemble
 from flexgear.solve.static import static
 from flexgear.solve.transient import RATED_DRIVE, simulate, torque_drop
 from flexgear.structures.reduced import ReducedBody
-from flexgear.structures.sources.ring import source as ring_source
 from flexgear.views.star import StageOutline
 
 T = TypeVar("T")
@@ -270,14 +270,12 @@ class Runs:
 
     def other_ring(self, **changes: str) -> xr.Dataset:
         """Flexible tooth passages of a fifth of a turn with other ring parameters, quick mesh."""
-        case = validation_case("quick", **changes).with_(stage__errors=GearErrors())
-        bodies = {BODIES[0]: ring_source(case).reduced(), BODIES[1]: self.quick_carrier}
+        keys = bodies_at("wind-5mw", "quick")
+        fidelity = keys.pop("solver.fidelity")
+        case = validation_case(fidelity, **keys, **changes).with_(stage__errors=GearErrors())
+        bodies = stage_bodies(case, limit_hz=reduction_limit(case.case))
         angles = np.linspace(0, 2 * math.pi / 5, 241)
         return equilibria(model_of(case, bodies, FLEXIBLE), angles)
-
-    @cached_property
-    def quick_carrier(self) -> ReducedBody:
-        return stage_bodies(validation_case("quick"))[BODIES[1]]
 
 
 @cache
