@@ -133,8 +133,8 @@ def test_slices_against_plane_contact(kind, loading, compliance, fidelity):
     if compliance == "fe" and fidelity == "quick":
         pytest.skip("influences of three gears take minutes")
     step = 3 if compliance == "fe" else 1
-    series, places = stored.series(kind, loading.name), stored.places(kind)[::step]
-    by_slices = loaded(kind, loading, places, compliance)
+    series = stored.series(kind, loading.name)
+    by_slices = loaded(kind, loading, compliance, step)
     error, loads = series.error[::step], series.loads[::step]
     off = {
         "mean": by_slices.error.mean() / error.mean() - 1,
@@ -224,7 +224,7 @@ def test_draw(kind, results):
     top, middle, bottom = figure.subplots(3, 1)
     s = stored.places(kind)
     for k, loading in enumerate(LOADINGS):
-        series, by_slices = stored.series(kind, loading.name), loaded(kind, loading, s)
+        series, by_slices = stored.series(kind, loading.name), loaded(kind, loading)
         style = "--" if loading.path_only else "-"
         top.plot(1e3 * s, 1e6 * series.error, style, color=f"C{k}", label=loading.name)
         top.plot(1e3 * s[::3], 1e6 * by_slices.error[::3], ".", color=f"C{k}")

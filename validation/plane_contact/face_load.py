@@ -5,6 +5,7 @@ Transmission error is the approach of the bodies along the line of action at the
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from flexgear.gears.paths import stage_paths
 from flexgear.model.load import load_case
 from flexgear.solve.model import assemble
 from flexgear.solve.static import static
+from plane_contact import stored
 from plane_contact.cases import CASE, RELIEF_MM, RELIEF_UM, Loading
 
 COMPLIANCES = {"width": "Weber and Banaschek, pairs per width", "fe": "FE influence of the teeth"}
@@ -26,9 +28,10 @@ class Loaded:
     loads: Array
 
 
-def loaded(kind: str, loading: Loading, s: Array, compliance: str = "width") -> Loaded:
-    """At places s (places,) of the middle pair; kind: "sun" or "ring"; compliance: one of
-    ``COMPLIANCES``, of which "fe" takes minutes the first time."""
+@cache
+def loaded(kind: str, loading: Loading, compliance: str = "width", step: int = 1) -> Loaded:
+    """At every so many of the stored places of the middle pair; kind: "sun" or "ring"; compliance:
+    one of ``COMPLIANCES``, of which "fe" takes minutes the first time."""
     case = load_case(CASE)
     planets, torque = case.view().stage.planets, case.inputs[0].torque
     keys = {
@@ -42,7 +45,7 @@ def loaded(kind: str, loading: Loading, s: Array, compliance: str = "width") -> 
         keys |= {f"{relief}.amount_um": str(RELIEF_UM), f"{relief}.length_mm": str(RELIEF_MM)}
     case = load_case(CASE, keys)
     path = stage_paths(case.view(), dict.fromkeys(("sun", "ring"), 1.0))[kind, ""]
-    angles = (s - path.position(0, 0, 0.0)) / path.rate
+    angles = (stored.places(kind)[::step] - path.position(0, 0, 0.0)) / path.rate
     data = static(assemble(case), angles)
     flank = f"stage {kind} 1 drive"
     slots = data.sizes["slot"]
