@@ -16,7 +16,15 @@ from scipy.signal import find_peaks
 from flexgear.cli import options
 from flexgear.cli.display import as_json_text, progress, show, table
 from flexgear.files.atomic import staged_folder
-from flexgear.gears.expected_lines import BEARING, HARMONICS, TOOTH_FAULT, ExpectedLine
+from flexgear.gears.expected_lines import (
+    BEARING,
+    CANCELLED,
+    GEAR_MESH,
+    HARMONICS,
+    SIDEBAND,
+    TOOTH_FAULT,
+    ExpectedLine,
+)
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.names import SHAFT
@@ -215,7 +223,7 @@ def _expected(
     sensors = np.atleast_1d(result["column"]) if result.name == "sensor_signal" else ()
     lines_at = partial(expected_orders, case, member, against, sensors=tuple(map(str, sensors)))
     first = lines_at()
-    gear_meshes = [order / line.harmonic for line, order in first if line.kind == "gear mesh"]
+    gear_meshes = [order / line.harmonic for line, order in first if line.kind == GEAR_MESH]
     harmonics = math.ceil(highest / min(gear_meshes)) if gear_meshes else HARMONICS
     lines = lines_at(harmonics=max(HARMONICS, min(harmonics, 100)))
     return [(line, order) for line, order in lines if order <= highest]
@@ -266,6 +274,13 @@ def _labels(order: float, expected: Lines, turns: float, passes: Mapping[str, in
     nearest multiples of lines of faults and of a carrier's turn of the same order, else of their
     sidebands, at turns of a bearing's defect and carrier turns by name in ``passes``; empty where
     none is near."""
+    gear_meshes = [at for x, at in expected if x.kind == GEAR_MESH and x.share > CANCELLED]
+    width = RESOLUTION / turns  # sidebands that are nearer to a gear mesh are one line with it
+    expected = [
+        (x, at)
+        for x, at in expected
+        if x.kind != SIDEBAND or all(abs(at - g) >= width for g in gear_meshes)
+    ]
     named = [(words(f"{x.stage} {x.label}"), at) for x, at in expected]
     carriers = {
         line.stage: (name, at)
@@ -329,7 +344,8 @@ def _print(case: Case, result: xr.DataArray, rows: list[dict[str, Any]]) -> None
         column = column_words(result, row.get("column", ""))
         texts = [f"{number(by * row['amplitude'])} {unit}", column]
         if "speed_rpm" in row:
-            texts.append(f"at {number(row['speed_rpm'])} r/min")
+            relative = "".join(result.attrs["of"].partition(" against ")[1:])
+            texts.append(f"at {number(row['speed_rpm'])} r/min{relative}")
         texts.append(f"({', '.join(row['expected'][:2])})" if row["expected"] else "")
         lines[f"order {number(row['order'], 6)}"] = "  ".join(filter(None, texts))
     table(title, lines)

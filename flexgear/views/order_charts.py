@@ -164,7 +164,7 @@ def order_map_chart(mapped: xr.DataArray, lines: Lines = (), title: str = "") ->
             ax.axvline(at, color="white", ls=":", lw=0.6)
     _name_harmonics(ax, [x for x in lines if x[0].harmonic <= MAX_HARMONICS], highest)
     ax.set_xlabel(_order_axis(mapped))
-    of = words(mapped.attrs["of"].partition(" against ")[0])
+    of = words(mapped.attrs["of"])  # the speed is that of the turns, relative to another member
     ax.set_ylabel("time (s)" if steady else f"speed of {of} (r/min)")
     name = f"Amplitude of {words(str(mapped.name))}"
     column = ""

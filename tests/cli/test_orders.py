@@ -23,6 +23,7 @@ from flexgear.results.orders import amplitudes_at, order_spectrum
 from flexgear.results.run_orders import expected_orders, history_over_turns
 from flexgear.views import report
 from flexgear.views.interactive import panels_of
+from flexgear.views.order_charts import order_map_chart
 
 SETTINGS = {  # 95 ring teeth leave 3 over of 4 planets: order 1 is heard one pass above
     "stage.gear_mesh.model": "fourier",
@@ -284,6 +285,38 @@ def test_multiples_of_a_fault_s_line_are_named(tmp_path):
     }
     assert named[25] == ["gear mesh 1"]
     assert named[6] == ["6 × tooth of sun at one gear mesh"]
+    # over one turn nobody sees which of two lines a third of an order apart a peak is
+    wave = np.cos(2 * np.pi * 24.75 * turn[:200])
+    short = xr.DataArray(wave, {"turn": turn[:200]}, "turn", "force")
+    of_all = next(x for x, _ in lines if x.label == "gear mesh 1")
+    sideband = (replace(of_all, kind="sideband", label="beside"), 24.75)
+    row = next(
+        strongest(
+            order_spectrum(short.assign_attrs(about)),
+            [(replace(of_all, share=1.0), 25.0), sideband],
+        )
+    )
+    assert row["expected"] == ["gear mesh 1"]
+
+
+@pytest.mark.usefixtures("no_pixels")
+def test_speeds_of_a_map_are_those_of_its_turns(transient, tmp_path, flexgear):
+    """A sun against the carrier turns z_r/(z_s + z_r) as fast as in space."""
+    file, _ = transient
+    options = ("--only", "sun 1", "--member", "sun", "--map", 1, "--highest", 40, "-q")
+    stage, speeds = load_case("lin-parker", SETTINGS).stages[0], list[float]()
+    for against in ((), ("--against", "carrier")):
+        command = ("orders", file, *options, *against, "--out", tmp_path, "--force")
+        assert (" r/min against carrier" in flexgear.out(*command)) == bool(against)
+        mapped = load(tmp_path / "orders.nc")["gear_mesh_force"].squeeze("column")
+        rising = mapped.assign_coords(speed=mapped["time"])
+        label = order_map_chart(rising).axes[0].get_ylabel()
+        assert (
+            label == " ".join(["speed of sun", "against carrier"][: 1 + bool(against)]) + " (r/min)"
+        )
+        speeds.append(float(mapped["speed"].mean()))
+    expected = stage.ring.teeth / (stage.ring.teeth + stage.sun.teeth)
+    assert speeds[1] / speeds[0] == pytest.approx(expected, rel=1e-3)
 
 
 @pytest.mark.usefixtures("no_pixels")
