@@ -62,8 +62,8 @@ def direct_path(
     stresses = {b: s for b, s in of_bins.items() if s and (kind == "flank" or s.tension.size)}
     states = {b: x.state for b, x in history.items()}
     curves = {
-        # divided by the mean stress factor, which the direct path applies to the stress
-        b: replace(c, stress=tuple(s / value_of(state.factors, "Y_M", 1.0) for s in c.stress))
+        # divided by the mean stress factor that the direct path applies to the stress
+        b: replace(c, stress=tuple(s / _computed_factor(pair, history[b]) for s in c.stress))
         for b, state in states.items()
         if (c := state.curve) is not None
     }
@@ -72,6 +72,13 @@ def direct_path(
         return None
     influence = 0.0 if kind == "flank" else mean_stress_influence(pair.gears[first.part])
     return DirectPath(trains, pair, kind, history, loads, stresses, curves, influence)
+
+
+def _computed_factor(pair: GearPair, loaded: LoadedState) -> float:
+    """Mean stress factor Y_M of planets, whose load on the other flank is computed; 1 of other
+    gears, whose life curves have it for load cases of both senses."""
+    idler = loaded.part == "planet" and pair.stage.kind == "planetary"
+    return value_of(loaded.state.factors, "Y_M", 1.0) if idler else 1.0
 
 
 @dataclass(frozen=True)
@@ -208,10 +215,10 @@ class DirectPath:
 
     def _against_standard(self, b: int) -> dict[str, float]:
         """Ratio of the largest stress in a bin to that of the standard, and its factors."""
-        state, stress = self.history[b].state, self.stress(b)
+        loaded, stress = self.history[b], self.stress(b)
         at = np.unravel_index(int(np.argmax(stress)), stress.shape)
-        largest, mean = float(stress[at]), value_of(state.factors, "Y_M", 1.0)
-        ratio = largest * mean / state.stress
+        largest = float(stress[at])
+        ratio = largest * _computed_factor(self.pair, loaded) / loaded.state.stress
         causes = self._of_flank(b, at, ratio) if self.kind == "flank" else self._of_root(b, at)
         return {"σ_direct": largest / 1e6, "σ_direct/σ": ratio, **causes}
 
@@ -258,5 +265,5 @@ class DirectPath:
             "by sharing between pairs": sharing,
             "by distribution along the face": fixed_body.held / fixed_body.even / norm["K_Fβ"],
             "by rim": largest / fixed_body.held / rim,
-            "by alternation": counted / largest * norm.get("Y_M", 1.0),
+            "by alternation": counted / largest * _computed_factor(self.pair, loaded),
         }
