@@ -139,7 +139,7 @@ def test_the_largest_force_is_that_of_all_transients():
     assert by_subject(torque_steps=drops)["Load sharing"].level == "watch"
 
 
-def test_spur_teeth_without_relief_are_named_beside_the_peak():
+def test_what_excites_gear_meshes_is_named_beside_the_peak():
     def sentence(*relieved: str, **options: Any) -> str:
         relief = {"amount": 2e-5, "length": 2e-3}
         changes = {f"stages.stage.{part}.modifications.tip_relief": relief for part in relieved}
@@ -156,6 +156,9 @@ def test_spur_teeth_without_relief_are_named_beside_the_peak():
     assert "at once" not in sentence("sun", "planet", "ring", **spur)
     assert "at once" not in sentence()  # helical
     assert "at once" not in sentence(**spur, gear_mesh__model="face_load")
+    constant = sentence(**spur, gear_mesh__model="constant")
+    assert "is constant in this model, so that" in constant and "_" not in constant
+    assert "is constant" not in sentence(**spur) + sentence()
 
 
 def test_a_force_that_passes_zero_is_said():

@@ -98,14 +98,21 @@ def _largest_force(findings: Findings) -> Iterator[Answer]:
             level = "watch"
             one_sided = view.gear_mesh.contact_law == "one-sided"
             sentence += f" The force of a gear mesh passes zero: {PARTED if one_sided else PULLED}"
-        sentence += _sudden_contact(findings, stage)
+        sentence += _excitation(findings, stage)
         figure = f"{factor(peak.ratio)} × nominal"
         yield Answer(level, stage, peak.ratio, figure, sentence, covered, peak.window)
 
 
-def _sudden_contact(findings: Findings, stage: str) -> str:
-    """Sentence on spur gears without tip relief, whose pairs stiffen at once; "" without any."""
+def _excitation(findings: Findings, stage: str) -> str:
+    """Sentence on gear meshes of constant stiffness, which excite no vibration, or on spur gears
+    without tip relief, whose pairs stiffen at once; "" without either."""
     view = findings.case.view(stage)
+    if view.gear_mesh.model == "constant":
+        return (
+            " The stiffness of its gear meshes is constant in this model, so that pairs that come "
+            "and go excite no vibration, which load factors must cover, too; the gear-mesh model "
+            "of one spring for each pair has it."
+        )
     if view.gear_mesh.model != "per_pair" or view.stage.helix_angle != 0.0:
         return ""
     roles = ("planet", "sun") if view.stage.kind == "parallel" else ("planet", "sun", "ring")
