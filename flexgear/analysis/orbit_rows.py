@@ -61,7 +61,7 @@ class RowCollector:
         row, of_teeth = work.row[taken], kinds[taken] >= 0
         owner = row["owner"].astype(np.int64)
         flank, slopes = np.where(of_teeth, owner, 0), np.zeros(len(self.flanks))
-        error_rates(self.data.gears, angles, self.speeds, slopes)
+        error_rates(self.data.gears, angles, self.speeds, self.flanks, slopes)
         carries = np.where(of_teeth, self.pairs.carries[flank], 1.0)
         springs = carries * np.array([row["stiffness"], row["damping"]])
         numbers = np.vstack([row["offset"], of_teeth * slopes[flank], springs])

@@ -350,10 +350,11 @@ def add_residual(active, level, force, image, out):
 
 @njit(**INNER, fastmath=FAST)
 def channel_motion(channels, active, c, eta, rate, force):
-    """Displacement Φη + R f and speed Φη̇ of any channel c; rate: η̇, force: on the active dofs."""
+    """Displacement Φη + R f and speed Φη̇ of a channel c on part 0 of the train, that of the first
+    dofs, the ports; rate: η̇, force: on the active dofs."""
     modes = channels.modes[c]
     motion, speed = two_dots(modes[: eta.shape[0]], eta, rate)
-    for d in range(active.counts[0].dofs):
+    for d in range(active.beside[0, 1]):
         motion += channels.residual[c, active.channel[d]] * force[d]
     return motion, speed
 

@@ -125,7 +125,7 @@ def row_receptances(active, level, share, rows, n, total, springs, vectors, prob
             linked, block_image = _image_of_blocks(
                 active, level, row[j], coef[j], place[j], vectors.image
             )
-        image = block_image.image
+        image, parts = block_image.image, row[j].parts if blocks else ZERO
         for at_i in range(at_j, count):
             i = at_i + skipped if at_i >= first_spring else at_i
             g = r = 0.0
@@ -133,8 +133,7 @@ def row_receptances(active, level, share, rows, n, total, springs, vectors, prob
                 at, along = TWO * np.uint64(row[i].dof), row[i].along
                 g = line_image[at] + along * line_image[at + TWO]
                 r = line_image[at + ONE] + along * line_image[at + TWO + ONE]
-            shares = blocks and row[i].parts & row[j].parts != 0
-            for a in range(row[i].beyond, row[i].width if shares else ZERO):
+            for a in range(row[i].beyond, row[i].width if row[i].parts & parts != 0 else ZERO):
                 v, at = coef[i, a], TWO * place[i, a]
                 is_first = block_image.first <= at < block_image.stop
                 if not (is_first or block_image.others <= at < block_image.end):

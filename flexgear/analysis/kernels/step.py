@@ -105,8 +105,9 @@ def _build(data, share, prescribed, state, work, ledger, level):
     """Build rows and elements at the new angles, with their active dofs; returns the numbers of
     rows, elements and pairs. prescribed (L,): factors of loads."""
     rows, active, elements, channels = work.rows, work.active, data.elements, data.channels
-    n, count, pairs = fill_rows(elements, work.modes.theta, state.active_flanks, rows)
-    error_rates(elements.gears, work.modes.theta, work.modes.speeds, work.error_rates)
+    theta, speeds = work.modes.theta, work.modes.speeds
+    n, count, pairs = fill_rows(elements, theta, state.active_flanks, rows)
+    error_rates(elements.gears, theta, speeds, state.active_flanks, work.error_rates)
     set_loads(share, prescribed, elements.fixed, rows, count)
     gather(active, channels, rows, n, ledger.rows, ledger.booked[0].rows)
     gather_receptance(active, channels, level)

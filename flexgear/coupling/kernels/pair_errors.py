@@ -30,10 +30,12 @@ def common_error(gear_mesh, runout, theta, base):
 
 
 @njit(**UNCOUNTED)
-def error_rates(gears, theta, speeds, out):
+def error_rates(gears, theta, speeds, active_flanks, out):
     """Fills out (M,) with rates of ``common_error``, m/s, at angles theta (A,) and speeds (A,),
-    rad/s."""
+    rad/s, for gear meshes with 1 in active_flanks (M,)."""
     for m in range(gears.gear_mesh.shape[0]):
+        if active_flanks[m] == 0:
+            continue
         gear_mesh, runout, total = gears.gear_mesh[m], gears.runout[m], 0.0
         for h in range(runout.shape[0]):
             wave = runout[h]
