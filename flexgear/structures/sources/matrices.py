@@ -166,15 +166,15 @@ def _require_size(
 
 
 def _first_frequency(inertia: Array, material: Material) -> float:
-    """Lowest elastic natural frequency of a free body of this inertia, f ≈ 0.05 c V/r⁴, Hz.
+    """Lowest elastic natural frequency of a free body of this inertia, f ≈ 0.035 c V/r⁴, Hz.
 
     c = √(E/ρ); r is the radius of gyration about the centre of mass, with r² = ∫ |x|² dV/V. Free
-    bars of diameter d and length l have 0.0079 l/d in place of 0.05, thin rings of radius R and
-    width b 0.0196 R/b (bending, Love 1944, art. 293), rings and carriers of gearboxes 0.015 to
-    0.06.
+    bars of diameter d and length l have 0.0079 l/d in place of 0.035, thin rings of radius R and
+    width b 0.0196 R/b (bending, Love 1944, art. 293), planets and carriers of gearboxes 0.015 to
+    0.022, their rings 0.03 to 0.06.
     """
     mass = inertia[0, 0]
     arm = inertia[:3, 3:] / mass  # −[s]×, s from the origin to the centre of mass
     squared = (np.trace(inertia[3:, 3:]) / mass - (arm**2).sum()) / 2.0
     speed_of_sound = math.sqrt(material.young_modulus / material.density)
-    return float(0.05 * speed_of_sound * mass / material.density / squared**2)
+    return float(0.035 * speed_of_sound * mass / material.density / squared**2)
