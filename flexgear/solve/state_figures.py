@@ -21,6 +21,7 @@ from flexgear.analysis.stability import (
     without_following_modes,
 )
 from flexgear.arrays import Array, Complex
+from flexgear.model.errors import FlexgearWarning
 from flexgear.solve.bodies import Progress
 from flexgear.solve.dataset import support_names
 from flexgear.solve.model import Model
@@ -116,6 +117,7 @@ class Figures:
                 f"{fewest * each / 60:.0f} to {most * each / 60:.0f} min, and there may be "
                 f"several: fewer --harmonics than {self.train.harmonics}, a shorter range, "
                 "--doublings 0 and --rigid are quicker; --linear takes seconds",
+                FlexgearWarning,
                 stacklevel=2,
             )
 

@@ -13,7 +13,7 @@ from flexgear.analysis import continuation, curve_follower
 from flexgear.analysis.harmonic_balance import Balance, converge
 from flexgear.analysis.orbit import orbit_elements
 from flexgear.analysis.orbit_receptance import OperatingPoint, condensed_train
-from flexgear.model.errors import InputError
+from flexgear.model.errors import FlexgearWarning, InputError
 from flexgear.solve import state_figures
 from flexgear.solve.dataset import body_rows
 from flexgear.solve.turning_points import turning_points
@@ -94,7 +94,8 @@ def test_a_gear_mesh_that_excites_nothing_carries_its_mean_force(pair):
 
 
 def test_a_long_response_first_says_how_long_it_takes(pair, monkeypatch):
-    """Its first line, before a curve is begun; what is followed outside the range is shown."""
+    """Its first line, before a curve is begun, by a warning that the command line prints; what is
+    followed outside the range is shown."""
     shown = list[str]()
 
     def show(line, *_):
@@ -103,7 +104,7 @@ def test_a_long_response_first_says_how_long_it_takes(pair, monkeypatch):
     monkeypatch.setattr(state_figures, "LONG", 0.0)
     monkeypatch.setattr(warnings, "showwarning", show)
     warnings.simplefilter("ignore")
-    warnings.filterwarnings("always", "a steady state takes")
+    warnings.filterwarnings("always", "a steady state takes", FlexgearWarning)
     pair.response((0.5, 0.6), harmonics=3, doublings=0, progress=show)
     stages = list(dict.fromkeys(shown))
     assert stages[:2] == ["response, start", "response, first states"]
