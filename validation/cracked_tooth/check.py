@@ -73,7 +73,7 @@ def test_depths_and_heights(role, angle, case, results):
         p = parameters(case, role, depth, angle)
         plane = crack_compliance(
             gear, loads, *STEEL,
-            held=4 * module, size=0.2 * module, depth=p.depths[0], angle=p.angle,
+            held=4 * module, size=0.4 * module, depth=p.depths[0], angle=p.angle,
         )  # fmt: skip
         errors = np.array(list(map(in_plane(p), rolls))) / plane - 1
         print(f"{role}, {angle:g}°, depth {depth:g}: {np.round(100 * errors, 1)} %")
