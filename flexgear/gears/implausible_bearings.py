@@ -19,6 +19,7 @@ FARTHEST = 1.5  # gear widths from the middle of a planet to where its bearings 
 def implausible_bearings(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]:
     """Warnings about implausible values of the bearings of a stage."""
     yield from _stiffness(view, g, stage)
+    yield from _in_planet(view, g)
     yield from _clearances(view, g)
     yield from _thrust(view, g, stage)
     yield from _rating(view, stage)
@@ -58,6 +59,35 @@ def _stiffness(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[
                     f"carries the {load:.3g} N of a planet or pinion here has about "
                     f"{expected:.2g}; check its unit"
                 )
+
+
+def _in_planet(view: StageView, g: StageGeometry) -> Iterator[str]:
+    """Warnings about planet bearings that are wider than ``FARTHEST`` gear widths, or larger than
+    the bore of the planet, without a bore than its root circle."""
+    bearing, planet = view.stage.planet_bearing, view.stage.planet
+    if view.stage.kind != "planetary" or planet is None:
+        return
+    elements, journal = bearing.elements, bearing.journal
+    row = bearing.rollers or elements
+    wide = journal.length if journal else 0.0
+    if row is not None:
+        rows = bearing.count * (row.rows or 1) if row is elements else row.rows or 1
+        wide = (rows - 1) * (row.spacing or 0.0) + (row.length or 0.0)
+    large = max(
+        journal.diameter if journal else 0.0,
+        bearing.mean_diameter or 0.0,
+        elements.pitch_diameter + elements.diameter if elements else 0.0,
+    )
+    bore, width = planet.bore_diameter or 2.0 * g.planet.root_radius, view.stage.gear_width
+    for sense, size, room, most in (
+        ("across", large, bore, bore),
+        ("wide", wide, width, FARTHEST * width),
+    ):
+        if size > most:
+            yield (
+                f"{view.key('planet_bearing')} is {1e3 * size:.4g} mm {sense} by its elements or "
+                f"film, and its planet leaves {1e3 * room:.4g} mm; check these sizes"
+            )
 
 
 def _clearances(view: StageView, g: StageGeometry) -> Iterator[str]:

@@ -45,6 +45,9 @@ SHAFT = {
 }  # fmt: skip
 PULLING = {"stage.gear_mesh.contact_law": "linear", "stage.sun.modifications.lead_crowning_um": "5"}
 RATED = {"stage.planet_bearing.rolling": "roller"}
+SIZES = {"count": 22, "diameter_mm": 60, "pitch_diameter_mm": 500, "length_mm": 100,
+         "spacing_mm": 120}  # fmt: skip
+ELEMENTS = {f"stages.stage_1.planet_bearing.elements.{k}": str(v) for k, v in SIZES.items()}
 
 
 @pytest.mark.parametrize(
@@ -127,6 +130,16 @@ RATED = {"stage.planet_bearing.rolling": "roller"}
             "nrel-5mw",
             {"stages.stage_1.planet_bearing.z_mm": "3000"},
             ["planet_bearing.z is 3000 mm from the middle of a planet of 491 mm width"],
+        ),
+        (  # 22 rollers of 60 mm on a circle of 600 mm, in a planet for bearings of 600 mm
+            "nrel-5mw",
+            ELEMENTS | {"stages.stage_1.planet_bearing.elements.pitch_diameter_mm": "600"},
+            ["planet_bearing is 660 mm across", "its planet leaves 600 mm"],
+        ),
+        (
+            "nrel-5mw",
+            ELEMENTS | {"stages.stage_1.planet_bearing.elements.spacing_mm": "800"},
+            ["planet_bearing is 900 mm wide", "its planet leaves 491 mm"],
         ),
         (  # π 0.863² · 0.491 · 7850 kg
             "nrel-5mw",
