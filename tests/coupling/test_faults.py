@@ -325,7 +325,7 @@ def test_a_crack_is_closed_under_the_other_flank(stage):
 def test_the_end_of_the_face_that_is_cracked_yields(stage, gear, torque, monkeypatch):
     """Places along the face count along +z on every flank, though segments are made of one."""
     coarse = SegmentDivisions(flank=3, fillet=4, rim=3)
-    monkeypatch.setattr(of_case, "DIVISIONS", coarse)
+    monkeypatch.setattr(of_case, "CRACK_DIVISIONS", coarse)
     flank = "drive" if torque > 0 else "coast"
     fault = f'kind = "root_crack"\ngear = "{gear}"\ntooth = 1\nflank = "{flank}"\n'
     fault += "face_mm = [5, 20]\ndepths_mm = [2, 3]"
