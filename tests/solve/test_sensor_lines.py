@@ -19,6 +19,7 @@ RING = {  # the small stage with lumped members but for its ring, planar, withou
     "stage.sun.support.radial_n_per_m": "1e7", "stage.sun.support.axial_n_per_m": "1e7",
     "stage.sun.bore_diameter_mm": "", "stage.planet.bore_diameter_mm": "",
     "stage.ring.fe.bolts.number": "9", "stage.gear_mesh.damping_ratio": "0.2",
+    "stage.ring.fe.fixed_interface_modes": "20",
     "kinematics": '"planar"', "gravity_m_per_s2": "[0, -9.81, 0]", "damping.ratio": "0.1",
     "inputs.0.inertia_kg_m2": "", "inputs.0.machine.law": '"speed"',
     "output.inertia_kg_m2": "0.002", "solver.fidelity": "quick", "solver.gear_mesh_orders": "2",
