@@ -109,9 +109,9 @@ def _excitation(findings: Findings, stage: str) -> str:
     view = findings.case.view(stage)
     if view.gear_mesh.model == "constant":
         return (
-            " The stiffness of its gear meshes is constant in this model, so that tooth pairs excite "
-            "no vibration as they come into contact and leave it. Load factors must cover that, "
-            "too; the model with a spring for each tooth pair computes it."
+            " The stiffness of its gear meshes is constant in this model, so that tooth pairs "
+            "excite no vibration as they come into contact and leave it. Load factors must cover "
+            "that, too; the model with a spring for each tooth pair computes it."
         )
     if view.gear_mesh.model != "per_pair" or view.stage.helix_angle != 0.0:
         return ""
