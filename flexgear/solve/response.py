@@ -125,7 +125,8 @@ def _stage_number(model: Model, stage: str) -> int:
     names = [s.name for s in model.case.stages]
     turning = [k for k, s in enumerate(model.flow.stages) if s.gear_mesh_frequency > 0.0]
     if not turning:
-        raise InputError(model.case.source, "inputs", "turn no gear mesh", "give a rated speed")
+        remedy = "give rated speeds at which gears turn against one another"
+        raise InputError(model.case.source, "inputs", "turn no gear mesh", remedy)
     if not stage:
         return turning[0]
     if stage not in names:
