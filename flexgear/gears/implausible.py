@@ -194,8 +194,8 @@ SHEAR_LIMIT = 650e6  # Pa, yield of quenched and tempered steel in torsion, 1100
 LARGEST_MODIFICATION = 0.05  # modules; teeth deflect by about a hundredth
 LEAST_GRAVITY, MOST_GRAVITY = 1.0, 100.0  # m/s²: the Moon's is 1.6, gearboxes are flown at 10 g
 FASTEST = 250.0  # m/s on pitch circles; turbo gears reach 200
-LARGEST_TWIST = 0.5  # rad of a joint at rated torque; rubber couplings have 0.2
-MASS_RATIO = 100.0  # between a stated mass and that of a steel disc; wrong units make 1000
+LARGEST_TWIST = 1.2  # rad of a joint at rated torque; dual-mass flywheels of cars reach 1
+LEAST_MASS, MOST_MASS = 0.01, 300.0  # of a steel disc; small suns carry rotors; units make 1000
 
 
 def implausible(case: Case, flow: PowerFlow) -> list[str]:
@@ -351,7 +351,7 @@ def _sizes(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]
         mass = getattr(getattr(view.stage, name), "mass", None)
         radius = radii.get({"pinion": "sun", "gear": "planet"}.get(name, name), g.center_distance)
         disc = math.pi * radius**2 * view.stage.gear_width * view.case.material.density
-        if mass is not None and not 1 / MASS_RATIO < mass / disc < MASS_RATIO:
+        if mass is not None and not LEAST_MASS < mass / disc < MOST_MASS:
             yield (
                 f"{view.key(name)}.mass is {mass:.3g} kg, and a steel disc of its size and the "
                 f"gears' width has {disc:.2g}; check its unit"
@@ -396,7 +396,8 @@ def _shaft(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]
             "drive" if view.shaft.direction == view.carrier.drive_side else "far",
         )
         plate = 2.0 * getattr(c, f"plate_thickness_{side}")
-        rooms.append(("the carrier's bore", c.hub_bore, c.plate_gap, c.plate_gap + plate))
+        name = "the carrier's hub_bore, in both plates,"
+        rooms.append((name, c.hub_bore, c.plate_gap, c.plate_gap + plate))
     start = 0.0
     for k, part in enumerate(view.shaft.sections):
         d, inner, end = part.outer_diameter, part.inner_diameter, start + part.length
@@ -407,7 +408,8 @@ def _shaft(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]
                 f"rated torque, and steel yields at {SHEAR_LIMIT / 1e6:.0f}; check its diameters"
             )
         for name, room, first, last in rooms:
-            if d > room and 2.0 * start < last and first < 2.0 * end:
+            beside = 2.0 * start > last * (1 - 1e-9) or first > 2.0 * end * (1 - 1e-9)
+            if d > room and not beside:
                 yield (
                     f"section {k} of the sun's shaft is {_mm(d)} mm thick, and {name} has "
                     f"{_mm(room)} mm; check its diameter, or lengths"

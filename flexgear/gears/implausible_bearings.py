@@ -13,7 +13,7 @@ from flexgear.model.stage_view import StageView
 FACTOR = 100.0  # by which a bearing's stiffness or rating may differ from an estimate for its load
 LARGEST_CLEARANCE = 0.03  # modules, of bearings; but no less than the share of their diameter that
 LARGEST_PLAY = 0.0012  # the widest rolling bearings (C5 of ISO 5753-1) and plain ones have
-FARTHEST = 1.5  # gear widths from the middle of a planet to where its bearings act
+ROUNDED = 1.01  # by which raceways of rounded sizes may exceed the bore that they are ground in
 
 
 def implausible_bearings(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]:
@@ -28,8 +28,8 @@ def implausible_bearings(view: StageView, g: StageGeometry, stage: StageFlow) ->
 def _stiffness(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]:
     """Warnings about stiffness far from that of a roller bearing for the load, and about planets'
     bearings beside their planet. Supports of suns and carriers may be soft, as these members may
-    float. Usual are a quarter of the radial stiffness along the axis, and two rows half of the gear
-    width or centre distance apart."""
+    float; a power of ten is a support that is meant to be rigid. Usual are a quarter of the radial
+    stiffness along the axis, and two rows half of the gear width or centre distance apart."""
     parallel = stage.kind == "parallel"
     load = abs(stage.sun_gear_mesh_force) if parallel else stage.planet_bearing_force
     if load == 0.0:
@@ -38,22 +38,24 @@ def _stiffness(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[
     arm = max(view.stage.gear_width, 0.5 * g.center_distance) / 2.0
     in_housing = ("ring.support", "ring.hub.bearing")
     for key, bearing in view.stage.bearings.items():
-        if key == "planet_bearing" and abs(bearing.z) > FARTHEST * view.stage.gear_width:
+        in_planet = key == "planet_bearing"
+        if in_planet and abs(bearing.z) > _span(view, g):
             yield (
                 f"{view.key(key)}.z is {1e3 * bearing.z:.4g} mm from the middle of a planet of "
                 f"{1e3 * view.stage.gear_width:.4g} mm width; check its unit"
             )
         if key in in_housing:
             continue
-        carries = parallel or key == "planet_bearing"
         k = bearing.stiffness
         for name, stiffness, expected, unit in (
             ("radial", max(k[:2]), usual, "N/m"),
             ("axial", k[2], usual / 4.0, "N/m"),
             ("tilt", max(k[3:5]), usual * arm**2, "N m/rad"),
         ):
-            soft = carries and name == "radial" and 0.0 < stiffness < expected / FACTOR
-            if soft or stiffness > FACTOR * expected:
+            carries = (parallel or in_planet) and name == "radial"
+            soft = carries and 0.0 < stiffness < expected / FACTOR
+            rigid = not in_planet and stiffness > 0.0 and math.log10(stiffness).is_integer()
+            if soft or (stiffness > FACTOR * expected and not rigid):
                 yield (
                     f"{view.key(key)}.{name} is {stiffness:.3g} {unit}, and a roller bearing that "
                     f"carries the {load:.3g} N of a planet or pinion here has about "
@@ -61,33 +63,45 @@ def _stiffness(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[
                 )
 
 
+def _span(view: StageView, g: StageGeometry) -> float:
+    """Length that a planet's bearings may take, m: its gear width and its tip diameter, as shafts
+    of planets have bearings beside the gear, too."""
+    return view.stage.gear_width + 2.0 * g.planet.tip_radius
+
+
 def _in_planet(view: StageView, g: StageGeometry) -> Iterator[str]:
-    """Warnings about planet bearings that are wider than ``FARTHEST`` gear widths, or larger than
-    the bore of the planet, without a bore than its root circle."""
+    """Warnings about planet bearings that are longer than ``_span``, or larger than the bore of the
+    planet; without a bore, or with rows beside the gear, than the distance of the next planet."""
     bearing, planet = view.stage.planet_bearing, view.stage.planet
     if view.stage.kind != "planetary" or planet is None:
         return
     elements, journal = bearing.elements, bearing.journal
     row = bearing.rollers or elements
-    wide = journal.length if journal else 0.0
+    wide, between = journal.length if journal else 0.0, 0.0
     if row is not None:
         rows = bearing.count * (row.rows or 1) if row is elements else row.rows or 1
-        wide = (rows - 1) * (row.spacing or 0.0) + (row.length or 0.0)
+        between = (rows - 1) * (row.spacing or 0.0)
+        wide = between + (row.length or 0.0)
     large = max(
         journal.diameter if journal else 0.0,
         bearing.mean_diameter or 0.0,
         elements.pitch_diameter + elements.diameter if elements else 0.0,
     )
-    bore, width = planet.bore_diameter or 2.0 * g.planet.root_radius, view.stage.gear_width
-    for sense, size, room, most in (
-        ("across", large, bore, bore),
-        ("wide", wide, width, FARTHEST * width),
-    ):
-        if size > most:
-            yield (
-                f"{view.key('planet_bearing')} is {1e3 * size:.4g} mm {sense} by its elements or "
-                f"film, and its planet leaves {1e3 * room:.4g} mm; check these sizes"
-            )
+    room, most = g.planet_clearance + 2.0 * g.planet.tip_radius, _span(view, g)
+    place = "the next planet is at"
+    if planet.bore_diameter and between < view.stage.gear_width:
+        room, place = planet.bore_diameter, "the seat in its planet, bore_diameter, is"
+    if large > ROUNDED * room:
+        yield (
+            f"{view.key('planet_bearing')} is {1e3 * large:.4g} mm across by its elements or film, "
+            f"and {place} {1e3 * room:.4g} mm; check these sizes"
+        )
+    if wide > most:
+        yield (
+            f"{view.key('planet_bearing')} is {1e3 * wide:.4g} mm long by its elements or film, "
+            f"and gear width and tip diameter of its planet are {1e3 * most:.4g} mm together; "
+            "check rows, spacing and length"
+        )
 
 
 def _clearances(view: StageView, g: StageGeometry) -> Iterator[str]:

@@ -1,5 +1,6 @@
 """Ring and carrier given as reduced matrices: the same machine as with the bodies themselves."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -8,12 +9,14 @@ from stage_samples import cheap_stage
 
 from flexgear.files.matrices.body import ReducedMatrices
 from flexgear.files.matrices.exchange import write_reduced
+from flexgear.model.bodies import Material
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.results.stage_part import pairs_of, stage_part
 from flexgear.solve.bodies import stage_bodies
 from flexgear.solve.model import assemble
 from flexgear.solve.static import static
+from flexgear.structures.sources.matrices import first_frequency
 
 # the bolts of the cheap ring stand on 2 m, at +z
 QUICK = {
@@ -91,6 +94,21 @@ def test_what_does_not_fit_the_case_is_refused(tmp_path, cheap, spoil, message):
     with pytest.raises(InputError, match=message) as caught:
         stage_bodies(stage)
     assert "stage.ring.fe.fe_mesh_file" in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("width", [0.05, 0.1, 0.6])
+def test_first_frequency_of_thin_rings_is_that_of_love(width):
+    """ω = n (n² − 1)/√(n² + 1) √(E I/(ρ A R⁴)), n = 2, whatever the width; its face at z = 0."""
+    steel = Material(young_modulus=206e9, poisson_ratio=0.3, density=7850)
+    radius, thickness = 1.5, 1.5 / 40
+    mass = steel.density * 2 * math.pi * radius * thickness * width
+    across = radius**2 / 2 + width**2 / 3  # about the face
+    inertia = np.diag([1, 1, 1, across, across, radius**2])
+    inertia[:2, 3:5] = np.array([[0, 1], [-1, 0]]) * width / 2
+    inertia[3:, :3] = inertia[:3, 3:].T
+    bending = steel.young_modulus * thickness**2 / 12 / (steel.density * radius**4)
+    expected = 6 / math.sqrt(5) * math.sqrt(bending) / (2 * math.pi)
+    assert first_frequency("ring", mass * inertia, steel) == pytest.approx(expected, rel=0.01)
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ from flexgear.structures.reduced import ReducedBody
 _ALONG = ("tooth", "pin")  # kinds of nodes whose position along the axis is compared, too
 _TOLERANCE = 0.2  # of a node's position, in tooth pitches across the axis and face widths along it
 _MASS_RATIO = 30.0  # largest ratio to the mass of a steel body; wrong units make 1000
-_FREQUENCY_RATIO = 9.0  # largest ratio to ``_first_frequency``; wrong units of force make 31.6
+_FREQUENCY_RATIO = 9.0  # largest ratio to ``first_frequency``; wrong units of force make 31.6
 
 
 def given_body(
@@ -45,7 +45,7 @@ def given_body(
         ordered = _in_order(read, list(places), str(section.fe_mesh_nodes))
         _require_places(ordered, places, sizes, str(section.fe_mesh_nodes))
         figures = check(ordered, str(section.fe_mesh_file))
-        _require_size(figures, inertia, material, str(section.fe_mesh_file))
+        _require_size(figures, name, inertia, material, str(section.fe_mesh_file))
     size = len(ordered.stiffness)
     return ReducedBody(
         name=name,
@@ -149,7 +149,7 @@ def _require_places(
 
 
 def _require_size(
-    figures: Mapping[str, float], inertia: Array, material: Material, where: str
+    figures: Mapping[str, float], name: str, inertia: Array, material: Material, where: str
 ) -> None:
     """InputError where mass or first frequency are far from those of a steel body."""
     mass, expected = figures["mass_kg"], float(inertia[0, 0])
@@ -157,7 +157,7 @@ def _require_size(
         problem = f"is {mass:.3g} kg; a steel body of this size has about {expected:.3g}"
         remedy = 'check fe_mesh_unit: "mm" for N, mm, t, s, "m" for SI'
         raise InputError(where, "mass", problem, remedy)
-    frequency, expected = figures["first_frequency_hz"], _first_frequency(inertia, material)
+    frequency, expected = figures["first_frequency_hz"], first_frequency(name, inertia, material)
     if not 1 / _FREQUENCY_RATIO < frequency / expected < _FREQUENCY_RATIO:
         problem = f"gives the free body a first natural frequency of {frequency:.3g} Hz; a steel "
         problem += f"body of this size has about {expected:.2g}"
@@ -165,16 +165,22 @@ def _require_size(
         raise InputError(where, "stiffness", problem, remedy)
 
 
-def _first_frequency(inertia: Array, material: Material) -> float:
-    """Lowest elastic natural frequency of a free body of this inertia, f ≈ 0.035 c V/r⁴, Hz.
+def first_frequency(name: str, inertia: Array, material: Material) -> float:
+    """Estimate of the lowest elastic natural frequency of a free body, Hz: of planets and carriers
+    0.02 c V/r⁴, of rings 0.123 c min(t, b)/r² (bending of thin rings, Love 1944, art. 293).
 
-    c = √(E/ρ); r is the radius of gyration about the centre of mass, with r² = ∫ |x|² dV/V. Free
-    bars of diameter d and length l have 0.0079 l/d in place of 0.035, thin rings of radius R and
-    width b 0.0196 R/b (bending, Love 1944, art. 293), planets and carriers of gearboxes 0.015 to
-    0.022, their rings 0.03 to 0.06.
+    inertia: (6, 6) about the origin, kg to kg m²; c = √(E/ρ); r is the radius of gyration of
+    planets and carriers about the centre of mass, r² = ∫ |x|² dV/V, and that of rings about the
+    axis; b is the width of rings, b²/12 = ∫ z² dV/V, t = V/(2π r b) their thickness. Planets and
+    carriers of gearboxes have 0.015 to 0.022 in place of 0.02, free bars of diameter d and length l
+    0.0079 l/d.
     """
     mass = inertia[0, 0]
     arm = inertia[:3, 3:] / mass  # −[s]×, s from the origin to the centre of mass
-    squared = (np.trace(inertia[3:, 3:]) / mass - (arm**2).sum()) / 2.0
-    speed_of_sound = math.sqrt(material.young_modulus / material.density)
-    return float(0.035 * speed_of_sound * mass / material.density / squared**2)
+    x, y, z = np.diag(inertia[3:, 3:] / mass + arm @ arm)
+    volume, width = mass / material.density, math.sqrt(6.0 * (x + y - z))
+    if name == "ring":
+        shape = 0.123 * min(volume / (2.0 * math.pi * math.sqrt(z) * width), width) / z
+    else:
+        shape = 0.02 * volume / ((x + y + z) / 2.0) ** 2
+    return float(math.sqrt(material.young_modulus / material.density) * shape)
