@@ -77,8 +77,10 @@ def test_reversed_torque_loads_the_other_flanks():
             LoadCase(name="coast", hours=10.0, torque=-0.5 * RATED, back_driven=True),
         ),
         **FROZEN,
+        **{"stages.stage_3.pinion.rating.mean_stress_ratio": 0.99},
     )
-    parts = {part.name: part for part in rate(case, workers=1).parts}
+    rating = rate(case, workers=1)
+    parts = {part.name: part for part in rating.parts}
     assert parts["stage_1.sun flank"].load[1] == 0.0
     assert parts["stage_1.sun coast flank"].load[0] == 0.0
     to_sun, to_ring = (parts[f"stage_1.planet flank to the {x}"].load for x in ("sun", "ring"))
@@ -88,6 +90,13 @@ def test_reversed_torque_loads_the_other_flanks():
     mean = 0.8 - 0.15 * sheet["Y_S"].value
     expected = 1 / (1 + 0.6 * (1 - mean) / (1 + mean))
     assert sheet["Y_M"].value == pytest.approx(expected, rel=1e-5) and expected < 0.9
+    assert sheet["Y_M"].source.endswith(", annex B, loads of both senses, R = -0.6")
+    rows = {row.label: row.value for row in rating_tables(rating, parts=False)[0].rows}
+    of_root = [label for label, text in rows.items() if "by loads of both senses" in text]
+    assert f"Y_M {expected:.3g} by" in rows["stage 1 sun root"]
+    assert of_root and not any("planet" in label or "pinion" in label for label in of_root)
+    free = parts["stage_3.pinion root"].factors[0]["Y_M"]
+    assert (free.value, free.source) == (pytest.approx(1, abs=0.004), "key mean_stress_ratio")
 
 
 def test_what_the_norm_does_not_know_is_refused_before_anything_is_solved(monkeypatch):

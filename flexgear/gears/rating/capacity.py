@@ -54,7 +54,7 @@ from typing import Literal
 from flexgear.gears.nominal_stress import contact_line_factor, flank_load_share, helix_factor
 from flexgear.gears.rating.damage import LifeCurve
 from flexgear.gears.rating.pair import GearPair, PairLoad, RatedGear
-from flexgear.gears.rating.sheet import Factor, Sheet, factor, sheet_of
+from flexgear.gears.rating.sheet import BOTH_SENSES, Factor, Sheet, factor, sheet_of
 from flexgear.gears.rating.steels import (
     NITRIDED,
     SURFACE_HARDENED,
@@ -316,6 +316,11 @@ def _root(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> Li
     static *= _mean_stress_factor(gear, static=True)
     knees = root_knees(gear.data.steel, rules.root_long_life_factor)
     state = _state("F", pair, lines, strength, knees, static)
+    if gear.reversal and not (gear.part == "planet" and stage.kind == "planetary"):
+        ratio = -REVERSED_STRESS * gear.reversal
+        line = state.factors["Y_M"]
+        line = replace(line, source=f"{line.source}, {BOTH_SENSES}, R = {ratio:.3g}")
+        state = replace(state, factors={**state.factors, "Y_M": line})
     return replace(state, yield_strength=gear.data.yield_strength)
 
 

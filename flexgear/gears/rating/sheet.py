@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 LOADS, STEEL, KEY, TEETH = "ISO 6336-1", "ISO 6336-5:2003, table 1", "[rating]", "ISO 21771"
 COMPUTED, BEYOND = "computed, equilibria", "beyond ISO 6336"
 BASIC, ROWS, REV = "ISO 281", "ISO/TS 16281", "10⁶ rev"
+BOTH_SENSES = "loads of both senses"  # in the source of Y_M of gears other than planets
 CAUSE = "part of σ_direct/σ"  # of a factor that explains the difference
 SYMBOLS = {  # unit, meaning, source
     "F_t": ("N", "force at the reference circle", LOADS),
