@@ -56,10 +56,11 @@ def _stiffness(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[
             soft = carries and 0.0 < stiffness < expected / FACTOR
             rigid = not in_planet and stiffness > 0.0 and math.log10(stiffness).is_integer()
             if soft or (stiffness > FACTOR * expected and not rigid):
+                meant = "" if soft else ", unless it is to be rigid"
                 yield (
                     f"{view.key(key)}.{name} is {stiffness:.3g} {unit}, and a roller bearing that "
                     f"carries the {load:.3g} N of a planet or pinion here has about "
-                    f"{expected:.2g}; check its unit"
+                    f"{expected:.2g}; check its unit{meant}"
                 )
 
 

@@ -124,7 +124,7 @@ ELEMENTS = {f"stages.stage_1.planet_bearing.elements.{k}": str(v) for k, v in SI
         (
             "wind-5mw",
             {"stage.planet_bearing.axial_n_per_m": "1e12"},
-            ["stage.planet_bearing.axial is 1e+12 N/m"],
+            ["stage.planet_bearing.axial is 1e+12 N/m", "check its unit, unless it is to be rigid"],
         ),
         (
             "nrel-5mw",
