@@ -13,6 +13,7 @@ from flexgear.model.stage_view import StageView
 FACTOR = 100.0  # by which a bearing's stiffness or rating may differ from an estimate for its load
 LARGEST_CLEARANCE = 0.03  # modules, of bearings; but no less than the share of their diameter that
 LARGEST_PLAY = 0.0012  # the widest rolling bearings (C5 of ISO 5753-1) and plain ones have
+RIGID = 10.5  # times E b: what an imported file calls rigid has 10
 ROUNDED = 1.01  # by which raceways of rounded sizes may exceed the bore that they are ground in
 
 
@@ -29,13 +30,18 @@ def _stiffness(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[
     """Warnings about stiffness far from that of a roller bearing for the load, and about planets'
     bearings beside their planet. Supports of suns and carriers may be soft, as these members may
     float; a power of ten is a support that is meant to be rigid. Usual are a quarter of the radial
-    stiffness along the axis, and two rows half of the gear width or centre distance apart."""
+    stiffness along the axis, and two rows half of the gear width or centre distance apart. Up to
+    ``RIGID`` E b, in tilting times the square of the gears' mean radius, nothing is too stiff."""
     parallel = stage.kind == "parallel"
     load = abs(stage.sun_gear_mesh_force) if parallel else stage.planet_bearing_force
     if load == 0.0:
         return
     usual = roller_bearing_stiffness(load, view.stage.gear_width)
     arm = max(view.stage.gear_width, 0.5 * g.center_distance) / 2.0
+    rigid = RIGID * view.material.young_modulus * view.stage.gear_width
+    radii = [t.reference_radius for t in g.gears.values()]
+    radii += [g.planet.reference_radius] * (view.stage.planets - 1)
+    radius = sum(radii) / len(radii)
     in_housing = ("ring.support", "ring.hub.bearing")
     for key, bearing in view.stage.bearings.items():
         in_planet = key == "planet_bearing"
@@ -47,15 +53,15 @@ def _stiffness(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[
         if key in in_housing:
             continue
         k = bearing.stiffness
-        for name, stiffness, expected, unit in (
-            ("radial", max(k[:2]), usual, "N/m"),
-            ("axial", k[2], usual / 4.0, "N/m"),
-            ("tilt", max(k[3:5]), usual * arm**2, "N m/rad"),
+        for name, stiffness, expected, most, unit in (
+            ("radial", max(k[:2]), usual, rigid, "N/m"),
+            ("axial", k[2], usual / 4.0, rigid, "N/m"),
+            ("tilt", max(k[3:5]), usual * arm**2, rigid * radius**2, "N m/rad"),
         ):
             carries = (parallel or in_planet) and name == "radial"
             soft = carries and 0.0 < stiffness < expected / FACTOR
-            rigid = not in_planet and stiffness > 0.0 and math.log10(stiffness).is_integer()
-            if soft or (stiffness > FACTOR * expected and not rigid):
+            holds = not in_planet and stiffness > 0.0 and math.log10(stiffness).is_integer()
+            if soft or (stiffness > max(FACTOR * expected, most) and not holds):
                 meant = "" if soft else ", unless it is to be rigid"
                 yield (
                     f"{view.key(key)}.{name} is {stiffness:.3g} {unit}, and a roller bearing that "

@@ -10,6 +10,8 @@ from scipy import optimize
 
 import flexgear as fg
 from flexgear.files.rexs.from_case import not_written
+from flexgear.gears.implausible import implausible
+from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 
 YOUNG, DENSITY = 206e9, 7800.0  # of the samples' steel
@@ -131,6 +133,7 @@ def test_spline_bearings_and_body_behind(imported):
     assert (port.mass, port.tilt_inertia, port.inertia) == (0.2, 2e-3, 2e-3)
     assert port.bearing.radial == sun.support.radial == pytest.approx(10 * YOUNG * 0.06)
     assert case.kinematics == "spatial"
+    assert not any("support." in line for line in implausible(case, power_flow(case)))
     m = clamped(tilt=7e4)
     m.part(m.sun_shaft, "external_load", "push", force_v_direction=(10.0, "N"))
     case, conversion = imported(m)
