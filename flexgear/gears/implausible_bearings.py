@@ -64,9 +64,9 @@ def _stiffness(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[
             if soft or (stiffness > max(FACTOR * expected, most) and not holds):
                 meant = "" if soft else ", unless it is to be rigid"
                 yield (
-                    f"{view.key(key)}.{name} is {stiffness:.3g} {unit}, and a roller bearing that "
-                    f"carries the {load:.3g} N of a planet or pinion here has about "
-                    f"{expected:.2g}; check its unit{meant}"
+                    f"{view.key(key)}.{name} is {stiffness:.3g} {unit}, and a roller bearing under "
+                    f"the {load:.3g} N of a planet or pinion has about {expected:.2g}; check its "
+                    f"unit{meant}"
                 )
 
 

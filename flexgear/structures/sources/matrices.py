@@ -22,7 +22,7 @@ from flexgear.structures.reduced import ReducedBody
 _ALONG = ("tooth", "pin")  # kinds of nodes whose position along the axis is compared, too
 _TOLERANCE = 0.2  # of a node's position, in tooth pitches across the axis and face widths along it
 _MASS_RATIO = 30.0  # largest ratio to the mass of a steel body; wrong units make 1000
-_FREQUENCY_RATIO = 9.0  # largest ratio to ``first_frequency``; wrong units of force make 31.6
+_LOWEST, _HIGHEST = 1 / 15, 9.0  # over ``first_frequency``; flanges lower it; wrong units make 31.6
 
 
 def given_body(
@@ -158,7 +158,7 @@ def _require_size(
         remedy = 'check fe_mesh_unit: "mm" for N, mm, t, s, "m" for SI'
         raise InputError(where, "mass", problem, remedy)
     frequency, expected = figures["first_frequency_hz"], first_frequency(name, inertia, material)
-    if not 1 / _FREQUENCY_RATIO < frequency / expected < _FREQUENCY_RATIO:
+    if not _LOWEST < frequency / expected < _HIGHEST:
         problem = f"gives the free body a first natural frequency of {frequency:.3g} Hz; a steel "
         problem += f"body of this size has about {expected:.2g}"
         remedy = "check the unit of its forces (N, not kN) and of Young's modulus in its FE model"
