@@ -116,14 +116,10 @@ class FeModel:
         """Stiffness K (3n, 3n), symmetric CSR, N/m."""
         basis, shape = scalar_basis(self.fe_mesh), (len(self.nodes), len(self.nodes))
         lam, mu = lame_parameters(self.young_modulus, self.poisson_ratio)
-        dofs = np.asarray(basis.element_dofs).T
-        rows = np.broadcast_to(dofs[:, :, None], (*dofs.shape, dofs.shape[1])).ravel()
-        columns = np.broadcast_to(dofs[:, None, :], (*dofs.shape, dofs.shape[1])).ravel()
-        slopes = np.stack([u.grad for (u,) in basis.basis], axis=2)  # (3, e, k, quadrature points)
         products: dict[tuple[int, int], sp.csr_matrix] = {}
         for i, j in combinations_with_replacement(range(3), 2):
-            of_cells = (slopes[i] * basis.dx[:, None]) @ slopes[j].transpose(0, 2, 1)
-            products[i, j] = sp.coo_matrix((of_cells.ravel(), (rows, columns)), shape).tocsr()
+            form = BilinearForm(lambda u, v, _, i=i, j=j: v.grad[i] * u.grad[j]).elemental(basis)
+            products[i, j] = sp.coo_matrix((form.data, form.indices), shape).tocsr()
         pairs = products[0, 0]  # all have entries for the same pairs of nodes
         numbers = np.arange(pairs.nnz)
         turned = sp.csr_matrix((numbers, pairs.indices, pairs.indptr), shape).T.tocsr().data

@@ -90,22 +90,11 @@ def flexibility(matrix: sp.csr_matrix, loads: sp.csc_matrix) -> Array:
     numpy.linalg.LinAlgError where K is not positive definite."""
     loaded = np.unique(loads.tocsc().indices)
     rest = np.setdiff1d(np.arange(matrix.shape[0]), loaded)
-    first = rest[nested_dissection_order(principal(matrix, rest))] if len(rest) else rest
+    first = rest[nested_dissection_order(matrix[rest][:, rest])] if len(rest) else rest
     factor = _factor_in(np.concatenate([first, loaded]), matrix)
     block = _to_scipy(factor[len(rest) :, len(rest) :]).toarray()
     w = solve_triangular(block, loads.tocsr()[loaded].toarray(), lower=True)
     return np.asarray(w.T @ w)
-
-
-def principal(matrix: sp.csr_matrix, numbers: Ints) -> sp.csr_matrix:
-    """Rows and columns ``numbers`` (k,) of a matrix (n, n), in half the time of SciPy's indices."""
-    place = np.full(matrix.shape[1], -1, dtype=matrix.indices.dtype)
-    place[numbers] = np.arange(len(numbers))
-    rows = matrix[numbers]
-    columns = place[rows.indices]
-    inside = columns >= 0
-    begins = np.concatenate([[0], np.cumsum(inside)])[rows.indptr]
-    return sp.csr_matrix((rows.data[inside], columns[inside], begins), (len(numbers), len(numbers)))
 
 
 def _factor_in(order: Ints, matrix: sp.csr_matrix) -> spmatrix:

@@ -67,7 +67,7 @@ from flexgear.structures.fem.assembly import (
 )
 from flexgear.structures.fem.ties import averaging_tie
 from flexgear.structures.linalg.dense import blocks
-from flexgear.structures.linalg.sparse import flexibility, principal
+from flexgear.structures.linalg.sparse import flexibility
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # of a slice's piece within a layer
 _TOGETHER = 200  # contact lines that are processed together
@@ -362,7 +362,7 @@ def held_flexibility(model: FeModel, free: NDArray[np.bool_], loads: sp.sparray)
     (N, 3) are zero."""
     free_dofs = np.flatnonzero(free)
     return flexibility(
-        principal(model.stiffness, free_dofs), sp.csr_matrix(loads)[free_dofs].tocsc()
+        model.stiffness[free_dofs][:, free_dofs].tocsr(), sp.csr_matrix(loads)[free_dofs].tocsc()
     )
 
 

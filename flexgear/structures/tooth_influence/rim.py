@@ -46,7 +46,7 @@ from flexgear.structures.fe_mesh.tooth_segment import SegmentParameters
 from flexgear.structures.fem.assembly import FeModel, Sample, facet_sample
 from flexgear.structures.fem.ties import averaging_tie
 from flexgear.structures.linalg.dense import scaled_inverse, single_threaded_blas
-from flexgear.structures.linalg.sparse import flexibility, principal
+from flexgear.structures.linalg.sparse import flexibility
 from flexgear.structures.reduced import (
     MOTIONS,
     NEXT_TEETH,
@@ -191,7 +191,7 @@ def cut_flexibility(
     dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
     free_dofs = np.flatnonzero(np.repeat(inside[nodes], 3))
     loads = rows.tocsc()[:, dofs[free_dofs]].T.tocsc()
-    return flexibility(principal(part.stiffness, free_dofs), loads)
+    return flexibility(part.stiffness[free_dofs][:, free_dofs].tocsr(), loads)
 
 
 def _piece(model: FeModel, line: ToothLine, shapes: sp.csr_matrix, teeth: int, cut: Cut) -> Array:

@@ -48,7 +48,7 @@ from flexgear.structures.fe_mesh.tooth_segment import (
 )
 from flexgear.structures.fem.assembly import FeModel, element_gradient, facet_nodes
 from flexgear.structures.linalg.dense import blocks
-from flexgear.structures.linalg.sparse import Factor, principal
+from flexgear.structures.linalg.sparse import Factor
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.strain import strain_of_gradient, stress_of_strain
 from flexgear.structures.surface_strain import FieldAt
@@ -150,7 +150,7 @@ def root_influence(
     free_dofs, cut = np.flatnonzero(free), (3 * held[:, None] + np.arange(3)).ravel()
     across = _across(segment, j, first)
     stress_rows = _stress_rows(model, root.ravel(), across.reshape(-1, 3), young, poisson)
-    factor = Factor(principal(model.stiffness, free_dofs))
+    factor = Factor(model.stiffness[free_dofs][:, free_dofs].tocsr())
     coupling = model.stiffness[cut][:, free_dofs].tocsr()
     nodes, loads = _loaded(segment, model)
     stress = np.empty((root.size, *nodes.shape))

@@ -65,7 +65,7 @@ from flexgear.gears.slices import Slices
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.structures.cache import cached_arrays
 from flexgear.structures.fem.assembly import plane_strain
-from flexgear.structures.linalg.sparse import flexibility, principal
+from flexgear.structures.linalg.sparse import flexibility
 from flexgear.structures.tooth_influence.influence import ToothInfluence
 
 LESS = 1 / 8  # second load at which the contact is solved, over the mean line load
@@ -277,7 +277,7 @@ def _solved(along: Array, angle: float, poisson: float) -> tuple[Array, Array]:
     loaded = loaded[np.argsort(nodes[loaded, 0])]
     free_dofs = np.flatnonzero(np.repeat(free, 2))
     loads = sp.identity(2 * len(nodes), format="csc")[free_dofs][:, 2 * loaded + 1]
-    return nodes[loaded, 0], flexibility(principal(stiffness, free_dofs), loads)
+    return nodes[loaded, 0], flexibility(stiffness[free_dofs][:, free_dofs].tocsr(), loads)
 
 
 def _graded(first: float, coarsest: float, growth: float, stop: float) -> Array:
