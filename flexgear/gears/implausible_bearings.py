@@ -71,14 +71,15 @@ def _stiffness(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[
 
 
 def _span(view: StageView, g: StageGeometry) -> float:
-    """Length that a planet's bearings may take, m: its gear width and its tip diameter, as shafts
-    of planets have bearings beside the gear, too."""
+    """Largest length of a planet's bearings together, m: gear width and tip diameter, as planets
+    may be cut on shafts that run in bearings beside the gear."""
     return view.stage.gear_width + 2.0 * g.planet.tip_radius
 
 
 def _in_planet(view: StageView, g: StageGeometry) -> Iterator[str]:
-    """Warnings about planet bearings that are longer than ``_span``, or larger than the bore of the
-    planet; without a bore, or with rows beside the gear, than the distance of the next planet."""
+    """Warnings about planet bearings whose rows are longer than ``_span``, or whose diameter
+    exceeds the planet's bore. Bearings beside the gear, or of a planet without a bore, may be as
+    large as the distance between the axes of neighbouring planets."""
     bearing, planet = view.stage.planet_bearing, view.stage.planet
     if view.stage.kind != "planetary" or planet is None:
         return

@@ -20,7 +20,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from flexgear.gears.implausible import NEGLIGIBLE, root_protrusion
+from flexgear.gears.implausible_teeth import NEGLIGIBLE, root_protrusion
 from flexgear.gears.tooth import (
     PlainRack,
     ToothGeometry,

@@ -75,9 +75,9 @@ def direct_path(
 
 
 def _computed_factor(pair: GearPair, loaded: LoadedState) -> float:
-    """Mean stress factor Y_M of planets, whose load on the other flank is computed; 1 of other
-    gears, whose life curves have it for load cases of both senses."""
-    idler = loaded.part == "planet" and pair.stage.kind == "planetary"
+    """Mean stress factor that the direct path replaces by the computed stress of both flanks: Y_M
+    of the standard for idlers, 1 for other gears, whose life curves keep Y_M."""
+    idler = pair.gears[loaded.part].idler
     return value_of(loaded.state.factors, "Y_M", 1.0) if idler else 1.0
 
 

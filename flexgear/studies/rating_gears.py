@@ -155,7 +155,8 @@ def rate_gears(
 
 
 def _reversed(pair: GearPair, forces: Sequence[float]) -> GearPair:
-    """The pair with the reversal of gears other than planets; forces: N, of lasting load cases."""
+    """The pair with the ``reversal`` of gears that are no idlers, by the largest gear-mesh forces
+    of both senses; forces: N, signed, of load cases with a duration."""
     lower, higher = sorted((max(forces, default=0.0), max((-f for f in forces), default=0.0)))
     share = max(lower, 0.0) / higher if higher > 0.0 else 0.0
     gears = {part: replace(g, reversal=g.reversal or share) for part, g in pair.gears.items()}

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.implausible import lowest_contact, tip_trimming, tooth_warnings
+from flexgear.gears.implausible_teeth import lowest_contact, tip_trimming, tooth_warnings
 from flexgear.gears.tool import PlainTool
 from flexgear.gears.tooth import base_helix_angle, inverse_involute, involute
 from flexgear.model.load import load_case

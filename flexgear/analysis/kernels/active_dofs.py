@@ -350,8 +350,8 @@ def add_residual(active, level, force, image, out):
 
 @njit(**INNER, fastmath=FAST)
 def channel_motion(channels, active, c, eta, rate, force):
-    """Displacement Φη + R f and speed Φη̇ of a channel c on part 0 of the train, that of the first
-    dofs, the ports; rate: η̇, force: on the active dofs."""
+    """Displacement Φη + R f and speed Φη̇ of channel c, which belongs to part 0 of the train; R is
+    zero between this part and the others. rate: η̇; force: f on the active dofs."""
     modes = channels.modes[c]
     motion, speed = two_dots(modes[: eta.shape[0]], eta, rate)
     for d in range(active.beside[0, 1]):

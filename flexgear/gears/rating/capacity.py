@@ -316,7 +316,7 @@ def _root(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> Li
     static *= _mean_stress_factor(gear, static=True)
     knees = root_knees(gear.data.steel, rules.root_long_life_factor)
     state = _state("F", pair, lines, strength, knees, static)
-    if gear.reversal and not (gear.part == "planet" and stage.kind == "planetary"):
+    if gear.reversal and not gear.idler:
         ratio = -REVERSED_STRESS * gear.reversal
         line = state.factors["Y_M"]
         line = replace(line, source=f"{line.source}, {BOTH_SENSES}, R = {ratio:.3g}")

@@ -53,9 +53,9 @@ class RatedGear:
     root: nominal root stress under F_t = 1 N and its factors; flank_strength, root_strength:
     σ_Hlim, σ_Flim, Pa, None if data are missing; rim_factor: Y_B, None if the rim is unknown;
     inertia: J per face width, kg m; turns: whether it rotates about its axis; face_width: effective
-    for the root, m; reversal: lower over higher of the loads on both flanks of a tooth, 1 of
-    planets; relief: C_αa + C_αf of the flank in this gear mesh, m; roll_length: at the pitch point,
-    m.
+    for the root, m; idler: whether sun and ring load its teeth in turn; reversal: lower over
+    higher of the loads on both flanks of a tooth, 1 of idlers; relief: C_αa + C_αf of the flank in
+    this gear mesh, m; roll_length: at the pitch point, m.
     """
 
     part: str
@@ -70,6 +70,7 @@ class RatedGear:
     inertia: float
     turns: bool
     face_width: float
+    idler: bool
     reversal: float
     relief: float
     roll_length: float
@@ -227,8 +228,8 @@ def _gear(view: StageView, g: StageGeometry, role: str, part: str) -> RatedGear:
         key = f"{name}.rating.{fault.key}"
         raise view.refuse(key, fault.problem, fault.remedy) from None
     rim = _rim(view, part, tooth, member)
-    is_planet = part == "planet" and stage.kind == "planetary"
-    modifications = member.modifications.of(role if is_planet else "drive")
+    idler = part == "planet" and stage.kind == "planetary"
+    modifications = member.modifications.of(role if idler else "drive")
     reliefs = (modifications.tip_relief, modifications.root_relief)
     return RatedGear(
         part=part,
@@ -245,7 +246,8 @@ def _gear(view: StageView, g: StageGeometry, role: str, part: str) -> RatedGear:
         inertia=_inertia(view, tooth, member, rim),
         turns=f"{stage.name}.{name}" not in view.case.held_members(),
         face_width=_root_width(view, member, f"{name}.rating.face_width_mm"),
-        reversal=float(is_planet),
+        idler=idler,
+        reversal=float(idler),
         relief=sum(relief.amount for relief in reliefs if relief is not None),
         roll_length=tooth.base_radius * math.tan(gear_mesh.working_angle),
     )

@@ -104,8 +104,8 @@ def _largest_force(findings: Findings) -> Iterator[Answer]:
 
 
 def _excitation(findings: Findings, stage: str) -> str:
-    """Sentence on gear meshes of constant stiffness, which excite no vibration, or on spur gears
-    without tip relief, whose pairs stiffen at once; "" without either."""
+    """Sentence on what the gear-mesh model leaves out or adds to the peak: no excitation by gear
+    meshes of constant stiffness, sudden contact of spur gears without tip relief; "" otherwise."""
     view = findings.case.view(stage)
     if view.gear_mesh.model == "constant":
         return (

@@ -151,7 +151,9 @@ def _require_places(
 def _require_size(
     figures: Mapping[str, float], name: str, inertia: Array, material: Material, where: str
 ) -> None:
-    """InputError where mass or first frequency are far from those of a steel body."""
+    """InputError where the mass of given matrices, or the first natural frequency of the free body,
+    shows that they are in wrong units. figures: of ``files.matrices.body.check``; inertia: of a
+    steel body of the size that the case states."""
     mass, expected = figures["mass_kg"], float(inertia[0, 0])
     if not 1 / _MASS_RATIO < mass / expected < _MASS_RATIO:
         problem = f"is {mass:.3g} kg; a steel body of this size has about {expected:.3g}"
@@ -166,14 +168,14 @@ def _require_size(
 
 
 def first_frequency(name: str, inertia: Array, material: Material) -> float:
-    """Estimate of the lowest elastic natural frequency of a free body, Hz: of planets and carriers
-    0.02 c V/r⁴, of rings 0.123 c min(t, b)/r² (bending of thin rings, Love 1944, art. 293).
+    """Estimate of the first natural frequency of a free steel body, Hz, by which wrong units show.
 
-    inertia: (6, 6) about the origin, kg to kg m²; c = √(E/ρ); r is the radius of gyration of
-    planets and carriers about the centre of mass, r² = ∫ |x|² dV/V, and that of rings about the
-    axis; b is the width of rings, b²/12 = ∫ z² dV/V, t = V/(2π r b) their thickness. Planets and
-    carriers of gearboxes have 0.015 to 0.022 in place of 0.02, free bars of diameter d and length l
-    0.0079 l/d.
+    Rings: 0.123 √(E/ρ) min(t, b)/r², bending of a thin ring (Love 1944, art. 293), with radius r,
+    width b and thickness t of the ring that has this inertia. Planets and carriers:
+    0.02 √(E/ρ) V/r⁴, with volume V and r² = ∫ |x|² dV/V about the centre of mass; 0.02 is
+    calibrated: generated planets and carriers have 0.015 to 0.022.
+
+    name: "ring", "planet" or "carrier"; inertia: (6, 6) about the origin, kg to kg m².
     """
     mass = inertia[0, 0]
     arm = inertia[:3, 3:] / mass  # −[s]×, s from the origin to the centre of mass
