@@ -85,9 +85,7 @@ def _write(folder: Path, case: Case, figures: Sections, doubts: Sequence[str]) -
 
 def cases(
     name: Annotated[str | None, Argument(metavar="[NAME]", help="A bundled case.")] = None,
-    copy: Annotated[
-        Path | None, options.file_option("--copy", "Write the case to a new file.")
-    ] = None,
+    copy: Annotated[Path | None, options.file_option("Write the case to a new file.")] = None,
     force: options.ForceNew = False,
 ) -> None:
     """List the bundled cases, print one, or copy it to a file that you edit."""
@@ -109,9 +107,7 @@ def cases(
 
 def upgrade(
     file: Annotated[Path, Argument(metavar="FILE", help="A case of an earlier version.")],
-    out: Annotated[
-        Path | None, options.file_option("--out", "Leave FILE alone, write this one.")
-    ] = None,
+    out: Annotated[Path | None, options.file_option("Leave FILE alone, write this one.")] = None,
     force: options.ForceNew = False,
 ) -> None:
     """Write a case file of an earlier version in the form of this one, with its comments.
@@ -135,7 +131,7 @@ def upgrade(
 
 def schema(
     summary: Annotated[bool, Option("--summary", help="Of summary.json of a run.")] = False,
-    out: Annotated[Path | None, options.file_option("--out", "Write it to a file.")] = None,
+    out: Annotated[Path | None, options.file_option("Write it to a file.")] = None,
 ) -> None:
     """JSON schema of case files: keys, units, ranges and meanings, for editors of TOML; or of the
     summary.json of a run.

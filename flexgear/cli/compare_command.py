@@ -64,9 +64,7 @@ class Comparison(options.CaseOptions):
     life: Annotated[
         bool, Option("--life", help="With --against: safety and life under load cases.")
     ] = False
-    out: Annotated[Path | None, options.file_option("--out", "The report of two runs (.html).")] = (
-        None
-    )
+    out: Annotated[Path | None, options.file_option("The report of two runs (.html).")] = None
     interactive: options.Interactive = True
 
     def refuse_unused(self) -> None:

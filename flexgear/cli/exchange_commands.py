@@ -64,7 +64,7 @@ def fe_meshes(
     component: Component = "all",
     export: Annotated[
         Path | None,
-        options.file_option("--export", "Write .vtu, .msh or .inp with the patches."),
+        options.file_option("Write .vtu, .msh or .inp with the patches."),
     ] = None,
     groups: Annotated[
         bool,
@@ -184,9 +184,7 @@ def import_rexs(
     file: Annotated[
         str, Argument(metavar="FILE", help="A gearbox in REXS: .rexs, .rexsj or .rexsz.")
     ],
-    out: Annotated[
-        Path | None, options.file_option("--out", "The case; FILE's name with .toml.")
-    ] = None,
+    out: Annotated[Path | None, options.file_option("The case; FILE's name with .toml.")] = None,
     load_case: Annotated[
         int | None, Option(metavar="ID", help="The first one if left out.")
     ] = None,
@@ -208,9 +206,7 @@ def import_rexs(
 
 def export(
     case: options.CaseName,
-    rexs: Annotated[
-        Path | None, options.file_option("--rexs", "Gears, loads, results as REXS.")
-    ] = None,
+    rexs: Annotated[Path | None, options.file_option("Gears, loads, results as REXS.")] = None,
     reduced: Annotated[
         Path | None,
         Option(

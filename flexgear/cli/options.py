@@ -177,9 +177,9 @@ def _file_named(text: str) -> Path:
     return Path(text)
 
 
-def file_option(flag: str, about: str) -> Any:
+def file_option(about: str) -> Any:
     """An option for the name of a file to write."""
-    return typer.Option(flag, metavar="FILE", help=about, parser=_file_named)
+    return Option(metavar="FILE", help=about, parser=_file_named)
 
 
 OutFolder = Annotated[
@@ -188,7 +188,7 @@ OutFolder = Annotated[
 Interactive = Annotated[
     bool, Option(help="Plots in the report that zoom and turn, or static pictures.")
 ]
-OutFile = Annotated[Path | None, file_option("--out", "Write the dataset (netCDF).")]
+OutFile = Annotated[Path | None, file_option("Write the dataset (netCDF).")]
 
 
 @dataclass(frozen=True, kw_only=True)

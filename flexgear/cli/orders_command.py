@@ -12,6 +12,7 @@ import numpy as np
 import typer
 import xarray as xr
 from scipy.signal import find_peaks
+from typer import Argument, Option
 
 from flexgear.cli import options
 from flexgear.cli.display import as_json_text, progress, show, table
@@ -69,43 +70,31 @@ class OrderAnalysis:
     """Options of ``flexgear orders``: history, samples, member, kind of analysis, output."""
 
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="A transient (.nc), or the folder of a run.")
+        Path, Argument(metavar="FILE", help="A transient (.nc), or the folder of a run.")
     ]
-    of: Annotated[str, typer.Option("--of", metavar="NAME", help="Variable over time.")] = USUAL
-    only: Annotated[
-        str, typer.Option("--only", metavar="LABEL", help="Columns whose labels contain this.")
-    ] = ""
-    member: Annotated[
-        str, typer.Option("--member", help="Orders of its rotation; the first input if left out.")
-    ] = ""
-    against: Annotated[
-        str, typer.Option("--against", metavar="MEMBER", help="Rotation relative to this member.")
-    ] = ""
-    highest: Annotated[
-        float | None, typer.Option("--highest", help="Highest order; by the samples if left out.")
-    ] = None
+    of: Annotated[str, Option(metavar="NAME", help="Variable over time.")] = USUAL
+    only: Annotated[str, Option(metavar="LABEL", help="Columns whose labels contain this.")] = ""
+    member: Annotated[str, Option(help="Orders of its rotation; the first input if left out.")] = ""
+    against: Annotated[str, Option(metavar="MEMBER", help="Rotation relative to this member.")] = ""
+    highest: Annotated[float | None, Option(help="Highest order; by the samples if left out.")] = (
+        None
+    )
     block_turns: Annotated[
         float | None,
-        typer.Option(
-            "--map", metavar="TURNS", help="Orders over speed, in blocks of so many turns."
-        ),
+        Option("--map", metavar="TURNS", help="Orders over speed, in blocks of so many turns."),
     ] = None
-    average: Annotated[bool, typer.Option("--average", help="Mean over turns.")] = False
-    planets: Annotated[
-        str, typer.Option("--planets", metavar="STAGE", help="Mean over turns, planet by planet.")
-    ] = ""
-    sensor_angle_deg: Annotated[
-        float, typer.Option("--sensor-angle-deg", help="Where planets pass the sensor.")
-    ] = 0.0
+    average: Annotated[bool, Option("--average", help="Mean over turns.")] = False
+    planets: Annotated[str, Option(metavar="STAGE", help="Mean over turns, planet by planet.")] = ""
+    sensor_angle_deg: Annotated[float, Option(help="Where planets pass the sensor.")] = 0.0
     envelope_hz: Annotated[
         tuple[float, float] | None,
-        typer.Option("--envelope-hz", metavar="LOW HIGH", help="Envelope of this band."),
+        Option(metavar="LOW HIGH", help="Envelope of this band."),
     ] = None
-    window: Annotated[str, typer.Option("--window", help="Of scipy.signal.windows.")] = "hann"
-    from_s: Annotated[
-        float | None, typer.Option("--from-s", help="The settled part if left out; all of a map.")
-    ] = None
-    to_s: Annotated[float | None, typer.Option("--to-s", help="The end if left out.")] = None
+    window: Annotated[str, Option(help="Of scipy.signal.windows.")] = "hann"
+    from_s: Annotated[float | None, Option(help="The settled part if left out; all of a map.")] = (
+        None
+    )
+    to_s: Annotated[float | None, Option(help="The end if left out.")] = None
     out: options.OutFolder = None
     force: options.Force = False
     as_json: options.AsJson = False

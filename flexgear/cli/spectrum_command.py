@@ -28,7 +28,7 @@ def spectrum(
     case: options.CaseName,
     out: Annotated[
         Path | None,
-        options.file_option("--out", "Table for [spectrum] (CSV); a picture goes beside it."),
+        options.file_option("Table for [spectrum] (CSV); a picture goes beside it."),
     ] = None,
     settings: options.Settings = None,
     force: Annotated[bool, Option("--force", help="Replace files that are there.")] = False,

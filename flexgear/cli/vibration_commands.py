@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 import xarray as xr
+from typer import Option
 
 from flexgear.cli import options
 from flexgear.cli.analysis import Analysis
@@ -48,9 +49,7 @@ TIMES = {2: "twice", 4: "four times", 8: "eight times", 16: "sixteen times"}
 COLUMNS = ("stage", "speeds over rated", "fastest at", "growth", "modes and order")
 SpeedRange = Annotated[
     tuple[float, float] | None,
-    typer.Option(
-        "--speed-range", metavar="LOW HIGH", help="Lowest and highest speed over rated: 0.2 1.5."
-    ),
+    Option(metavar="LOW HIGH", help="Lowest and highest speed over rated: 0.2 1.5."),
 ]
 
 
@@ -59,32 +58,22 @@ def response(
     speed_range: SpeedRange = None,
     torque_range: Annotated[
         tuple[float, float] | None,
-        typer.Option(
-            "--torque-range", metavar="LOW HIGH", help="Torques over rated, at one speed."
-        ),
+        Option(metavar="LOW HIGH", help="Torques over rated, at one speed."),
     ] = None,
-    speed: Annotated[
-        float, typer.Option("--speed", help="Speed over rated, with --torque-range.")
-    ] = 1.0,
-    torque: Annotated[float, typer.Option("--torque", help="Torques over rated.")] = 1.0,
-    stage: Annotated[
-        str, typer.Option("--stage", help="Exciting stage; the first that turns.")
-    ] = "",
+    speed: Annotated[float, Option(help="Speed over rated, with --torque-range.")] = 1.0,
+    torque: Annotated[float, Option(help="Torques over rated.")] = 1.0,
+    stage: Annotated[str, Option(help="Exciting stage; the first that turns.")] = "",
     harmonics: Annotated[
         int | None,
-        typer.Option(
-            "--harmonics", help="Of the gear-mesh frequency in a state; by the case if left out."
-        ),
+        Option(help="Of the gear-mesh frequency in a state; by the case if left out."),
     ] = None,
     doublings: Annotated[
         int,
-        typer.Option(
-            "--doublings", help="Of the gear-mesh period; 1: follow states of two periods, too."
-        ),
+        Option(help="Of the gear-mesh period; 1: follow states of two periods, too."),
     ] = DOUBLINGS,
     linear: Annotated[
         bool,
-        typer.Option(
+        Option(
             "--linear", help="Response to the transmission error at mean stiffness; modal shares."
         ),
     ] = False,
@@ -125,11 +114,11 @@ def stability(
     analysis: Analysis,
     speed_range: SpeedRange = None,
     count: Annotated[
-        int, typer.Option("--count", min=3, help="Number of speeds; expected bands add more.")
+        int, Option(min=3, help="Number of speeds; expected bands add more.")
     ] = SPEEDS,
     limit_hz: Annotated[
         float | None,
-        typer.Option("--limit-hz", help="Highest natural frequency of modes that are kept."),
+        Option(help="Highest natural frequency of modes that are kept."),
     ] = None,
 ) -> None:
     """Parametric instability: speeds at which vibration grows by varying gear-mesh stiffness."""
