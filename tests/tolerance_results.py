@@ -5,7 +5,6 @@ import json
 import numpy as np
 
 from flexgear.model.names import GearMeshName
-from flexgear.results.dataset_file import provenance
 from flexgear.results.tolerance_dataset import tolerance_dataset
 
 GROUPS = (("stage_1", "ring", 3), ("stage_1", "sun", 3), ("stage_2", "ring", 4))
@@ -38,8 +37,8 @@ def study_data(count=50, gaps=(), drawn=True):
         phases=phases,
         gear_meshes=GEAR_MESHES,
         confidence=0.95,
-        attrs=provenance(
-            case="made up", variant="lumped", content_hash="0", parameters={}, seed=1,
-            positions=json.dumps({"stage_1 ring": 4}),
-        ),
+        attrs={
+            "case": "made up", "variant": "lumped", "content_hash": "0", "version": "0",
+            "seed": 1, "positions": json.dumps({"stage_1 ring": 4}),
+        },
     )  # fmt: skip

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
-import typer
 from typer import Argument, Option
 
 from flexgear.cli.display import Report, progress

@@ -21,6 +21,7 @@ import numpy as np
 import xarray as xr
 
 from flexgear.files.atomic import PathLike, atomic_file
+from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.units import size_text
 from flexgear.results.netcdf import Encoding, NewFile, read
@@ -38,17 +39,15 @@ from flexgear.results.sinks import (
 from flexgear.results.version import version
 
 
-def provenance(
-    *, case: str, variant: str, content_hash: str, parameters: Mapping[str, Any], **more: Any
-) -> dict[str, Any]:
-    """Attributes of a result: case, variant, version, content hash, all parameters."""
-    text = json.dumps(parameters, sort_keys=True, ensure_ascii=False)
+def provenance(case: Case, variant: str, **more: Any) -> dict[str, Any]:
+    """Attributes of a result: case, variant, version, content hash, all parameters, ``more``."""
+    text = json.dumps(case.to_dict(), sort_keys=True, ensure_ascii=False)
     return {
-        "title": f"flexgear {case}, {variant}",
-        "case": case,
+        "title": f"flexgear {case.name}, {variant}",
+        "case": case.name,
         "variant": variant,
         "version": version(),
-        "content_hash": content_hash,
+        "content_hash": case.content_hash(),
         # names of files may hold bytes that are no UTF-8
         "parameters": text.encode(errors="backslashreplace").decode(),
         **more,

@@ -216,11 +216,7 @@ class Rating:
             coords[f"part_{label}"] = ("part", [getattr(p, label) for p in parts])
         coords["ring_tooth_part"] = ("ring_tooth", [part.name for part, _ in _teeth(self)])
         coords["extreme"] = ("bin", [b.extreme for b in self.bins])
-        case = self.case
-        attrs = provenance(
-            case=case.name, variant=self.variant, content_hash=case.content_hash(),
-            parameters=case.to_dict(), closure_max=self.closure,
-        )  # fmt: skip
+        attrs = provenance(self.case, self.variant, closure_max=self.closure)
         return xr.Dataset(variables, coords, attrs)
 
     def __repr__(self) -> str:

@@ -172,16 +172,8 @@ def result_labels(model: Model) -> dict[str, list[str]]:
 
 def result_attrs(model: Model, **more: Any) -> dict[str, Any]:
     """Attributes of a result: provenance, contact laws, reduction errors of FE bodies, ``more``."""
-    case = model.case
-    return provenance(
-        case=case.name,
-        variant=model.variant,
-        content_hash=case.content_hash(),
-        parameters=case.to_dict(),
-        **_laws(case),
-        **_reduction_errors(model),
-        **more,
-    )
+    laws = _laws(model.case)
+    return provenance(model.case, model.variant, **laws, **_reduction_errors(model), **more)
 
 
 def _reduction_errors(model: Model) -> dict[str, float]:

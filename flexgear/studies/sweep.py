@@ -146,10 +146,8 @@ def run_sweep(
         raise FlexgearError(start + first)
     data = collected(plan.keys, outcomes)
     data.attrs = provenance(
-        case=plan.base.name,
-        variant="sweep of " + " and ".join(k.key for k in plan.keys),
-        content_hash=plan.base.content_hash(),
-        parameters=plan.base.to_dict(),
+        plan.base,
+        "sweep of " + " and ".join(k.key for k in plan.keys),
         measures=", ".join(plan.measures),
         points=len(plan.grid),
         failed=sum(o.value is None for o in outcomes),

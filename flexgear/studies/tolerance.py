@@ -366,10 +366,8 @@ def _dataset(setup: ToleranceSetup, stated: Batch, batches: Sequence[Batch]) -> 
         gear_meshes=setup.shared,
         confidence=case.tolerance.confidence,
         attrs=provenance(
-            case=case.name,
-            variant=setup.variant,
-            content_hash=case.content_hash(),
-            parameters=case.to_dict(),
+            case,
+            setup.variant,
             seed=case.tolerance.seed,
             positions=json.dumps(positions, ensure_ascii=False),
         ),

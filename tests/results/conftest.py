@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from flexgear.model.load import load_case
 from flexgear.model.names import GearMeshName
 from flexgear.results.dataset_file import provenance
 from flexgear.results.labelled_dataset import labelled_dataset
@@ -63,9 +64,7 @@ def sample_run(variant="flexible", samples=TIMES, stage="stage", sample_dim="tim
         "tooth_number": np.arange(1, teeth + 1),
         "tooth_angle": 2 * np.pi * np.arange(teeth) / teeth,
     }
-    attrs = provenance(
-        case="sample", variant=variant, content_hash="abc", parameters={"stage": {"planets": 5}}
-    )
+    attrs = provenance(load_case("lin-parker"), variant)
     ticks = np.linspace(0, 1, samples) if sample_dim == "time" else np.arange(samples)
     return labelled_dataset(sample_dim, ticks, arrays | variables, attrs, labels, names)
 

@@ -1,6 +1,5 @@
 """Datasets: labels, units, parameters, round trip, and files that appear whole or not at all."""
 
-import json
 import math
 import subprocess
 import sys
@@ -9,11 +8,14 @@ import numpy as np
 import pytest
 
 from flexgear.model.errors import FlexgearError
+from flexgear.model.load import load_case
 from flexgear.model.names import GearMeshName
 from flexgear.results.dataset_file import load, save
 from flexgear.results.labelled_dataset import groups_of, labelled_dataset
 from flexgear.results.load_sharing import sharing_coefficients, sharing_histories
+from flexgear.results.run_orders import case_of
 from flexgear.results.summary import sharing_summary_of
+from flexgear.results.version import version
 
 
 def test_labels_count_from_one(make_part):
@@ -25,10 +27,11 @@ def test_labels_count_from_one(make_part):
 
 
 def test_parameters_version_and_hash_travel_along(make_run, tmp_path):
-    attrs = load(save(make_run(), tmp_path / "run.nc")).attrs
-    assert json.loads(attrs["parameters"]) == {"stage": {"planets": 5}}
-    assert attrs["content_hash"] == "abc"
-    assert attrs["version"]
+    data, case = load(save(make_run(), tmp_path / "run.nc")), load_case("lin-parker")
+    attrs = data.attrs
+    assert case_of(data) == case
+    assert attrs["content_hash"] == case.content_hash()
+    assert attrs["version"] == version()
     assert attrs["variant"] == "flexible"
 
 
@@ -77,6 +80,7 @@ FULL = """
 import resource, sys
 import numpy as np
 from flexgear.model.errors import FlexgearError
+from flexgear.model.load import load_case
 from flexgear.results.dataset_file import dataset_file
 from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.results.sinks import RunSize
