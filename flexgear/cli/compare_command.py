@@ -253,8 +253,7 @@ def compare_runs(comparison: Comparison, second: str) -> None:
         sides = []
         for k, (run, folder) in enumerate(zip(runs, folders, strict=True)):
             with complete(folder), progress(comparison.quiet) as report:
-                side, _ = drawn_side(run, folder, Path(scratch) / str(k), report, workers)
-                sides.append(side)
+                sides.append(drawn_side(run, folder, Path(scratch, str(k)), report, workers))
         with complete(Path(f"{first}, {second}")):
             of_one_case = runs[0].case.name == runs[1].case.name
             title = f"{runs[0].case.name}: {_folder_names(folders)}" if of_one_case else names

@@ -17,7 +17,7 @@ from flexgear.results.run_folder import Run, read_folder
 from flexgear.solve.headlines import verdicts
 from flexgear.studies.early_workers import EarlyWorkers
 from flexgear.views import style
-from flexgear.views.chart import Drawing, NotDrawn, Planned, planned
+from flexgear.views.chart import Chart, Drawing, NotDrawn, planned
 from flexgear.views.interactive import panels_of
 from flexgear.views.report import Picture, Side, write_report
 from flexgear.views.run_charts import DPI, RUN_CHARTS
@@ -35,17 +35,17 @@ def draw(
 ) -> list[str]:
     """Draw the pictures of the run in the folder ``source`` and write the report into ``target``;
     returns notes on omitted pictures."""
-    side, notes = drawn_side(content, source, target, report, workers)
+    side = drawn_side(content, source, target, report, workers)
     title = content.case.title or content.case.name
     write_report(target / "report.html", title, content.case.name, [side], interactive)
     report("pictures", 1.0)
-    return notes
+    return list(side.notes)
 
 
 def drawn_side(
     content: Run, source: Path, target: Path, report: Report, workers: EarlyWorkers
-) -> tuple[Side, list[str]]:
-    """Draw the pictures; returns their side of the report and notes on omitted pictures."""
+) -> Side:
+    """Draw the pictures; returns their side of the report."""
     report("pictures", 0.0)
     pictures: dict[str, Picture] = {}
     _of_folders[source, target] = drawn = Pictures(content, target)
@@ -62,7 +62,7 @@ def drawn_side(
         notes = ["no 3D renders: no FE body is flexible"]
     with_files = [picture for picture in ordered if picture.file is not None]
     case, flow, summary = content.case, content.flow, content.summary
-    side = Side(
+    return Side(
         name=case.title or case.name,
         lead=_lead(case, flow, summary),
         verdicts=verdicts(case, summary),
@@ -72,7 +72,6 @@ def drawn_side(
         content_hash=str(summary["content_hash"]),
         notes=notes,
     )
-    return side, notes
 
 
 def _lead(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> str:
@@ -102,29 +101,29 @@ class Pictures:
     target: Path
 
     @cached_property
-    def plan(self) -> dict[str, Planned]:
+    def plan(self) -> dict[str, Chart]:
         """Planned pictures by name, in the order of the report."""
         return planned(self.content, RUN_CHARTS)
 
     @property
     def names(self) -> list[str]:
         """Names of all pictures, slow ones first."""
-        return sorted(self.plan, key=lambda name: not self.plan[name].chart.slow)
+        return sorted(self.plan, key=lambda name: not self.plan[name].slow)
 
     def picture(self, name: str) -> Picture:
         """Draw one picture; an omitted picture has no file, and its caption has the reason."""
-        chart, caption = self.plan[name].chart, self.plan[name].caption
+        chart = self.plan[name]
         path = self.target / "pictures" / f"{name}{chart.suffix}"
         path.parent.mkdir(parents=True, exist_ok=True)
-        picture = Picture(name, chart.section, caption, chart.sentence, path)
+        picture = Picture(name, chart.section, chart.caption, chart.sentence, path)
         try:
-            drawn = self.plan[name].draw()
+            drawn = chart.draw()
         except NotDrawn as error:
             return replace(picture, caption=str(error), file=None)
         if isinstance(drawn, Drawing):
             drawn.write(path)
             return replace(picture, plots=drawn.plots)
-        _title(drawn, caption)
+        _title(drawn, chart.caption)
         style.save_figure(drawn, path, dpi=DPI)
         return replace(picture, plots=panels_of(drawn))
 

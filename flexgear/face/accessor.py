@@ -19,7 +19,7 @@ from flexgear.results.run_folder import Run
 from flexgear.results.sinks import TIME, ranges_of
 
 if TYPE_CHECKING:
-    from flexgear.views.chart import Planned
+    from flexgear.views.chart import Chart
     from flexgear.views.style import Figure
 
 
@@ -155,7 +155,7 @@ class Plots:
         case = case_of(self._data)
         summary = {"variant": self._data.attrs["variant"]}
         run = Run(case, power_flow(case), _by_file(self._data), {}, summary)
-        plan: dict[str, Planned] = {}
+        plan: dict[str, Chart] = {}
         for subjects, charts in RUN_CHARTS:
             for chart in charts:
                 try:

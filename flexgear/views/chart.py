@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -69,28 +70,18 @@ class Chart:
         return None if data is None or (self.variable and self.variable not in data) else (data,)
 
 
-class Planned(NamedTuple):
-    """A picture of a run: its chart, caption and the arguments of the drawing function."""
-
-    chart: Chart
-    caption: str
-    arguments: tuple[Any, ...]
-
-    def draw(self) -> Any:
-        """The drawn picture: a matplotlib figure or a ``Drawing``."""
-        return self.chart.draw(*self.arguments)
-
-
-def planned(run: Run, charts: Iterable[tuple[Subjects, Sequence[Chart]]]) -> dict[str, Planned]:
-    """Pictures of a run by file name: those of every subject and chart, slow ones last."""
-    plan: dict[str, Planned] = {}
+def planned(run: Run, charts: Iterable[tuple[Subjects, Sequence[Chart]]]) -> dict[str, Chart]:
+    """Pictures of a run by file name, a chart for each of every subject, slow ones last; their
+    placeholders are filled in, and their drawing functions have no arguments left."""
+    plan: dict[str, Chart] = {}
     for subjects, subject_charts in charts:
         for subject, chart in itertools.product(subjects(run), subject_charts):
             sources = chart.sources(run, subject.words)
             if sources is not None:
                 name, caption = (x.format(**subject.words) for x in (chart.name, chart.caption))
-                plan[name] = Planned(chart, caption, (*sources, *subject.of))
-    return dict(sorted(plan.items(), key=lambda item: item[1].chart.slow))
+                draw = partial(chart.draw, *sources, *subject.of)
+                plan[name] = replace(chart, name=name, caption=caption, draw=draw)
+    return dict(sorted(plan.items(), key=lambda item: item[1].slow))
 
 
 def having(subjects: Subjects, condition: Callable[..., object]) -> Subjects:

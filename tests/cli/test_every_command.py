@@ -232,7 +232,7 @@ def test_pictures_of_large_files_show_the_same(run_of_case, monkeypatch):
         plots = left.datasets["transient"].fg.plot
         charts = {name: panels_of(getattr(plots, name)()) for name in dir(plots)}
         for name, picture in planned(left, RUN_CHARTS).items():
-            if not picture.chart.slow and name not in charts:
+            if not picture.slow and name not in charts:
                 charts[name] = panels_of(picture.draw())
         shown.append(charts)
     assert shown[0] == shown[1] and len(shown[0]) > 10

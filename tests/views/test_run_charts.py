@@ -23,7 +23,7 @@ def test_a_case_that_is_not_solved_has_pictures_of_its_gears():
     plan = planned(run, of_gears)
     drawings = {f"drawing_{what}_{s.name}" for s in case.stages for what in ("front", "section")}
     assert drawings <= set(plan)
-    assert {p.chart for n, p in plan.items() if n not in drawings} <= {FLANK}
+    assert {p.sentence for n, p in plan.items() if n not in drawings} <= {FLANK.sentence}
     assert not any("{" in p.caption for p in plan.values())
 
 
