@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.linalg import expm
-from stepped import Jumping, stepped
+from stepped import Jumping, jump, stepped
 from two_gears import TORQUE, Exact, two_gears
 
 from flexgear.analysis.kernels.energy import LEFT_OVER
@@ -239,3 +239,16 @@ def test_a_constant_brake_takes_nothing_at_rest(gears):
     run = stepped(with_ends(gears, GivenSpeed(), brake), port_drive(0.0, 0.0), 0.01, 1e-4)
     assert np.abs(run.torques).max() < 1e-9 * TORQUE
     assert not run.speeds.any()
+
+
+def test_a_constant_brake_holds_the_gear_that_it_has_stopped(tmp_path):
+    """Between impacts of the pinion, which then turns freely in its clearance, the torque fades: a
+    step that passes zero speed does not reverse it."""
+    modal = two_gears(tmp_path, model="per_pair", speed=200, backlash=1000)
+    brake = replace(modal.system.machines[-1], exponent=0.0)
+    run = stepped(with_ends(modal, GivenTorque(), brake), jump(TORQUE, 0.0, 0.002), 0.06, 1e-5)
+    untouched = ~run.pair_load.any(axis=(1, 2)) & (run.time > 0.03)
+    assert untouched.mean() > 0.3
+    assert np.median(np.abs(run.torques[untouched, OUTPUT])) < 1e-9 * TORQUE
+    assert np.abs(run.speeds[untouched, OUTPUT]).min() < 1e-308
+    assert not run.speeds[:, OUTPUT].max() > 1.0

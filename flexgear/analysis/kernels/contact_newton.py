@@ -42,7 +42,7 @@ from flexgear.coupling.kernels.elements import (
     rolling_rates,
     widest,
 )
-from flexgear.coupling.laws import BASIC, HELD_RATE_LAW, ONE_SIDED_LAW
+from flexgear.coupling.laws import BASIC, HELD_RATE_LAW, LINEAR_RATE_LAW, ONE_SIDED_LAW
 from flexgear.coupling.laws.basic import one_sided
 from flexgear.coupling.pair_data import PairData, deepest_gap
 
@@ -51,6 +51,7 @@ MANY_ITERATIONS = 20  # after which one element changes at a time
 STIFFER = 2.0  # work of a law over that of its tangent, above which the step is shortened
 HALVINGS = 40  # of a step: bearings without load start with a ten-thousandth of their stiffness
 TOLERANCE = 1e-10  # difference between the forces of a law and the solution over the largest force
+SMALLEST = 1e-290  # N; numbers below 1e-308, to which speeds under a brake decay, have few digits
 ROUNDING = 1e-13  # rounding of a force over tangent times rate, of steep laws
 # m: closing about which new elements are linearised; so small that the rounding of F₀ − k δ₀ does
 # not exceed small loads
@@ -320,8 +321,16 @@ def _disagrees(laws, rows, e, problem, space, least):
 @njit(**PART)
 def _take_over(rows, e, space):
     """Copy motion, force and tangent of element e from the spare place of ``space``, where
-    ``_disagrees`` has evaluated its law, to place e."""
+    ``_disagrees`` has evaluated its law, to place e. A machine that goes from one limit of its
+    torque to the other is linearised between them, as it might go back and forth for ever."""
     element, spare = rows.element[e], space.motion.shape[0] - 1
+    first, force = space.force[e, 0, 0], space.force[spare, 0, 0]
+    steepest = max(space.tangent[e, 1, 0, 0], space.tangent[spare, 1, 0, 0])
+    if element.law == LINEAR_RATE_LAW and steepest == 0.0 and first != force:
+        law = rows.parameters[e]
+        space.force[spare, 0, 0] = middle = 0.5 * (law[3] + law[4])
+        space.motion[spare, 1, 0] = law[2] + (middle - law[0]) / law[1]
+        space.tangent[spare, 1, 0, 0] = law[1]
     for p in range(2):
         for a in range(element.rows):
             space.motion[e, p, a] = space.motion[spare, p, a]
@@ -355,7 +364,7 @@ def solve_contact(laws, rows, first, stop, count, n, space, problem):
         for e in range(count):
             if first <= e < stop:
                 continue
-            if _disagrees(laws, rows, e, problem, space, TOLERANCE * largest):
+            if _disagrees(laws, rows, e, problem, space, TOLERANCE * largest + SMALLEST):
                 _take_over(rows, e, space)
                 wrong += 1
                 if iteration > MANY_ITERATIONS:

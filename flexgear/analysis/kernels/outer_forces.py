@@ -3,7 +3,7 @@
 **Machines.** A given torque is part of the prediction. Every other machine is a row of the contact
 problem with the force F = −T on its port, linear in the rate δ̇ = ω at the new time:
 
-    brake        F = T_b(ω₀) + T_b'(ω₀) (ω − ω₀),   ω₀ the extrapolated speed
+    brake        F = T_b(ω₀) + T_b'(ω₀) (ω − ω₀),   ω₀ the extrapolated speed; constant: F = T_b(ω)
     controller   F = −(I + h/2 k_i e₀) + (k_p + h/2 k_i)(ω − ω_s),   limited
     given speed  0 = ω − ω_s,   in a step of zero duration 0 = ω̇ − ω̇_s
 
@@ -84,10 +84,16 @@ def brake_torque(brake, speed):
 @njit(**INNER)
 def machine_parameters(machine, h, prescribed, guess, port, parameters):
     """Set F₀, c, δ̇₀, lower and upper limit of the law of a machine,
-    F = F₀ + c (δ̇ − δ̇₀); c = 1 for a given speed."""
+    F = F₀ + c (δ̇ − δ̇₀); c = 1 for a given speed.
+
+    A constant brake torque (n = 0) is that of ``brake_torque`` at the new speed: a step that passes
+    zero speed does not reverse it."""
     parameters[0], parameters[1], parameters[2] = 0.0, 1.0, prescribed
     parameters[3], parameters[4] = -machine.most, -machine.least
-    if machine.kind == BRAKE:
+    if machine.kind == BRAKE and machine.exponent == 0.0 and machine.speed > 0.0:
+        parameters[1], parameters[2] = machine.torque / (STICK * machine.speed), 0.0
+        parameters[3], parameters[4] = -machine.torque, machine.torque
+    elif machine.kind == BRAKE:
         parameters[0], parameters[1] = brake_torque(machine, guess)
         parameters[2] = guess
     elif machine.kind == CONTROLLER:
