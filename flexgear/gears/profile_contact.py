@@ -36,6 +36,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, Self
 
 import numpy as np
+import scipy  # loads a subpackage at its first use
 from numpy.typing import NDArray
 
 from flexgear.arrays import Array
@@ -112,16 +113,12 @@ class ProfileContact:
         return self.at(self.gap, s, z) + self.lead(z)
 
     def at(self, values: Array, s: Array, z: Array) -> Array:
-        """Table ``values`` interpolated linearly at s and z of one shape."""
-        low, share = _interval(self.s, s)
-        if len(self.z) == 1:
-            return (1.0 - share) * values[low, 0] + share * values[low + 1, 0]
-        first, z_share = _interval(self.z, z)
-        lower, upper = (
-            (1.0 - z_share) * values[k, first] + z_share * values[k, first + 1]
-            for k in (low, low + 1)
-        )
-        return (1.0 - share) * lower + share * upper
+        """Table ``values`` interpolated linearly at s and z of one shape, constant beyond it."""
+        places = [
+            (at - nodes[0]) / (nodes[1] - nodes[0]) if len(nodes) > 1 else np.zeros_like(at)
+            for nodes, at in ((self.s, s), (self.z, z))
+        ]
+        return np.asarray(scipy.ndimage.map_coordinates(values, places, order=1, mode="nearest"))
 
 
 def profile_contact(
@@ -304,10 +301,3 @@ class _Search(NamedTuple):
         step_c = np.where(at_tip, 0.0, (ca * by_a - aa * by_c) / determinant)
         step_a = np.where(at_tip, -by_a / aa, (ca * by_c - cc * by_a) / determinant)
         return np.clip(step_c, -a, a), np.clip(step_a, -0.5, 0.5)
-
-
-def _interval(nodes: Array, places: Array) -> tuple[NDArray[np.int64], Array]:
-    """Index of the equidistant node below each place, and the fraction of the interval above it."""
-    at = np.clip((places - nodes[0]) / (nodes[1] - nodes[0]), 0.0, len(nodes) - 1.0)
-    low = np.minimum(at.astype(np.int64), len(nodes) - 2)
-    return low, at - low

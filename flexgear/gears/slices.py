@@ -31,6 +31,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy  # loads a subpackage at its first use
 
 from flexgear.arrays import Array
 from flexgear.gears.profile_contact import ProfileContact
@@ -263,12 +264,9 @@ def neighbour_flexibility(
     lever = np.where(extended[:, None], lever / (k * radius[:, None]), 0.0)
     rows = np.stack([even / k - lever, even / k + lever], axis=-1)
     blocks = []
+    table = scipy.interpolate.make_interp_spline(slices.s, rows, k=1)
     for pitches in (1, 2):
-        ahead = np.clip(slices.s + pitches * base_pitch, None, slices.s[-1])
-        place = (ahead - slices.s[0]) / (slices.s[1] - slices.s[0])
-        low = np.minimum(place.astype(np.int64), len(slices.s) - 2)
-        share = (place - low)[:, None, None]
-        rows_ahead = (1.0 - share) * rows[low] + share * rows[low + 1]
+        rows_ahead = table(np.clip(slices.s + pitches * base_pitch, None, slices.s[-1]))
         blocks.append(rows.swapaxes(1, 2) @ neighbours[:, pitches - 1] @ rows_ahead)
     return np.concatenate(blocks, axis=2)
 
@@ -306,16 +304,9 @@ def means_over(load: Array, section: float) -> Array:
     point; the load itself for a section of zero length."""
     if section <= 0.0:
         return load
-    places, steps = np.arange(len(load)), min(section, 1.0) * (len(load) - 1)
-    total = np.concatenate([[0.0], np.cumsum(0.5 * (load[1:] + load[:-1]))])
-
-    def integral(x: Array) -> Array:
-        """Integral from the first point to x, both in steps."""
-        low = np.minimum(x.astype(np.int64), len(load) - 2)
-        part = x - low
-        return total[low] + part * load[low] + 0.5 * part**2 * (load[low + 1] - load[low])
-
-    last = len(load) - 1.0
+    places, last = np.arange(len(load)), len(load) - 1.0
+    steps = min(section, 1.0) * last
+    integral = scipy.interpolate.make_interp_spline(places, load, k=1).antiderivative()
     start = np.concatenate([places[places <= last - steps], (places - steps)[places >= steps]])
     return np.asarray((integral(np.minimum(start + steps, last)) - integral(start)) / steps)
 

@@ -29,6 +29,7 @@ from functools import cached_property, lru_cache
 from typing import Protocol
 
 import numpy as np
+from scipy.optimize import brentq
 
 from flexgear.arrays import Array
 from flexgear.gears.root import ToothRoot
@@ -86,17 +87,10 @@ def involutes(angles: Array) -> Array:
 
 
 def inverse_involute(value: float) -> float:
-    """Angle α, rad, with inv α = value, by Newton's method from α ≈ (3 value)^{1/3}. Raises
-    ValueError for a negative value."""
+    """Angle α, rad, with inv α = value. Raises ValueError for a negative value."""
     if value < 0:
         raise ValueError("an involute function below zero has no angle")
-    angle = min((3 * value) ** (1 / 3), 1.4)
-    for _ in range(50):
-        step = (involute(angle) - value) / max(math.tan(angle) ** 2, 1e-300)
-        angle -= step
-        if abs(step) < 1e-15:
-            break
-    return angle
+    return float(brentq(lambda angle: involute(angle) - value, 0.0, 1.57, xtol=1e-16))
 
 
 def transverse_angle(rack: Rack) -> float:

@@ -38,6 +38,7 @@ from dataclasses import dataclass, replace
 from typing import Literal, Self
 
 import numpy as np
+import scipy  # loads a subpackage at its first use
 from numpy.typing import ArrayLike
 
 from flexgear.arrays import Array
@@ -160,15 +161,11 @@ def pulsating_stress(largest: Array, least: Array | float, influence: float) -> 
 def around_axis(angles: Array, values: Array, at: Array) -> Array:
     """Periodic linear interpolation: values (z, …) at angles ``at`` (z,), rad, from values (C, …)
     at ``angles`` (C,) in [0, 2π)."""
-    order = np.argsort(angles)
-    turn, rising = 2.0 * np.pi, angles[order]
-    above = np.searchsorted(rising, np.mod(at, turn)) % len(order)
-    below = above - 1
-    step = np.mod(rising[above] - rising[below], turn)
-    share = np.divide(
-        np.mod(at - rising[below], turn), step, out=np.zeros_like(at), where=step > 0.0
-    ).reshape(-1, *[1] * (values.ndim - 1))
-    return np.asarray((1.0 - share) * values[order[below]] + share * values[order[above]])
+    turn, order = 2.0 * np.pi, np.argsort(angles)
+    order = np.append(order, order[0])
+    rising = np.append(angles[order[:-1]], angles[order[0]] + turn)
+    curve = scipy.interpolate.make_interp_spline(rising, values[order], k=1)
+    return np.asarray(curve(rising[0] + np.mod(at - rising[0], turn)))
 
 
 @dataclass(frozen=True)
