@@ -99,11 +99,9 @@ def _matrix(
         raise ValueError(f"{name} is complex")
     matrix = np.zeros((abs(rows), columns))
     while True:
-        source.begin_column()
-        column, row, count = source.integers(3)
+        column, row, count = source.column()
         if column > columns:
             source.numbers(count, kind)
-            source.leave()
             return name, matrix
         if row > 0:
             values = source.numbers(count // source.words(kind), kind)
@@ -145,11 +143,12 @@ class _Text:
             self.width = int(match[1])
         return columns, rows, kind, line[32:40].strip()
 
-    def begin_column(self) -> None:
-        """Do nothing: a column begins with the next line."""
+    def column(self) -> tuple[int, ...]:
+        """ICOL, IROW, NW of the next column."""
+        return self.integers(3)
 
     def integers(self, count: int) -> tuple[int, ...]:
-        """Integers of the next line: ICOL, IROW, NW of a column, or the head of a string."""
+        """Integers of the next line, the head of a column or of a string."""
         line = self._next_line()
         return tuple(int(line[8 * k : 8 * k + 8] if count > 1 else line) for k in range(count))
 
@@ -165,42 +164,42 @@ class _Text:
             values += [float(line[k : k + self.width]) for k in range(0, len(line), self.width)]
         return np.array(values[:count])
 
-    def leave(self) -> None:
-        """Do nothing: text has no record that ends a matrix."""
-
 
 class _Binary:
     """Reader of binary OP4: Fortran records of either byte order, words of four bytes."""
 
     def __init__(self, data: bytes) -> None:
-        self.data, self.position, self.record_end = data, 0, 0
+        self.data, self.position, self.record_end = data, 0, -4
         self.order = "<" if struct.unpack("<i", data[:4])[0] == 24 else ">"
 
     @property
     def ended(self) -> bool:
-        """Whether all data have been read."""
-        return self.position >= len(self.data)
+        """Whether all records have been read."""
+        return self.record_end + 4 >= len(self.data)
 
     def integers(self, count: int) -> tuple[int, ...]:
         """The next ``count`` words as integers."""
         self.position += 4 * count
         return struct.unpack_from(f"{self.order}{count}i", self.data, self.position - 4 * count)
 
-    def header(self) -> tuple[int, int, int, str]:
-        """NCOL, NROW, type, name."""
-        _, columns, rows, _, kind = self.integers(5)
-        name = self.data[self.position : self.position + 8].decode("ascii").strip()
-        self.position += 12
-        return columns, rows, kind, name
-
-    def begin_column(self) -> None:
-        """Skip the rest of the previous record and read the length of the next one."""
-        if self.record_end:
-            self.position = self.record_end + 4
+    def _next_record(self) -> None:
+        """Skip the rest of the record and read the length of the next one."""
+        self.position = self.record_end + 4
         (length,) = self.integers(1)
         self.record_end = self.position + length
         if length < 12 or self.record_end + 4 > len(self.data):
             raise ValueError("a record is incomplete")
+
+    def header(self) -> tuple[int, int, int, str]:
+        """NCOL, NROW, type, name."""
+        self._next_record()
+        columns, rows, _, kind = self.integers(4)
+        return columns, rows, kind, self.data[self.position :][:8].decode("ascii").strip()
+
+    def column(self) -> tuple[int, ...]:
+        """ICOL, IROW, NW of the next record."""
+        self._next_record()
+        return self.integers(3)
 
     def words(self, kind: int) -> int:
         """Words per number in the count NW of a dense column."""
@@ -214,10 +213,6 @@ class _Binary:
         values = np.frombuffer(self.data, f"{self.order}f{size}", count, self.position)
         self.position += size * count
         return values.astype(np.float64)
-
-    def leave(self) -> None:
-        """Skip the rest of the last record of a matrix."""
-        self.position, self.record_end = self.record_end + 4, 0
 
 
 NodeDof = tuple[int, int]  # node id and component 1 to 6, or 0 for a modal coordinate
