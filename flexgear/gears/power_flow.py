@@ -41,14 +41,11 @@ of the planet, on a carrier at rest; forces have the opposite sign, F = T_pinion
 positive if the gear drives.
 """
 
-from __future__ import annotations
-
 import math
-from collections import deque
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
+from scipy.sparse import csgraph
 
 from flexgear.arrays import Array
 from flexgear.gears.determinacy import (
@@ -179,17 +176,7 @@ def _gear_mesh_frequency(stage: Stage, speed: dict[str, float]) -> float:
     return abs(stage.ring.teeth * (speed["carrier"] - speed["ring"])) / (2 * math.pi)
 
 
-Node = tuple[Literal["shaft", "stage"], str]
 NEGLIGIBLE = 1e-9  # of the largest branch power
-
-
-@dataclass
-class Branch:
-    """Positive power, W, that flows from the node ``tail`` to the node ``head``."""
-
-    tail: Node
-    head: Node
-    power: float
 
 
 def circulating_power(
@@ -197,25 +184,36 @@ def circulating_power(
 ) -> tuple[float, dict[str, float]]:
     """Circulating power, W, of all closed loops together, and by stage. branch_power: power into
     the stage by member, W; shaft_of, stage_of: shaft and stage by member."""
-    largest = max((abs(p) for p in branch_power.values()), default=0.0)
-    branches = []
+    stages = list(dict.fromkeys(stage_of.values()))
+    nodes = stages + list(dict.fromkeys(shaft_of.values()))
+    total, by_stage = 0.0, dict.fromkeys(stages, 0.0)
+    flow = np.zeros((len(nodes), len(nodes)))  # W, from row to column
     for member, power in branch_power.items():
-        if abs(power) > NEGLIGIBLE * largest:
-            shaft: Node = ("shaft", shaft_of[member])
-            stage: Node = ("stage", stage_of[member])
-            tail, head = (shaft, stage) if power > 0 else (stage, shaft)
-            branches.append(Branch(tail, head, abs(power)))
-    total, by_stage = 0.0, dict.fromkeys(stage_of.values(), 0.0)
-    while cycle := _shortest_cycle(branches):
-        power = min(b.power for b in cycle)
+        ends = nodes.index(shaft_of[member]), nodes.index(stage_of[member])
+        flow[ends if power > 0 else ends[::-1]] += abs(power)
+    least = NEGLIGIBLE * flow.max()
+    while cycle := _shortest_cycle(np.where(flow > least, flow, 0.0)):
+        power = float(min(flow[branch] for branch in cycle))
         total += power
-        for branch in cycle:
-            branch.power -= power
-            kind, name = branch.head
-            if kind == "stage":
-                by_stage[name] += power
-        branches = [b for b in branches if b.power > NEGLIGIBLE * largest]
+        for tail, head in cycle:
+            flow[tail, head] -= power
+            if head < len(stages):
+                by_stage[stages[head]] += power
     return total, by_stage
+
+
+def _shortest_cycle(flow: Array) -> list[tuple[int, int]]:
+    """Branches, from node to node, of the directed cycle with the fewest of them; empty if there is
+    none. flow: power from the node of a row to that of a column, W."""
+    distance, before = csgraph.shortest_path(flow, unweighted=True, return_predecessors=True)
+    way_back = np.where(flow > 0.0, distance.T, np.inf)
+    tail, head = divmod(int(way_back.argmin()), len(flow))
+    if not np.isfinite(way_back[tail, head]):
+        return []
+    nodes = [head, tail]
+    while nodes[-1] != head:
+        nodes.append(int(before[head, nodes[-1]]))
+    return list(zip(nodes[1:], nodes, strict=False))
 
 
 def shafts(members: tuple[str, ...], joints: list[tuple[str, str]]) -> dict[str, str]:
@@ -225,26 +223,6 @@ def shafts(members: tuple[str, ...], joints: list[tuple[str, str]]) -> dict[str,
         low, high = sorted((shaft[first], shaft[second]), key=members.index)
         shaft = {m: low if s == high else s for m, s in shaft.items()}
     return shaft
-
-
-def _shortest_cycle(branches: list[Branch]) -> list[Branch]:
-    """Directed cycle with the fewest branches; empty if there is no cycle."""
-    cycles = (_cycle(branches, start) for start in branches)
-    return min(filter(None, cycles), key=len, default=[])
-
-
-def _cycle(branches: list[Branch], start: Branch) -> list[Branch]:
-    """Shortest directed cycle that begins with the branch ``start``; empty if there is no cycle."""
-    paths, visited = deque([[start]]), {start.head}
-    while paths:
-        path = paths.popleft()
-        if path[-1].head == start.tail:
-            return path
-        for branch in branches:
-            if branch.tail == path[-1].head and branch.head not in visited:
-                visited.add(branch.head)
-                paths.append([*path, branch])
-    return []
 
 
 NOISE = 1e-13  # speed over the largest that is rounding
