@@ -25,6 +25,7 @@ from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.names import MemberName
 from flexgear.model.stage_view import StageView
+from flexgear.model.train import Input, Output
 from flexgear.model.units import RPM
 
 
@@ -44,17 +45,6 @@ class Tie:
 
 
 @dataclass(frozen=True)
-class Port:
-    """Member with an external torque or speed. key: "inputs[0]" … or "output"; speed: rad/s;
-    torque: N m, on the member; None if not given."""
-
-    member: str
-    key: str
-    speed: float | None
-    torque: float | None
-
-
-@dataclass(frozen=True)
 class Members:
     """Names of all members in the order of the stages, ties between them, and ports. loads: further
     moments about z by member, N m; of a torque history its value at t = 0."""
@@ -62,7 +52,7 @@ class Members:
     source: str
     names: tuple[MemberName, ...]
     ties: tuple[Tie, ...]
-    ports: tuple[Port, ...]
+    ports: tuple[Input | Output, ...]
     loads: dict[str, float]
 
     @cached_property
@@ -70,7 +60,7 @@ class Members:
         """Matrix of the ties, (ties, members)."""
         return self._rows([tie.coefficients for tie in self.ties])
 
-    def port_rows(self, ports: Sequence[Port]) -> Array:
+    def port_rows(self, ports: Sequence[Input | Output]) -> Array:
         """Matrix (ports, members) that selects the members of ports."""
         return self._rows([{port.member: 1.0} for port in ports])
 
@@ -89,16 +79,10 @@ def members_of(case: Case) -> Members:
         name = f"{joint.first} – {joint.second}"
         ties.append(Tie("joint", name, {joint.first: 1.0, joint.second: -1.0}))
     ties += [Tie("held", member, {member: 1.0}) for member in case.held_members()]
-    ports = [
-        Port(port.member, f"inputs[{k}]", port.speed, port.given_torque)
-        for k, port in enumerate(case.inputs)
-    ]
-    if case.output is not None:
-        ports.append(Port(case.output.member, "output", case.output.speed, case.output.torque))
     loads = dict.fromkeys((load.member for load in case.loads), 0.0)
     for load in case.loads:
         loads[load.member] += float(load.first[5])
-    return Members(case.source, case.member_names(), tuple(ties), tuple(ports), loads)
+    return Members(case.source, case.member_names(), tuple(ties), case.ports, loads)
 
 
 def _stage_tie(view: StageView) -> Tie:
@@ -162,7 +146,7 @@ def require_speeds(members: Members, mobility: int) -> None:
     if len(driven) > mobility:
         problem = f"overdetermined: {head}{_clash(members, driven)}"
         remedy = f"remove {_count(len(driven) - mobility, 'speed')} (give power or torque instead)"
-        raise InputError(members.source, driven[-1].key, problem, remedy)
+        raise InputError(members.source, _key(members, driven[-1]), problem, remedy)
     if independent == len(members.names):
         return
     free = linalg.null_space(conditions, rcond=RANK_TOLERANCE)
@@ -182,8 +166,8 @@ def require_speeds(members: Members, mobility: int) -> None:
 
 def require_torques(members: Members, mobility: int) -> None:
     """Raises InputError unless exactly ports − mobility independent torques or powers are given."""
-    torques = [p for p in members.ports if p.torque is not None]
-    without_torque = [p for p in members.ports if p.torque is None]
+    torques = [p for p in members.ports if p.given_torque is not None]
+    without_torque = [p for p in members.ports if p.given_torque is None]
     needed = len(members.ports) - mobility
     head = (
         f"{len(members.ports)} ports and mobility {mobility} need {_count(needed, 'torque')}, "
@@ -191,7 +175,8 @@ def require_torques(members: Members, mobility: int) -> None:
     )
     if len(torques) > needed:
         remedy = f"remove {_count(len(torques) - needed, 'torque or power value')}"
-        raise InputError(members.source, torques[-1].key, f"overdetermined: {head}", remedy)
+        key = _key(members, torques[-1])
+        raise InputError(members.source, key, f"overdetermined: {head}", remedy)
     if len(torques) < needed:
         raise InputError(
             members.source, "inputs", f"underdetermined: {head}",
@@ -207,18 +192,23 @@ def require_torques(members: Members, mobility: int) -> None:
         )  # fmt: skip
 
 
+def _key(members: Members, port: Input | Output) -> str:
+    """Key of a port in the case."""
+    return "output" if isinstance(port, Output) else f"inputs[{members.ports.index(port)}]"
+
+
 def _count(number: int, noun: str) -> str:
     return f"{number or 'no'} {noun}" + ("s" if number != 1 else "")
 
 
-def _listed(ports: list[Port], noun: str) -> str:
+def _listed(ports: list[Input | Output], noun: str) -> str:
     """ "1 speed is given (a)"."""
     verb = "is" if len(ports) == 1 else "are"
     names = f" ({', '.join(p.member for p in ports)})" if ports else ""
     return f"{_count(len(ports), noun)} {verb} given{names}"
 
 
-def _clash(members: Members, driven: list[Port]) -> str:
+def _clash(members: Members, driven: list[Input | Output]) -> str:
     """Clause of a message with the first given speed that follows from those before it, and the
     speed that they imply; "" if all are independent."""
     ties = members.tie_rows

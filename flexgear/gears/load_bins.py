@@ -286,7 +286,7 @@ class _Train:
         rows = np.vstack([self.ties, self.members.port_rows(every)]).T
         right = np.array([-moments.get(member, 0.0) for member in self.members.names])
         places = {port.member: ties + place for place, port in enumerate(every)}
-        ports = {p.member: p.torque for p in every if p.torque is not None}
+        ports = {p.member: p.given_torque for p in every if p.given_torque is not None}
         solved = _completed(rows, right, places, stated, self.rated_torque, ports, refuse)
         return dict(zip(places, (solved[ties:] + 0.0).tolist(), strict=True))
 

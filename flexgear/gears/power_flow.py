@@ -330,8 +330,8 @@ def speed_ratios(case: Case) -> dict[str, Array]:
 
 def _torques(members: Members) -> tuple[dict[str, float], Array]:
     """External torques by member, and λ of every tie, N m."""
-    unknown = [p for p in members.ports if p.torque is None]
-    external = {p.member: p.torque or 0.0 for p in members.ports}
+    unknown = [p for p in members.ports if p.given_torque is None]
+    external = {p.member: p.given_torque or 0.0 for p in members.ports}
     right = np.zeros(len(members.names))
     for torques in (external, members.loads):
         for member, value in torques.items():

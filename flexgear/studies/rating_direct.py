@@ -227,7 +227,7 @@ class DirectPath:
         and Z_β, and the remainder, that of the load distribution."""
         factors = self.history[b].state.factors
         place = float(self.stresses[b].path[at[2]]) - self.pair.gears["planet"].roll_length
-        radii = self.pair.relative_curvature / self.pair.relative_curvature_at(place)
+        radii = self.pair.relative_curvature() / self.pair.relative_curvature(place)
         norm = math.prod(value_of(factors, symbol, 1.0) for symbol in ("Z_B", "Z_D", "Z_β"))
         form = math.sqrt(radii) / norm
         return {"by form": form, "by load distribution": ratio / form}

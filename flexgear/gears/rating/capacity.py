@@ -187,7 +187,7 @@ def _flank(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> L
     line *= (u - 1.0 if pair.internal else u + 1.0) / u
     nominal = math.prod(pair_factors.values()) * math.sqrt(line) / 1e3
     lines = _load_lines(pair, load)
-    lines |= sheet_of({"ρ_red": 1e3 * pair.relative_curvature, **pair_factors})
+    lines |= sheet_of({"ρ_red": 1e3 * pair.relative_curvature(), **pair_factors})
     if rules.edition != 2006 and stage.helix_angle:
         source = "assumed" if rules.profile_modification_factor is None else ""
         lines["f_ZCa"] = factor("f_ZCa", pair.profile_modification, source)
@@ -237,7 +237,7 @@ def _flank_strength(pair: GearPair, gear: RatedGear, load: PairLoad) -> dict[str
     c_zl = 0.83 + 0.08 * (softer - 850.0) / 350.0
     c_zv = c_zl + 0.02
     r_z10 = 1e6 * sum(roughness) / 2.0
-    r_z10 *= (10.0 / (1e3 * pair.relative_curvature)) ** (1.0 / 3.0)
+    r_z10 *= (10.0 / (1e3 * pair.relative_curvature())) ** (1.0 / 3.0)
     film = 0.0 if load.velocity == 0.0 else 1.0 / math.sqrt(0.8 + 32.0 / load.velocity)
     return {
         "σ_Hlim": gear.flank_strength / 1e6,
@@ -259,7 +259,7 @@ def _work_hardening(pair: GearPair, gear: RatedGear, load: PairLoad) -> float:
     if mate.data.steel in SURFACE_HARDENED:
         hard, soft = mate.data.flank_roughness, gear.data.flank_roughness
         assert hard is not None and soft is not None and pair.viscosity is not None
-        r_zh = 1e6 * hard * (0.01 / pair.relative_curvature) ** 0.33 * (hard / soft) ** 0.66
+        r_zh = 1e6 * hard * (0.01 / pair.relative_curvature()) ** 0.33 * (hard / soft) ** 0.66
         film = (max(load.velocity, 1e-9) * 1e6 * pair.viscosity / 1500.0) ** 0.33
         r_zh = min(max(r_zh / film, 3.0), 16.0)
         hardness = min(max(brinell, 130.0), 470.0)

@@ -134,15 +134,9 @@ class GearPair:
         sign = 1.0 if part == "planet" or self.internal else -1.0
         return gear.roll_length + sign * place
 
-    @property
-    def relative_curvature(self) -> float:
-        """Radius of relative curvature ρ_red at the pitch point, transverse, m; ISO 6336-2:2006,
-        12.3."""
-        return self.relative_curvature_at(0.0)
-
-    def relative_curvature_at(self, place: float) -> float:
-        """Radius of relative curvature on the path of contact, transverse, m; place as in
-        ``curvature``."""
+    def relative_curvature(self, place: float = 0.0) -> float:
+        """Radius of relative curvature ρ_red in transverse section, m; ISO 6336-2:2006, 12.3.
+        place: as in ``curvature``."""
         small, large = (self.curvature(part, place) for part in self.gears)
         return small * large / (large - small if self.internal else large + small)
 
