@@ -30,10 +30,8 @@ from flexgear.studies.job_pool import StudyStore, stored_or_run
 from flexgear.studies.measures import MeasuredValues, chosen_measures, measured
 from flexgear.studies.sweep_keys import (
     WHERE,
-    Point,
     SweptKey,
     Values,
-    overrides_at,
     points,
     swept_key,
     values_of,
@@ -49,12 +47,13 @@ def _file(case: Case) -> str:
 
 @dataclass(frozen=True)
 class Sweep:
-    """A sweep to be run. base: the case before the swept keys are set; cases: the case of every
-    point of the grid, or the error of its keys; measures: names; modes: number of modes to list."""
+    """A sweep to be run. base: the case before the swept keys are set; grid: keys and texts of
+    every point; cases: its case, or the error of its keys; measures: names; modes: number of modes
+    to list."""
 
     base: Case
     keys: tuple[SweptKey, ...]
-    grid: tuple[Point, ...]
+    grid: Sequence[Mapping[str, str]]
     cases: tuple[Case | InputError, ...]
     measures: tuple[str, ...]
     modes: int
@@ -111,12 +110,12 @@ def planned(
         raise InputError(WHERE, "KEY=VALUES", "is missing", "e.g. stage.planets=3,4,5")
     base = load_case(source, settings)
     swept = tuple(swept_key(base, key, values_of(key, values)) for key, values in keys.items())
-    grid = tuple(points(swept))
+    grid = points(swept)
     chosen = chosen_measures(base, measures)
     for key in swept:
         if key.key in (settings or {}):
             raise InputError(WHERE, key.key, "is also given by --set", "keep one of them")
-    cases = tuple(_case(source, settings, swept, point) for point in grid)
+    cases = tuple(_case(source, {**(settings or {}), **point}) for point in grid)
     _require_one_workable(cases)
     return Sweep(base, swept, grid, cases, chosen, modes)
 
@@ -140,8 +139,8 @@ def run_sweep(
     bodies, broken = _prepared(plan.workable, progress)
     outcomes = _outcomes(plan, broken, workers, scheduler, progress)
     if all(o.value is None for o in outcomes):
-        sets = overrides_at(plan.keys, plan.grid[0]).items()
-        first = f"{', '.join(f'{key} = {text}' for key, text in sets)}: {outcomes[0].message}"
+        sets = ", ".join(f"{key} = {text}" for key, text in plan.grid[0].items())
+        first = f"{sets}: {outcomes[0].message}"
         start = f"all {len(plan.grid)} points failed; the first, " if len(plan.grid) > 1 else ""
         raise FlexgearError(start + first)
     data = collected(plan.keys, outcomes)
@@ -217,15 +216,10 @@ def failures(data: xr.Dataset, name: str = "message") -> list[tuple[str, str]]:
     return out
 
 
-def _case(
-    source: str | Path | Case,
-    settings: Mapping[str, object] | None,
-    keys: Sequence[SweptKey],
-    point: Point,
-) -> Case | InputError:
+def _case(source: str | Path | Case, settings: Mapping[str, object]) -> Case | InputError:
     """The case of a point, or the error of its keys."""
     try:
-        return load_case(source, {**(settings or {}), **overrides_at(keys, point)})
+        return load_case(source, settings)
     except InputError as fault:
         where = WHERE if fault.where == "--set" else fault.where
         return InputError(where, fault.key, fault.problem, fault.remedy)

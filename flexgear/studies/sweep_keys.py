@@ -58,9 +58,6 @@ class SweptKey:
         return self.values.texts if self.values.numbers is None else self.values.numbers
 
 
-Point = tuple[int, ...]  # number of the value of each key
-
-
 def parse_setting(text: str) -> tuple[str, Values]:
     """Key and values of ``KEY=VALUES``; InputError with the remedy."""
     key, sign, values = text.partition("=")
@@ -126,8 +123,9 @@ def swept_key(base: Case, key: str, values: Values) -> SweptKey:
     )
 
 
-def points(keys: Sequence[SweptKey]) -> list[Point]:
-    """All points of the grid, the last key running fastest; InputError for keys of one field."""
+def points(keys: Sequence[SweptKey]) -> list[dict[str, str]]:
+    """Keys and texts, as for ``--set``, of all points of the grid, the last key running fastest;
+    InputError for keys of one field."""
     for k, key in enumerate(keys):
         for other in keys[:k]:
             _require_apart(key, other)
@@ -136,12 +134,9 @@ def points(keys: Sequence[SweptKey]) -> list[Point]:
         raise InputError(
             WHERE, keys[-1].key, f"the grid has {count} points", f"at most {MAX_POINTS}"
         )
-    return list(itertools.product(*(range(len(k.values.texts)) for k in keys)))
-
-
-def overrides_at(keys: Sequence[SweptKey], point: Point) -> dict[str, str]:
-    """Keys and texts, as for ``--set``, that make the case of one point."""
-    return {key.key: key.values.texts[k] for key, k in zip(keys, point, strict=True)}
+    names = [key.key for key in keys]
+    grid = itertools.product(*(key.values.texts for key in keys))
+    return [dict(zip(names, texts, strict=True)) for texts in grid]
 
 
 def _require_apart(key: SweptKey, other: SweptKey) -> None:

@@ -11,7 +11,7 @@ from trains import write
 
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
-from flexgear.studies.sweep_keys import overrides_at, parse_setting, points, swept_key
+from flexgear.studies.sweep_keys import parse_setting, points, swept_key
 
 
 def keys_of(base, *settings):
@@ -136,8 +136,9 @@ def test_one_field_is_swept_once(pitch_drive, second):
 
 def test_the_last_key_runs_fastest(pitch_drive):
     keys = keys_of(pitch_drive, "stages.0.sun.teeth=12,13", "inputs.0.power_kw=1:3:3")
-    assert points(keys) == [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2)]
-    assert overrides_at(keys, (1, 2)) == {"stages.0.sun.teeth": "13", "inputs.0.power_kw": "3"}
+    values = [("12", "1"), ("12", "2"), ("12", "3"), ("13", "1"), ("13", "2"), ("13", "3")]
+    assert [tuple(point.values()) for point in points(keys)] == values
+    assert points(keys)[-1] == {"stages.0.sun.teeth": "13", "inputs.0.power_kw": "3"}
 
 
 def test_a_sweep_of_too_many_points_is_refused(pitch_drive):
@@ -152,36 +153,36 @@ class TestListElements:
         settings = {"stages.0.errors.pin_tangential_um": "[1, 2, 3]"}
         (key,) = keys_of(load_case(path, settings), "stages.0.errors.pin_tangential_um.1=0:50:3")
         assert key.units == "µm"
-        case = load_case(path, {**settings, **overrides_at([key], (2,))})
+        case = load_case(path, {**settings, **points([key])[2]})
         np.testing.assert_allclose(case.stages[0].errors.pin_tangential, [1e-6, 5e-5, 3e-6])
 
     def test_lists_that_are_left_out_are_zeros(self, tmp_path):
         path = write(tmp_path, SMALL)
         keys = keys_of(load_case(path), "stages.0.errors.pin_radial_um.0=5",
                        "stages.0.errors.pin_radial_um.2=7")  # fmt: skip
-        case = load_case(path, overrides_at(keys, (0, 0)))
+        case = load_case(path, points(keys)[0])
         np.testing.assert_allclose(case.stages[0].errors.pin_radial, [5e-6, 0, 7e-6])
 
     def test_one_for_all_becomes_one_each(self, pitch_drive):
         (key,) = keys_of(pitch_drive, "stages.0.errors.planet_eccentricity_um.2=0,9")
-        case = load_case("pitch-drive", overrides_at([key], (1,)))
+        case = load_case("pitch-drive", points([key])[1])
         np.testing.assert_allclose(case.stages[0].errors.planet_eccentricity, [21e-6, 21e-6, 9e-6])
 
     def test_a_number_for_a_list_is_a_list_of_one(self, pitch_drive):
         (key,) = keys_of(pitch_drive, "stages.0.errors.planet_eccentricity_um=0:20:3")
         assert key.ticks == (0.0, 10.0, 20.0)
-        case = load_case("pitch-drive", overrides_at([key], (1,)))
+        case = load_case("pitch-drive", points([key])[1])
         assert case.stages[0].errors.planet_eccentricity == (10e-6,)
 
     def test_elements_of_one_list_in_different_units(self, pitch_drive):
         keys = keys_of(pitch_drive, "stages.0.errors.pin_radial_um.0=5,6",
                        "stages.0.errors.pin_radial_mm.2=0.07,0.08")  # fmt: skip
-        case = load_case("pitch-drive", overrides_at(keys, points(keys)[2]))
+        case = load_case("pitch-drive", points(keys)[2])
         np.testing.assert_allclose(case.stages[0].errors.pin_radial, [6e-6, 0, 7e-5])
 
     def test_positions_that_are_left_out_are_those_of_equal_spacing(self, pitch_drive):
         (key,) = keys_of(pitch_drive, "stages.0.planet_positions_deg.1=119,121")
-        sets = {"stages.0.allow_unassemblable": "true", **overrides_at([key], (1,))}
+        sets = {"stages.0.allow_unassemblable": "true", **points([key])[1]}
         case = load_case("pitch-drive", sets)
         np.testing.assert_allclose(np.degrees(case.stages[0].planet_angles), [0, 121, 240])
 
@@ -202,4 +203,4 @@ def test_words_and_lists_are_labels(stage):
 
 def test_a_switch_is_swept_over_true_and_false():
     (key,) = keys_of(load_case("lin-parker"), "gyroscopic=false,true")
-    assert load_case("lin-parker", overrides_at([key], (1,))).gyroscopic is True
+    assert load_case("lin-parker", points([key])[1]).gyroscopic is True
