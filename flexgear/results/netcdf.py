@@ -6,6 +6,7 @@ of a run, and the netCDF library in C crashes if two threads use it, even for cl
 can be used by any thread. Both engines read the files written here.
 """
 
+import io
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Self
@@ -42,7 +43,7 @@ class NewFile:
     def __init__(
         self, path: Path, data: xr.Dataset, encoding: Encoding, lengths: Mapping[str, int]
     ) -> None:
-        self._disk = _Disk(path)
+        self._disk = _Disk(path, "w+b")
         self._file = h5py.File(
             self._disk, "w", libver=HDF5_VERSIONS, track_order=True, rdcc_nbytes=CHUNKS_IN_MEMORY
         )
@@ -71,44 +72,32 @@ class NewFile:
         self._disk.close()
 
 
-class _Disk:
+class _Disk(io.FileIO):
     """File object for HDF5 that reports failed writes only by ``require``. HDF5 would repeat a
     failed write at the end of the process and crash."""
 
-    def __init__(self, path: Path) -> None:
-        self._file = open(path, "w+b", buffering=0)  # noqa: SIM115 (closed by ``close``)
-        self._error: OSError | None = None
-        self.read, self.readinto, self.tell = (
-            self._file.read, self._file.readinto, self._file.tell,
-        )  # fmt: skip
-        self.close = self._file.close
+    _error: OSError | None = None
 
     def require(self) -> None:
         if self._error is not None:
             raise self._error
 
-    def write(self, data: Any) -> int:
+    def write(self, data: Any, /) -> int:
         view = memoryview(data).cast("B")
         written = 0
         while written < len(view) and self._error is None:
             try:
-                written += self._file.write(view[written:])
+                written += super().write(view[written:])
             except OSError as error:
                 self._error = error
         return len(view)
 
-    def seek(self, offset: int, whence: int = 0) -> int:
-        return self._file.seek(offset, whence)
-
-    def truncate(self, size: int | None = None) -> int:
+    def truncate(self, size: int | None = None, /) -> int:
         try:
-            return self._file.truncate(size)
+            return super().truncate(size)
         except OSError as error:
             self._error = self._error or error
             return size or 0
-
-    def flush(self) -> None:
-        """Do nothing: writes are not buffered."""
 
 
 def _fill(
