@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.interpolate import griddata
 
 from flexgear.arrays import Array
@@ -44,34 +43,21 @@ def loaded_flanks(data: xr.Dataset) -> dict[GroupName, list[FlankName]]:
 
 def gear_pattern(data: xr.Dataset, group: GroupName) -> ToothPattern:
     """Pattern on all teeth of ring, sun or pinion from all planets."""
-    flanks = [_at_gear(data.sel(flank=name)) for name in loaded_flanks(data)[group]]
-    return _pattern(group, "pair_tooth", flanks)
+    slices = []
+    for flank in (data.sel(flank=name) for name in loaded_flanks(data)[group]):
+        sign = 1.0 if str(flank["flank_kind"].item()) == "ring" else -1.0
+        roll = float(flank["gear_roll_offset"]) + sign * _path(flank)
+        slices.append(_slices(flank, "pair_tooth", roll, float(flank["gear_base_diameter"])))
+    return _pattern(group, slices)
 
 
 def planet_pattern(data: xr.Dataset, group: GroupName) -> ToothPattern:
     """Pattern of planet 1, or the gear of a parallel stage, on flanks towards ring, sun or
     pinion."""
     flank = data.sel(flank=loaded_flanks(data)[group][0])
-    places = _places(flank, _path(flank), float(flank["planet_base_diameter"]))
+    base = float(flank["planet_base_diameter"])
     title = f"{group.stage} planet 1, flanks towards {group.part}"
-    return _pattern(title, "pair_planet_tooth", [places])
-
-
-class _Places(NamedTuple):
-    """Slices (n,): roll length, base radius and position along the face, m; line load, N/m; teeth
-    of gear and planet from 1."""
-
-    roll: Array
-    base: float
-    face: Array
-    load: Array
-    teeth: dict[str, NDArray[np.int64]]
-
-
-def _at_gear(flank: xr.Dataset) -> _Places:
-    sign = 1.0 if str(flank["flank_kind"].item()) == "ring" else -1.0
-    roll = float(flank["gear_roll_offset"]) + sign * _path(flank)
-    return _places(flank, roll, float(flank["gear_base_diameter"]))
+    return _pattern(title, [_slices(flank, "pair_planet_tooth", _path(flank), base)])
 
 
 def _path(flank: xr.Dataset) -> Array:
@@ -80,25 +66,24 @@ def _path(flank: xr.Dataset) -> Array:
     return np.clip(flank["slice_path"].to_numpy(), start, end)
 
 
-def _places(flank: xr.Dataset, roll: Array, base: float) -> _Places:
+def _slices(flank: xr.Dataset, teeth: str, roll: Array, base: float) -> Array:
+    """Tooth from 1, diameter and position along the face, m, and line load, N/m, of slices (4, n).
+
+    teeth: variable with the numbers of the teeth; roll: roll lengths of the slices, base: base
+    diameter, m.
+    """
     load, path = flank["line_load"].to_numpy(), flank["slice_path"].to_numpy()
     on_path = (path >= float(flank["path_start"])) & (path <= float(flank["path_end"]))
     at = np.isfinite(load) & (on_path | (load > 0))  # without tips that are not in contact
-    teeth = {
-        name: np.broadcast_to(flank[name].to_numpy()[..., None], load.shape)[at].astype(np.int64)
-        for name in ("pair_tooth", "pair_planet_tooth")
-    }
-    return _Places(roll[at], 0.5 * base, flank["slice_position"].to_numpy()[at], load[at], teeth)
+    number = np.broadcast_to(flank[teeth].to_numpy()[..., None], load.shape)
+    columns = (number, 2.0 * np.hypot(0.5 * base, roll), flank["slice_position"].to_numpy(), load)
+    return np.array([column[at] for column in columns], dtype=float)
 
 
-def _pattern(title: str, which: str, flanks: list[_Places]) -> ToothPattern:
-    roll, face, load = (
-        np.concatenate([getattr(flank, name) for flank in flanks])
-        for name in ("roll", "face", "load")
-    )
-    teeth = np.concatenate([flank.teeth[which] for flank in flanks])
-    cells = (teeth, 2.0 * np.hypot(flanks[0].base, roll), face)
-    edges = [np.arange(0.5, teeth.max() + 1.0)]
+def _pattern(title: str, slices: list[Array]) -> ToothPattern:
+    """The pattern of ``_slices`` of one flank or several."""
+    *cells, load = np.concatenate(slices, axis=1)
+    edges = [np.arange(0.5, cells[0].max() + 1.0)]
     edges += [np.linspace(x.min(), x.max(), n + 1) for x, n in zip(cells[1:], CELLS, strict=True)]
     pattern = scipy.stats.binned_statistic_dd(np.column_stack(cells), load, "max", edges).statistic
     return ToothPattern(title, edges[1], edges[2], np.array(list(map(filled, pattern))))
