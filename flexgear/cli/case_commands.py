@@ -42,13 +42,11 @@ def check(
     settings: options.Settings = None,
     out: Annotated[
         Path | None,
-        Option(metavar="DIR", parser=options.folder_named,
-            help="Folder for the figures as JSON and pictures of modified flanks."
-        )
+        options.folder_option("Folder for the figures as JSON and pictures of modified flanks."),
     ] = None,
     force: options.Force = False,
     as_json: options.AsJson = False,
-) -> None:  # fmt: skip
+) -> None:
     """Validate a case and print what follows from it: geometry, speeds, torques, forces.
 
     Implausible values, such as colliding planets or stress beyond any steel, are warnings.

@@ -209,11 +209,7 @@ def export(
     rexs: Annotated[Path | None, options.file_option("Gears, loads, results as REXS.")] = None,
     reduced: Annotated[
         Path | None,
-        Option(
-            metavar="DIR",
-            help="Reduced FE bodies: stiffness, mass, table of nodes.",
-            parser=options.folder_named,
-        ),
+        options.folder_option("Reduced FE bodies: stiffness, mass, table of nodes."),
     ] = None,
     form: Annotated[
         str, Option("--format", metavar="op4|mtx|npz", help="Of the reduced matrices.")

@@ -39,20 +39,7 @@ AsJson = Annotated[bool, Option("--json", help="Print JSON, for programs.")]
 Quiet = Annotated[bool, Option("--quiet", "-q", help="Show no progress, only the results.")]
 Rigid = Annotated[
     list[str] | None,
-    Option("--rigid", metavar="PART", help="Make ring, planet, carrier, shaft or all rigid."),
-]
-Workers = Annotated[
-    int | None,
-    Option(
-        "--workers",
-        min=1,
-        metavar="N",
-        help="Processes; chosen by the size of the study if left out.",
-    ),
-]
-Scheduler = Annotated[
-    str | None,
-    Option("--scheduler", metavar="ADDRESS", help="A Dask cluster instead, e.g. tls://host:8786."),
+    Option(metavar="PART", help="Make ring, planet, carrier, shaft or all rigid."),
 ]
 
 
@@ -163,8 +150,7 @@ def refuse_without(option: str, others: Mapping[str, object]) -> None:
             raise InputError("options", other, f"has no effect without {option}", "leave it out")
 
 
-def folder_named(text: str) -> Path:
-    """Path of the folder that --out names; InputError for an empty name."""
+def _folder_named(text: str) -> Path:
     if not text:
         raise InputError("--out", '""', "names no folder", "name a folder")
     return Path(text)
@@ -181,9 +167,12 @@ def file_option(about: str) -> Any:
     return Option(metavar="FILE", help=about, parser=_file_named)
 
 
-OutFolder = Annotated[
-    Path | None, Option("--out", metavar="DIR", help="Folder for results.", parser=folder_named)
-]
+def folder_option(about: str) -> Any:
+    """An option for the name of a folder to write."""
+    return Option(metavar="DIR", help=about, parser=_folder_named)
+
+
+OutFolder = Annotated[Path | None, folder_option("Folder for results.")]
 Interactive = Annotated[
     bool, Option(help="Plots in the report that zoom and turn, or static pictures.")
 ]
@@ -272,8 +261,14 @@ def _named(folder: Path, names: Sequence[str]) -> list[Path]:
 class Study(CaseOptions):
     """Options of a study."""
 
-    workers: Workers = None
-    scheduler: Scheduler = None
+    workers: Annotated[
+        int | None,
+        Option(min=1, metavar="N", help="Processes; chosen by the size of the study if left out."),
+    ] = None
+    scheduler: Annotated[
+        str | None,
+        Option(metavar="ADDRESS", help="A Dask cluster instead, e.g. tls://host:8786."),
+    ] = None
     out: OutFolder = None
     pictures: Annotated[bool, Option(help="Draw pictures, and the report if any.")] = True
 

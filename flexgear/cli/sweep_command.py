@@ -33,26 +33,22 @@ from flexgear.views.sweep_charts import (
 MAX_COLUMNS = 8  # of a printed table
 MAX_ROWS = 24  # of a printed table
 MAX_MESSAGES = 3  # of failed points that are printed
-KNOWN = ", ".join(MEASURES)
-
-Keys = Annotated[
-    list[str],
-    Argument(
-        metavar="KEY=VALUES [KEY2=VALUES2]",
-        help="One or two keys of the case; values as 1,2,3 or start:stop:count or "
-        "start:stop:count:log. A number at the end of a key selects an element of a list.",
-    ),
-]
-Measures = Annotated[
-    list[str] | None,
-    Option("--measure", metavar="NAME", help=f"Measure to record; repeatable: {KNOWN}."),
-]
 
 
 def sweep(
     study: options.Study,
-    keys: Keys,
-    measure: Measures = None,
+    keys: Annotated[
+        list[str],
+        Argument(
+            metavar="KEY=VALUES [KEY2=VALUES2]",
+            help="One or two keys of the case; values as 1,2,3 or start:stop:count or "
+            "start:stop:count:log. A number at the end of a key selects an element of a list.",
+        ),
+    ],
+    measure: Annotated[
+        list[str] | None,
+        Option(metavar="NAME", help=f"Measure to record; repeatable: {', '.join(MEASURES)}."),
+    ] = None,
     modes: Annotated[int, Option(min=1, help="Natural modes to list.")] = 10,
 ) -> None:
     """Parameter study over one key or a grid of two, in parallel; dataset and pictures.
