@@ -41,6 +41,8 @@ of the planet, on a carrier at rest; forces have the opposite sign, F = T_pinion
 positive if the gear drives.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 
