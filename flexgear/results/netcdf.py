@@ -43,12 +43,14 @@ class NewFile:
     def __init__(
         self, path: Path, data: xr.Dataset, encoding: Encoding, lengths: Mapping[str, int]
     ) -> None:
+        self._encoding, self._lengths = encoding, lengths
+        self._sizes = {str(d): lengths.get(str(d), n) for d, n in data.sizes.items()}
         self._disk = _Disk(path, "w+b")
         self._file = h5py.File(
             self._disk, "w", libver=HDF5_VERSIONS, track_order=True, rdcc_nbytes=CHUNKS_IN_MEMORY
         )
         try:
-            _fill(self._file, data, encoding, lengths)
+            self._fill(data)
         except BaseException:
             self._close()
             raise
@@ -70,6 +72,56 @@ class NewFile:
     def _close(self) -> None:
         self._file.close()
         self._disk.close()
+
+    def _fill(self, data: xr.Dataset) -> None:
+        auxiliary = {
+            str(c): {*data.variables[c].dims} for c in data.coords if data.variables[c].dims != (c,)
+        }
+        attached: set[str] = set()
+        coords = {*map(str, data.coords)}
+        scales: dict[str, h5py.Dataset] = {}
+        for k, (dim, size) in enumerate(self._sizes.items()):
+            scales[dim] = scale = (
+                self._stored(dim, data.variables[dim])
+                if dim in data.variables
+                else self._file.create_dataset(dim, (size,), ">f4", track_order=True)
+            )
+            scale.make_scale(dim if dim in data.variables else f"{NO_VARIABLE} {size:9d}")
+            scale.attrs["_Netcdf4Dimid"] = np.int32(k)
+        for name in [n for n in map(str, data.variables) if n not in self._sizes]:
+            variable = data.variables[name]
+            stored = self._stored(name, variable)
+            for k, axis in enumerate(variable.dims):
+                stored.dims[k].attach_scale(scales[str(axis)])
+            if name not in coords:
+                labels = [c for c, dims in auxiliary.items() if dims <= {*variable.dims}]
+                attached.update(labels)
+                set_attributes(stored, {COORDINATES: " ".join(labels)} if labels else {})
+        others = [c for c in auxiliary if c not in attached]
+        self.set_attributes({COORDINATES: " ".join(others)} if others else {})
+        self.set_attributes(data.attrs)
+
+    def _stored(self, name: str, variable: xr.Variable) -> h5py.Dataset:
+        """Create a variable with its attributes, and write its values unless it has an axis in
+        ``lengths``."""
+        values, options = variable.to_numpy(), dict(self._encoding.get(name, {}))
+        text, boolean = values.dtype.kind in "UO", values.dtype.kind == "b"
+        dtype = options.pop("dtype", "i1" if boolean else values.dtype)
+        shape, content = tuple(self._sizes[str(d)] for d in variable.dims), None
+        if not set(self._lengths) & {*map(str, variable.dims)}:
+            content = values.astype(object if text else dtype)
+        if not all(shape):  # a run may end before a sensor's first sample
+            options = {}
+        stored = self._file.create_dataset(
+            name,
+            shape,
+            h5py.string_dtype() if text else dtype,
+            content,
+            track_order=True,
+            **options,
+        )
+        set_attributes(stored, {**variable.attrs, **({"dtype": "bool"} if boolean else {})})
+        return stored
 
 
 class _Disk(io.FileIO):
@@ -98,64 +150,6 @@ class _Disk(io.FileIO):
         except OSError as error:
             self._error = self._error or error
             return size or 0
-
-
-def _fill(
-    file: h5py.File, data: xr.Dataset, encoding: Encoding, lengths: Mapping[str, int]
-) -> None:
-    sizes = {str(d): lengths.get(str(d), n) for d, n in data.sizes.items()}
-    auxiliary = {
-        str(c): {*data.variables[c].dims} for c in data.coords if data.variables[c].dims != (c,)
-    }
-    attached: set[str] = set()
-    coords = {*map(str, data.coords)}
-    scales: dict[str, h5py.Dataset] = {}
-    for k, (dim, size) in enumerate(sizes.items()):
-        scales[dim] = scale = (
-            _stored(file, dim, data.variables[dim], sizes, encoding, lengths)
-            if dim in data.variables
-            else file.create_dataset(dim, (size,), ">f4", track_order=True)
-        )
-        scale.make_scale(dim if dim in data.variables else f"{NO_VARIABLE} {size:9d}")
-        scale.attrs["_Netcdf4Dimid"] = np.int32(k)
-    for name in [n for n in map(str, data.variables) if n not in sizes]:
-        variable = data.variables[name]
-        stored = _stored(file, name, variable, sizes, encoding, lengths)
-        for k, axis in enumerate(variable.dims):
-            stored.dims[k].attach_scale(scales[str(axis)])
-        if name not in coords:
-            labels = [c for c, dims in auxiliary.items() if dims <= {*variable.dims}]
-            attached.update(labels)
-            set_attributes(stored, {COORDINATES: " ".join(labels)} if labels else {})
-    others = [c for c in auxiliary if c not in attached]
-    set_attributes(file, {COORDINATES: " ".join(others)} if others else {})
-    set_attributes(file, data.attrs)
-
-
-def _stored(
-    file: h5py.File,
-    name: str,
-    variable: xr.Variable,
-    sizes: Mapping[str, int],
-    encoding: Encoding,
-    lengths: Mapping[str, int],
-) -> h5py.Dataset:
-    """Create a variable with its attributes, and write its values unless it has an axis in
-    ``lengths``."""
-    values, options = variable.to_numpy(), dict(encoding.get(name, {}))
-    text, boolean = values.dtype.kind in "UO", values.dtype.kind == "b"
-    dtype = h5py.string_dtype() if text else options.pop("dtype", "i1" if boolean else values.dtype)
-    shape = tuple(sizes[str(d)] for d in variable.dims)
-    if set(lengths) & {*map(str, variable.dims)}:
-        options = options if all(shape) else {}  # a run may end before a sensor's first sample
-        stored = file.create_dataset(name, shape, dtype, track_order=True, **options)
-    else:
-        content = values.astype(object) if text else values.astype(dtype)
-        stored = file.create_dataset(
-            name, data=content, dtype=dtype, track_order=True, **(options if content.size else {})
-        )
-    set_attributes(stored, {**variable.attrs, **({"dtype": "bool"} if boolean else {})})
-    return stored
 
 
 def set_attributes(target: h5py.File | h5py.Dataset, attrs: Mapping[Any, Any]) -> None:
