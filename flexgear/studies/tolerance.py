@@ -309,14 +309,13 @@ def tolerance(
     """
     if scheduler is not None:
         reach(scheduler)
-    store, batches = batch_store(case), batches_of(case.tolerance.samples)
     with threadpool_limits(limits=1):
         setup = tolerance_setup(case, progress)
         stated = as_stated(setup)
-        finished = _all(setup, store, batches, workers, scheduler, progress)
-    data = _dataset(setup, stated, finished)
+        batches = _all(setup, workers, scheduler, progress)
+    data = _dataset(setup, stated, batches)
     if not keep_batches:
-        store.clear()
+        batch_store(case).clear()
     return data
 
 
@@ -332,17 +331,13 @@ def finished(case: Case) -> int:
 
 
 def _all(
-    setup: ToleranceSetup,
-    store: StudyStore[Batch],
-    batches: Sequence[range],
-    workers: int | None,
-    scheduler: str | None,
-    progress: Progress,
+    setup: ToleranceSetup, workers: int | None, scheduler: str | None, progress: Progress
 ) -> list[Batch]:
     """Every batch, stored or solved now."""
+    batches = batches_of(setup.case.tolerance.samples)
     finished, faults = stored_or_run(
-        store, [_file(b) for b in batches], sampled, setup, batches, workers=workers,
-        scheduler=scheduler, progress=lambda share: progress("samples", share),
+        batch_store(setup.case), [_file(b) for b in batches], sampled, setup, batches,
+        workers=workers, scheduler=scheduler, progress=lambda share: progress("samples", share),
     )  # fmt: skip
     if faults:
         first = batches[min(faults)]
