@@ -175,8 +175,10 @@ def _behind_spline(view: StageView) -> Iterator[Connection]:
     yield Connection(name, (shaft, "spline"), (output, "end"), spline_matrix(view))
     if port.bearing is not None:
         place = SupportName.of(output)
-        bearing = _bearing(view, place, (output, "end"), port.bearing, "carrier", "output.bearing")
-        yield replace(bearing, key="output.bearing")
+        number = view.case.ports.index(port)
+        key = "output.bearing" if port is view.case.output else f"inputs[{number}].bearing"
+        bearing = _bearing(view, place, (output, "end"), port.bearing, "carrier", key)
+        yield replace(bearing, key=key)
 
 
 def _bearing(

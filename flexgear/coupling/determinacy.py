@@ -196,7 +196,9 @@ def _body_text(name: BodyName) -> str:
 def _spring_key(bodies: Sequence[Body], name: BodyName, direction: str) -> str:
     """Key of the case for the spring that would support a body in a direction."""
     stage, part, key = name.stage, name.part, DIRECTIONS[direction][2]
-    sections = {"housing": "housing.mount", "output": "output.bearing"}
+    sections = {"housing": "housing.mount"}
+    if part == "output":  # behind a sun's shaft
+        return f"bearing.{key} of the port at {stage}.sun"
     if BodyName.of(stage, "output") not in [body.name for body in bodies]:
         sections["shaft"] = "joints"  # in series with its spline
     if part in sections:

@@ -88,7 +88,7 @@ def test_a_pin_goes_into_the_bore_of_its_planet():
 
 SUPPORTS = [
     ({}, None),
-    ({"output.bearing.axial_n_per_m": "0"}, "output.bearing.axial_n_per_m"),
+    ({"output.bearing.axial_n_per_m": "0"}, "bearing.axial_n_per_m of the port at stage.sun"),
     ({"stage.sun.shaft.spline.axial_n_per_m": "0"}, "stage.sun.shaft.spline.axial_n_per_m"),
     (
         {
