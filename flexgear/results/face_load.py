@@ -206,11 +206,15 @@ def _causes(of_flank: xr.Dataset) -> dict[str, float]:
 
 def misalignment_by_cause(data: xr.Dataset) -> xr.DataArray:
     """Misalignment over the face, m, by flank and cause; without causes whose share is rounding,
-    that is below ``TILT_ROUNDING`` of the largest transmission error under load."""
+    that is below ``TILT_ROUNDING`` of the largest transmission error under load. In parallel stages
+    the cause "sun" is called "pinion"."""
     shares = data["gear_mesh_misalignment_by_cause"]
     least = TILT_ROUNDING * float(abs(data[TRANSMISSION]).max())
     others = [dim for dim in shares.dims if dim != "cause"]
-    return shares.sel(cause=(abs(shares) > least).any(others))
+    shares = shares.sel(cause=(abs(shares) > least).any(others))
+    if (data["flank_kind"] == "pinion").all():
+        shares["cause"] = ["pinion" if c == "sun" else c for c in shares["cause"].to_numpy()]
+    return shares
 
 
 # figures that a single position does not have

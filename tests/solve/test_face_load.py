@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 import xarray as xr
+from pinion_on_bearings import HELIX, A, B
+from pinion_on_bearings import text as shaft_text
 from stage_samples import cheap_stage
 from train_contexts import rigid_stage
+from trains import write
 
 import flexgear as fg
 from flexgear.analysis.line_loads import CAUSES
@@ -243,6 +246,24 @@ def test_bodies_add_up_to_what_the_contact_lines_feel(data):
     bodies = by_cause.sel(cause=list(CAUSES[:-2])).sum("cause", skipna=False)
     assert np.abs(whole).max() > 1e-5
     np.testing.assert_allclose(bodies, whole, atol=1e-8 * float(np.abs(whole).max()))
+
+
+def test_soft_bearings_tilt_pinion_and_gear(tmp_path):
+    """The difference of their displacements along the line of action, over their distance."""
+    path = write(tmp_path, shaft_text().replace('"constant"', '"face_load"'))
+    data = fg.load_case(path).assemble().static(angle_deg=[0.0])
+    tilts = {}
+    for part in ("pinion", "gear"):
+        first, second = (
+            data["bearing_force"].sel(support=f"stage_1.{part}_support_{k}").to_numpy()[0, :2]
+            for k in (1, 2)
+        )
+        along = (first + second) / np.linalg.norm(first + second)
+        per_length = (second / 3e8 - first / 8e8) @ along / (A[part] + B[part])
+        beta_b = np.arcsin(np.sin(np.radians(HELIX)) * np.cos(np.radians(20)))
+        tilts[part] = -1e6 * per_length * 0.05 / np.cos(beta_b)
+    (figures,) = face_figures(data).values()
+    assert figures["misalignment_by_cause_um"] == pytest.approx(tilts, rel=2e-3)
 
 
 def test_the_planets_bearing_tilts_both_gear_meshes_of_a_planet(data):
