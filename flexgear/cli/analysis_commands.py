@@ -31,6 +31,7 @@ from flexgear.results.time_figures import (
     energy_balance,
     force_ranges,
     largest_residual,
+    stage_histories,
 )
 from flexgear.solve.angles import lead_angles
 from flexgear.solve.campbell import campbell as over_speed
@@ -185,7 +186,7 @@ def simulate(
         edges = window_edges(span, case.solver.settle, begin)
         ranges = partial(WindowedRanges, edges=edges)
         whole, sensors = ranges(train_histories), SensorRanges(edges)
-        rings = {s: ranges(partial(views.ring_histories, s)) for s in case.fe_ring_stages}
+        rings = {s: ranges(partial(stage_histories, stage=s)) for s in case.fe_ring_stages}
         watching = [whole, motions, sensors, *rings.values(), *([account] if energy else [])]
         short = [] if duration_s is not None else cut_short(case, flow)
         warn([*too_coarse(model.pace, case.solver), *fault_warnings(model, duration_s), *short])

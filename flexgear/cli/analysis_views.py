@@ -39,7 +39,6 @@ from flexgear.results.stage_part import (
 from flexgear.results.time_figures import (
     displacement_summary,
     radial_harmonics,
-    stage_histories,
     star_angle,
 )
 from flexgear.solve.campbell import LEAST, crossing_rows
@@ -262,13 +261,8 @@ def _excitation_lines(data: xr.Dataset) -> Iterator[str]:
             yield f"  {what}: {' to '.join(ends)} Hz"
 
 
-def ring_histories(stage: str, data: xr.Dataset) -> xr.Dataset:
-    """Variables of a flexible stage whose ranges over a transient are printed."""
-    return stage_histories(stage_part(data, stage))
-
-
 def transient_figures(ranges: Ranges) -> dict[str, Any]:
-    """Figures of a transient of a flexible stage from the ranges of ``ring_histories``."""
+    """Figures of a transient of a flexible stage from the ranges of ``stage_histories``."""
     most = ranges.largest
     carrying = {gear: {w: most[f"{gear}_{w}"] for w in ("drive", "coast")} for gear in GEARS}
     return {

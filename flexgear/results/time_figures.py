@@ -101,8 +101,9 @@ DISTANCES = (
 TRANSIENT = (*FORCES, *DISTANCES)
 
 
-def stage_histories(data: xr.Dataset) -> xr.Dataset:
-    """Histories of a stage whose ranges are printed."""
+def stage_histories(whole: xr.Dataset, stage: str, half: str = "left") -> xr.Dataset:
+    """Histories of a flexible stage, or of one half, whose ranges are printed."""
+    data = stage_part(whole, stage, half)
     histories = data[["stage_speed"]].assign(
         ring_force=of_kind(data, "ring")["gear_mesh_force"],
         load_sharing=ring_sharing(data),
@@ -161,9 +162,7 @@ class StageDrop:
         data = self.data[[name for name in HISTORIES if name in self.data]]
 
         def of_half(half: str) -> Ranges:
-            return ranges_of(
-                data, lambda piece: stage_histories(stage_part(piece.load(), self.stage, half))
-            )
+            return ranges_of(data, lambda piece: stage_histories(piece.load(), self.stage, half))
 
         return [of_half(half) for half in halves(data, self.stage)]
 
