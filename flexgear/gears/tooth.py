@@ -29,7 +29,7 @@ from functools import cached_property, lru_cache
 from typing import Protocol
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import newton
 
 from flexgear.arrays import Array
 from flexgear.gears.root import ToothRoot
@@ -90,7 +90,9 @@ def inverse_involute(value: float) -> float:
     """Angle α, rad, with inv α = value. Raises ValueError for a negative value."""
     if value < 0:
         raise ValueError("an involute function below zero has no angle")
-    return float(brentq(lambda angle: involute(angle) - value, 0.0, 1.57, xtol=1e-16))
+    start, slope = min((3 * value) ** (1 / 3), 1.4), lambda angle: math.tan(angle) ** 2
+    angle = newton(lambda x: involute(x) - value, start, slope, tol=1e-15, disp=False)
+    return float(angle)
 
 
 def transverse_angle(rack: Rack) -> float:
