@@ -20,13 +20,14 @@ import signal
 import stat
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from flexgear.files import STOP_SIGNALS
-from flexgear.files.locks import LOCK_NAME, acquire, fcntl, remove_lock_if_stale
+from flexgear.files.locks import LOCK_NAME, acquire, fcntl, if_stale
 from flexgear.model.errors import FlexgearError, InputError
 
 SUFFIX = ".partial"
@@ -58,10 +59,13 @@ def remove_stale(place: Path) -> None:
         return
     with contextlib.suppress(OSError):
         for entry in list(os.scandir(place)):
+            path = Path(entry.path)
             if _FOLDER_NAME.fullmatch(entry.name) and entry.is_dir(follow_symlinks=False):
-                _remove_if_stale(Path(entry.path))
+                with contextlib.suppress(OSError):
+                    path.rmdir()  # empty if the process died before it created the lock file
+                if_stale(path / _LOCK, partial(shutil.rmtree, path, ignore_errors=True))
             elif LOCK_NAME.fullmatch(entry.name) and entry.is_file(follow_symlinks=False):
-                remove_lock_if_stale(Path(entry.path))
+                if_stale(path, path.unlink)
 
 
 def _new_locked_folder(place: Path, name: str) -> tuple[Path, int]:
@@ -82,24 +86,6 @@ def _new_locked_folder(place: Path, name: str) -> tuple[Path, int]:
             return folder, lock
         os.close(lock)
     raise OSError(0, f"cannot make a folder in {place}")
-
-
-def _remove_if_stale(folder: Path) -> None:
-    try:
-        lock = os.open(folder / _LOCK, os.O_RDWR)
-    except FileNotFoundError:
-        with contextlib.suppress(OSError):
-            folder.rmdir()  # empty if the process died before it created the lock file
-        return
-    except OSError:  # another user's folder
-        return
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        shutil.rmtree(folder, ignore_errors=True)
-    except OSError:  # its process is running, or the file system has no locks
-        pass
-    finally:
-        os.close(lock)
 
 
 PathLike = str | os.PathLike[str]

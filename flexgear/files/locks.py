@@ -72,12 +72,13 @@ def _release(file: int) -> None:
             fcntl.flock(file, fcntl.LOCK_UN)
 
 
-def remove_lock_if_stale(file: Path) -> None:
-    """Remove a lock file that no process holds."""
-    with contextlib.suppress(OSError):
+def if_stale(file: Path, remove: Callable[[], object]) -> None:
+    """Call a function if no process holds a lock file. Nothing happens without the file, or on file
+    systems without locks."""
+    with contextlib.suppress(OSError):  # BlockingIOError from a lock that is held
         lock = os.open(file, os.O_RDWR)
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            file.unlink()
+            remove()
         finally:
             os.close(lock)

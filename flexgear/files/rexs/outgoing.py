@@ -18,13 +18,12 @@ class Outgoing:
     """Components, relations and load cases of a REXS model.
 
     Methods take attributes in SI and store them in the schema's units. components: type, name,
-    attributes. relations: type, order, ids by role. load_cases: attributes by component id.
+    attributes. relations: type, order, ids by role. load_cases: name, attributes by component id.
     """
 
     components: list[tuple[str, str, Attributes]] = field(default_factory=list)
     relations: list[tuple[str, int, dict[str, int]]] = field(default_factory=list)
-    load_cases: list[dict[int, Attributes]] = field(default_factory=lambda: [{}])
-    load_case_names: list[str] = field(default_factory=lambda: [""])
+    load_cases: list[tuple[str, dict[int, Attributes]]] = field(default_factory=lambda: [("", {})])
 
     def add(self, kind: str, name: str = "", **attributes: Written | None) -> int:
         """Add a component, without attributes that are None; returns its id."""
@@ -51,12 +50,11 @@ class Outgoing:
 
     def result(self, number: int, **attributes: Written) -> None:
         """Add attributes of a component to the last load case."""
-        self.load_cases[-1].setdefault(number, {}).update(_in_units(attributes))
+        self.load_cases[-1][1].setdefault(number, {}).update(_in_units(attributes))
 
     def begin_load_case(self, name: str) -> None:
         """Begin a new load case, to which ``result`` then adds attributes."""
-        self.load_cases.append({})
-        self.load_case_names.append(name)
+        self.load_cases.append((name, {}))
 
     def xml(self, version: str) -> bytes:
         """The model as XML with the present date. version: of flexgear."""
@@ -77,10 +75,9 @@ class Outgoing:
         components = ET.SubElement(root, "components")
         for number, (kind, name, attributes) in enumerate(self.components, 1):
             _component(components, number, kind, name, attributes)
-        if any(self.load_cases):
+        if any(results for _, results in self.load_cases):
             spectrum = ET.SubElement(root, "load_spectrum", id="1")
-            for place, results in enumerate(self.load_cases, 1):
-                name = self.load_case_names[place - 1]
+            for place, (name, results) in enumerate(self.load_cases, 1):
                 head = {"id": str(place)} | ({"name": name} if name else {})
                 case = ET.SubElement(spectrum, "load_case", head)
                 for number, attributes in sorted(results.items()):
