@@ -18,7 +18,7 @@ from flexgear.coupling.build import build_system, rigid_system
 from flexgear.coupling.machines import machine_words
 from flexgear.coupling.pace import case_pace, pace_sections
 from flexgear.files.atomic import file_target, staged_folder, write_bytes, write_json
-from flexgear.gears.bearings.nominal import nominal_bearings
+from flexgear.gears.bearings.nominal import is_alone, nominal_bearings
 from flexgear.gears.expected_lines import expected_lines, line_rows
 from flexgear.gears.implausible import implausible
 from flexgear.gears.load_bins import bins_of_load_cases
@@ -209,6 +209,9 @@ def _running(case: Case, flow: PowerFlow) -> Sections:
                 rows[f"{label}_axial_force_n"] = bearing.axial
             if bearing.life_hours is not None and math.isfinite(bearing.life_hours):
                 rows[f"nominal_{label}_life_h"] = bearing.life_hours
+        for part in ("pinion", "gear") if stage.kind == "parallel" else ():
+            if not is_alone(case.view(stage.name), part):
+                rows[f"bearings_of_the_{part}"] = "on a shaft with others: loads by flexgear static"
         sections[f"{before}running"] = rows
     sections["machines"] = dict(machine_words(case))
     sections["power"] = {

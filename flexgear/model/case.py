@@ -294,11 +294,22 @@ class Case(Section):
         return 0.0 if port is None or port.inertia is None else port.inertia
 
     def kinematics_of(self, name: str) -> Kinematics:
-        """Coordinates of a member or of "<stage>.planet"; "spatial" unless said on several supports
-        and in a stage with FE bodies or a shaft."""
+        """Coordinates of a member or of "<stage>.planet". Where its key is left out: "spatial" on
+        several supports, in a stage with FE bodies or a shaft, and where a joint that passes thrust
+        and bending joins it to such a member, which it would hold on the housing else."""
+        stated, joined = self.member(name).kinematics, [str(name)]
+        for one in joined if stated is None else ():
+            for joint in self.joints:
+                if joint.passes_bending and one in (joint.first, joint.second):
+                    joined += {str(joint.first), str(joint.second)} - {*joined}
+        tilts = stated is None and any(map(self._tilts, joined))
+        return stated or ("spatial" if tilts else self.kinematics)
+
+    def _tilts(self, name: str) -> bool:
+        """Whether a member has all motions by its own keys and those of its stage."""
         member = self.member(name)
-        tilts = self.stage(name).is_flexible or len(member.supports) > 1
-        return member.kinematics or ("spatial" if tilts else self.kinematics)
+        alone = self.stage(name).is_flexible or len(member.supports) > 1
+        return member.kinematics == "spatial" or (member.kinematics is None and alone)
 
     def held_members(self) -> tuple[MemberName, ...]:
         """Members that do not rotate: those in ``held``, fixed ones, and rings held by default."""

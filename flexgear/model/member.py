@@ -164,7 +164,8 @@ class LumpedInertia(Section):
     equivalent_mass: inertia / r², kg, with the base radius of a gear or the centre distance for a
     carrier. tilt_inertia: about a diameter. kinematics: "fixed" (), "torsional" (rz), "planar" (x,
     y, rz), "axial" (x, y, z, rz), "spatial" (all six); if left out "spatial" of a member on several
-    supports and in a stage with an FE body or a shaft, else the case's.
+    supports, joined to such a member by a shaft, and in a stage with an FE body or a shaft, else
+    the case's.
     """
 
     mass: Mass | None = Field(default=None, gt=0.0, le=1e7)

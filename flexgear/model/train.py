@@ -48,6 +48,11 @@ class Joint(Springs):
         """Whether the joint is a shaft."""
         return self.length is not None
 
+    @property
+    def passes_bending(self) -> bool:
+        """Whether it transmits forces along the axis and moments across it."""
+        return self.is_shaft or (self.stiffness[2] > 0 and max(self.stiffness[3:5]) > 0)
+
     def _check(self) -> None:
         if self.first == self.second:
             raise Refusal("second", f"joins {self.first} with itself", "name another member")

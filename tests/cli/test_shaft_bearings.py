@@ -5,11 +5,16 @@ import math
 import pytest
 from pinion_on_bearings import (
     BALL,
+    HELIX,
     HOURS,
+    MODULE,
     PLAIN,
     RPM,
     SPEEDS,
+    TEETH,
     TORQUE,
+    A,
+    B,
     by_hand,
     cot,
     life,
@@ -52,6 +57,45 @@ def test_two_bearings_of_every_shaft_carry_what_statics_says(
             assert at["force_n"] == pytest.approx(of_bearing, rel=1e-4)
             assert abs(at["axial_n"]) == pytest.approx(thrust * (k == 2), rel=1e-4, abs=1.0)
             assert at["life_h"] == pytest.approx(hours, rel=1e-3)
+
+
+def test_bearings_of_a_shaft_with_two_gears_carry_both(flexgear, tmp_path):
+    """A spur pinion beside the gear, on the same shaft and without bearings of its own, by statics;
+    check, which computes every gear alone, has no loads there."""
+    case = text().replace('member = "stage_1.gear"', 'member = "stage_2.gear"')
+    case += """
+[[stages]]
+kind = "parallel"
+normal_module_mm = 5
+pressure_angle_deg = 20
+face_width_mm = 60
+pinion = { teeth = 20 }
+gear = { teeth = 60, support = { radial_n_per_m = 1e9 } }
+[stages.gear_mesh]
+model = "constant"
+[[joints]]
+first = "stage_1.gear"
+second = "stage_2.pinion"
+length_mm = 70
+outer_diameter_mm = 60
+"""
+    path, torque = write(tmp_path, case), TORQUE * TEETH["gear"] / TEETH["pinion"]
+    helix, tangent = math.radians(HELIX), math.tan(math.radians(20))
+    radii = {part: 5e-4 * MODULE * z / math.cos(helix) for part, z in TEETH.items()}
+    first, second = TORQUE / radii["pinion"], torque / 0.05
+    along, span = first * math.tan(helix) * radii["gear"], A["gear"] + B["gear"]
+    x, y = first * tangent / math.cos(helix), -second * tangent
+    far_y = (A["gear"] * first + (A["gear"] + 0.07) * second) / span
+    far_x = (A["gear"] * x + (A["gear"] + 0.07) * y + along) / span
+    loads = math.hypot(x + y - far_x, first + second - far_y), math.hypot(far_x, far_y)
+    static = flexgear.json("static", path)["0 deg"]["bearing"]
+    running = flexgear.json("check", path)["stage_1 running"]
+    for k, load in enumerate(loads, 1):
+        name = f"gear_support_{k}"
+        assert static[f"stage_1.{name}"]["force_n"] == pytest.approx(load, rel=1e-4)
+        assert f"{name}_radial_force_n" not in running
+    assert "flexgear static" in running["bearings_of_the_gear"]
+    assert "pinion_support_1_radial_force_n" in running
 
 
 @pytest.mark.slow

@@ -2,8 +2,9 @@
 
 A planet bearing carries the forces of both gear meshes. Sun, ring and carrier have no resultant
 force in a stage whose planets share the load evenly. A pinion or a gear is a rigid shaft on the
-springs of its supports, without its joints, under the force f of its gear mesh: u = (Σ Kₖ)⁺ f, and
-support k carries fₖ = Kₖ u. The force on the pinion, with x from pinion to gear, y in the sense of
+springs of its supports under the force f of its gear mesh: u = (Σ Kₖ)⁺ f, and support k carries
+fₖ = Kₖ u. Where a joint passes forces of another gear to it, equilibria of the train have its loads
+(``is_alone``). The force on the pinion, with x from pinion to gear, y in the sense of
 its rotation, and T the torque of the rest of the train on it:
 
     F_x = −|F_t| tan α_wt,   F_t = −T/r_w,   F_z = ∓F_t tan β_b/cos α_wt of right, left hand
@@ -98,7 +99,7 @@ def _force(view: StageView, flow: StageFlow, place: BearingPlace) -> Array | Non
     if place.part == "planet":
         return np.array([flow.planet_bearing_radial, flow.planet_bearing_tangential, 0.0])
     kinematics = view.case.kinematics_of(f"{view.name}.{place.part}")
-    if flow.kind != "parallel" or kinematics not in COMPONENTS:
+    if flow.kind != "parallel" or kinematics not in COMPONENTS or not is_alone(view, place.part):
         return None
     free = list(COMPONENTS[kinematics])
     supports = view.stage.member(place.part).supports.values()
@@ -106,6 +107,18 @@ def _force(view: StageView, flow: StageFlow, place: BearingPlace) -> Array | Non
     load = gear_force(view, flow, place.part)[free]
     motion = np.linalg.lstsq(stiffness, load, rcond=1e-12)[0]
     return np.asarray(place.bearing.matrix[:3, free] @ motion)
+
+
+def is_alone(view: StageView, part: str) -> bool:
+    """Whether joints pass nothing but torque to a member, or thrust of gears that have none."""
+    member, case = f"{view.name}.{part}", view.case
+    for joint in case.joints:
+        if member in (joint.first, joint.second):
+            other = case.stage(joint.second if member == joint.first else joint.first)
+            springs, thrust = joint.stiffness, other.helix_angle and not other.double_helical
+            if joint.is_shaft or any((*springs[:2], *springs[3:5])) or (springs[2] and thrust):
+                return False
+    return True
 
 
 def gear_force(view: StageView, flow: StageFlow, part: str) -> Array:
