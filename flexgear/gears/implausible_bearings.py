@@ -23,6 +23,7 @@ def implausible_bearings(view: StageView, g: StageGeometry, stage: StageFlow) ->
     yield from _in_planet(view, g)
     yield from _clearances(view, g)
     yield from _thrust(view, g, stage)
+    yield from _tilting(view, g)
     yield from _rating(view, stage)
 
 
@@ -161,6 +162,32 @@ def _thrust(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str
                         f"along its axis ({kinematics}), and helical teeth push it by "
                         f'{thrust:.3g} N; set {view.key(part)}.kinematics = "spatial"'
                     )
+
+
+def untilted(view: StageView, role: str) -> list[str]:
+    """Keys of the gears of a gear mesh whose ``kinematics`` leaves out tilting, which then does not
+    count in K_Hβ: where neither of both can tilt, or where bearings of one resist its tilting."""
+    parts = ("pinion", "gear") if view.stage.kind == "parallel" else (role, "planet")
+    kinematics = {part: view.case.kinematics_of(f"{view.name}.{part}") for part in parts}
+    moving = [part for part in parts if kinematics[part] != "fixed"]
+    straight = [part for part in moving if kinematics[part] != "spatial"]
+    bearings = {
+        part: [b for key, b in view.stage.bearings.items() if key.startswith(part)]
+        for part in straight
+    }
+    resists = [p for p in straight if any(b.z or any(b.stiffness[3:5]) for b in bearings[p])]
+    return [view.key(part) for part in (straight if straight == moving else resists)]
+
+
+def _tilting(view: StageView, g: StageGeometry) -> Iterator[str]:
+    """Warnings about load along the face of gears that cannot tilt."""
+    if view.gear_mesh.model == "face_load":
+        keys = dict.fromkeys(key for role in g.gear_meshes for key in untilted(view, role))
+        for key in keys:
+            yield (
+                f'{key}.kinematics is not "spatial", so K_Hβ counts no tilt of it; set it, and '
+                "supports that resist tilting"
+            )
 
 
 def _rating(view: StageView, stage: StageFlow) -> Iterator[str]:

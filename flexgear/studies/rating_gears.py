@@ -19,6 +19,7 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.implausible_bearings import untilted
 from flexgear.gears.load_bins import HOUR, LoadBin
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.rating.capacity import LOAD_FACTORS, OIL, Limit, missing_keys, rate
@@ -51,6 +52,7 @@ REMEDIES = {  # keys that give a factor where neither model nor standard does
     "K_v": "K_v is not known: rating.k_v, or data of both gears for method B",
     "K_Hα": "K_Hα is not known: rating.k_h_alpha and k_f_alpha, or the same data",
 }
+UNTILTED = ", without tilt"  # in the source of a K_Hβ of gears whose kinematics has no tilting
 EQUAL_LOAD = 1e-3  # of K_γ, or a factor, above 1: less is an equal load
 NO_TEETH = "base diameters or working angles stand in place of gears"
 OTHER = {"sun": "ring", "ring": "sun", "drive": "coast"}  # the other flank of a tooth
@@ -142,7 +144,7 @@ def rate_gears(
             largest = tuple(math.nan if x is None else x.largest_share for x in computed)
             groups.append(GearMeshRating(group, tuple(sheets), planets, largest, safety, reasons))
             missing |= {str(group): "; ".join(reasons)} if reasons else {}
-            missing |= _uneven(group, bins, flows, loads)
+            missing |= _uneven(group, bins, flows, loads) | _without_tilt(case, group, sheets)
     parts = []
     for place, history in histories.items():
         pair = pairs[place.stage, next(iter(history.values())).group.role]
@@ -202,6 +204,15 @@ def _uneven(
     return {f"{group}, {names[0]}{others_text}": "its planets do not carry the load together there"}
 
 
+def _without_tilt(case: Case, group: GroupName, sheets: Sequence[Sheet | None]) -> dict[str, str]:
+    """Remark on a group of gear meshes whose K_Hβ is of gears that cannot tilt."""
+    if not any(UNTILTED in sheet["K_Hβ"].source for sheet in sheets if sheet):
+        return {}
+    keys = untilted(case.view(group.stage), group.role)
+    remedy = " and ".join(f'{key}.kinematics = "spatial"' for key in keys)
+    return {f"{group}, tilting": f"it does not count in K_Hβ: {remedy}"}
+
+
 def load_factors(
     case: Case, pair: GearPair, load: PairLoad, group: GroupName, computed: GroupLoads
 ) -> dict[str, Factor] | tuple[str, ...]:
@@ -232,7 +243,9 @@ def load_factors(
     take("K_A", ("key application_factor", rules.application_factor))
     take("K_γ", (of_planet, computed.k_gamma))
     k_v, resonance = dynamic_factor(pair, load, product("K_A", "K_γ"))
-    take("K_Hβ", (of_planet, computed.k_h_beta), least=rules.least("face_load_factor"))
+    tilt = UNTILTED if untilted(case.view(group.stage), group.role) else ""
+    along = (of_planet + tilt, computed.k_h_beta)
+    take("K_Hβ", along, least=rules.least("face_load_factor"))
     by_rule = (f"{METHOD_B}, N = {resonance:.3g}", k_v)
     beside = f"; {METHOD_B}: {k_v:.4g}" if math.isfinite(k_v) else ""
     slope = misalignment(pair)
@@ -277,13 +290,15 @@ def _part(case: Case, place: _Place, history: History, bins: Sequence[LoadBin]) 
         damage[lasting], whole = spectrum.damages(), float(spectrum.safety)
         total = float(damage.sum())
         life = sum(b.hours for b in bins) / total if total else math.inf
+    straight = any(UNTILTED in x.factors["K_Hβ"].source for x in history.values())
+    estimates = {"K_Hβ without tilt": UNTILTED} if straight else {}
     part = RatedPart(
         name=place.name, alike=place.alike, stage=place.stage, kind=place.kind, side=place.side,
         count=stage.planets if of_planets else 1, planets=tuple(planets) if of_planets else (),
         load=load, cycles=cycles,
         safety=safety, damage=damage, life=life, whole_safety=whole,
         required=states[0].least_safety, missing=missing, factors=tuple(sheets),
-        exponent=LOAD_EXPONENT[place.kind],
+        exponent=LOAD_EXPONENT[place.kind], estimates=estimates,
     )  # fmt: skip
     worst = history.get(part.worst_bin)
     return part if worst is None else replace(part, cause=_largest_factor(worst, place.kind))

@@ -166,6 +166,11 @@ ELEMENTS = {f"stages.stage_1.planet_bearing.elements.{k}": str(v) for k, v in SI
             {"stages.hss.pinion.kinematics": "planar"},
             ["hss: stages.hss.pinion.support carries no thrust", "(planar)", "1.75e+04 N"],
         ),
+        (
+            "grc-750kw",
+            {"stages.hss.gear_mesh.model": "face_load", "stages.hss.pinion.kinematics": "axial"},
+            ["stages.hss.pinion.kinematics is not", "K_Hβ counts no tilt"],
+        ),
     ],
 )
 def test_implausible_values_are_warned_of(name, changes, words):

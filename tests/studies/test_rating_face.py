@@ -42,12 +42,17 @@ C, F_HBETA, FACE = 14e9, 20e-6, 45e-3  # N/m², m, m
 TORQUES = {"whole": 1600.0, "nearly whole": 700.0, "part": 150.0, "end": 20.0}  # N m
 
 
+def _text(slope_um, support=STIFF):
+    """Spur gears on supports that hold them straight."""
+    text = PAIR.replace('helix_angle_deg = 8\nplanet_hand = "right"\n', "")
+    text = text.replace("support = { radial_n_per_m = 1e9 }", support)
+    return text.replace("[[inputs]]", SLICES.format(slope_um))
+
+
 @cache
 def _factors(folder, slope_um, reverse=False):
     """K_Hβ by load case of a spectrum in which part of the face carries in some cases."""
-    text = PAIR.replace('helix_angle_deg = 8\nplanet_hand = "right"\n', "")
-    text = text.replace("support = { radial_n_per_m = 1e9 }", STIFF)
-    text = text.replace("[[inputs]]", SLICES.format(slope_um))
+    text = _text(slope_um)
     states = list(TORQUES.items())[:: -1 if reverse else 1]
     cases = tuple(LoadCase(name=name, hours=10.0, torque=torque) for name, torque in states)
     keys = {"rating.positions_per_gear_mesh": 48, "rating.limits": "none"}
@@ -100,6 +105,21 @@ def test_bins_do_not_know_each_other(tmp_path_factory):
 
 def test_a_straight_face_is_loaded_evenly(tmp_path_factory):
     assert list(_factors(tmp_path_factory.getbasetemp(), 0).values()) == pytest.approx([1.0] * 4)
+
+
+def test_the_factor_of_gears_that_cannot_tilt_gives_no_verdict(tmp_path):
+    """On supports that give way as little as if they could not."""
+    load = LoadCase(name="whole", hours=10.0, torque=TORQUES["whole"])
+    for support in (STIFF, f'kinematics = "spatial"\n{STIFF}'):
+        rating = rate(case_of(tmp_path, _text(20, support), load_cases=(load,)), workers=1)
+        tilts = "spatial" in support
+        (along,) = (of_bin["K_Hβ"] for of_bin in rating.gear_meshes[0].factors)
+        assert along.value == pytest.approx(_closed_form(TORQUES["whole"]), rel=0.02)
+        assert ("without tilt" in along.source) is not tilts
+        remark = rating.not_assessed.get("pair pinion, tilting", "")
+        assert remark.count('kinematics = "spatial"') == (0 if tilts else 2)
+        teeth = [part for part in rating.parts if part.kind != "bearing"]
+        assert {bool(part.estimates) for part in teeth} == {not tilts}
 
 
 def test_a_face_without_torque_has_no_factors_and_is_no_remark(tmp_path):
