@@ -249,7 +249,7 @@ GEAR_MESHES = (
 )  # fmt: skip
 ROOTS = (
     Figure("nominal_root_stress_mpa.<gear>", "MPa",
-           "ISO 6336-3 without load factors, of a planet the larger of its gear meshes",
+           "ISO 6336-3:2006 without load factors, of a planet the larger of its gear meshes",
            of=StageRun.nominal_root_stress),
     Figure("root_stress_mpa.<gear>.max", "MPa",
            'largest stress in the fillets, of `gear_mesh.root_stress = "fe"`', "",

@@ -6,6 +6,8 @@ import pytest
 from gears.rated_gears import PAIR, PLANETARY, case_of, pair_of
 from small_train import refused
 
+from flexgear.gears.nominal_stress import largest_root_stress
+from flexgear.gears.power_flow import power_flow
 from flexgear.gears.rating.capacity import rate
 from flexgear.gears.rating.load_factors import (
     dynamic_factor,
@@ -15,6 +17,7 @@ from flexgear.gears.rating.load_factors import (
 from flexgear.gears.rating.pair import PairLoad
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
+from flexgear.results.report.parts import rows_of
 
 
 def value(state, symbol):
@@ -41,6 +44,17 @@ def test_helical_gears_of_2019_without_profile_modification_are_pressed_more(tmp
         bare, proven = (value(flank_of(case), "Z_B") for case in cases)
         share = min(pair_of(cases[0])[0].geometry.overlap_ratio, 1.0) if edition == 2019 else 0.0
         assert bare - proven == pytest.approx(share * (math.sqrt(1.2) - 1.0), abs=1e-12)
+
+
+def test_check_names_the_edition_of_its_root_stress(tmp_path):
+    """2006, whatever the case is rated by: 2019 has f_ε in Y_F and 1/cos³ β in Y_β."""
+    (row,) = rows_of({"nominal_root_stress_iso_6336_3_pinion_mpa": 1.0})
+    for edition in (2006, 2019):
+        case = case_of(tmp_path, PAIR, **{"rating.edition": edition})
+        forces = power_flow(case).stages[0].gear_mesh_forces
+        nominal = largest_root_stress(case.view(), forces)["sun"] / 1e6
+        same = value(rate(*pair_of(case), {})["sun", "root"], "σ_F0") == pytest.approx(nominal)
+        assert same is (f"ISO 6336-3:{edition}" in row.label)
 
 
 def test_a_contact_ratio_above_two_is_remarked_as_two_pairs_may_be_pressed_more(tmp_path):

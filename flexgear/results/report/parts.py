@@ -187,7 +187,7 @@ _WORDS: dict[str, str | tuple[str, str]] = {
         "factor and load factors)"
     ),
     "nominal_root_stress_iso_6336_3_{part}_mpa": (
-        "nominal root stress of the {part} (ISO 6336-3, no load factors)"
+        "nominal root stress of the {part} (ISO 6336-3:2006, no load factors)"
     ),
     "form_and_notch_factor_{part}": "form factor and notch factor of the {part}",
     "coefficient_of_friction": "coefficient of friction, assumed",

@@ -40,7 +40,7 @@ _ROOT = _Kind(
     "allowable_root_stress",
     1.0,
     "by finite elements, largest of the equilibria",
-    "nominal, of ISO 6336-3 without load factors",
+    "nominal, of ISO 6336-3:2006 without load factors",
 )
 _FLANK = _Kind(
     "allowable_flank_pressure",
