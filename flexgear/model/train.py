@@ -31,8 +31,8 @@ class Joint(Springs):
 
     first, second: member names such as "stage_1.carrier". tangential: stiffness against u = r θ
     with the r of ``first`` (base radius, or centre distance of a carrier): torsion += tangential
-    r². length, outer_diameter, inner_diameter: a shaft in place of the springs. damping: of a
-    damper between both members' rotations about the axis.
+    r². length, outer_diameter, inner_diameter: a shaft in place of the springs, from ``first``
+    towards +z to ``second``. damping: of a damper between both members' rotations about the axis.
     """
 
     first: Member

@@ -60,8 +60,8 @@ def test_two_bearings_of_every_shaft_carry_what_statics_says(
 
 
 def test_bearings_of_a_shaft_with_two_gears_carry_both(flexgear, tmp_path):
-    """A spur pinion beside the gear, on the same shaft and without bearings of its own, by statics;
-    check, which computes every gear alone, has no loads there."""
+    """A spur pinion above the gear on the same shaft, as the joint's second member and without
+    bearings of its own, by statics; check computes every gear alone, so it has no loads there."""
     case = text().replace('member = "stage_1.gear"', 'member = "stage_2.gear"')
     case += """
 [[stages]]
