@@ -37,7 +37,7 @@ from flexgear.gears.bearings.bearing import (
     rate_load,
     rolling_bearing,
 )
-from flexgear.gears.bearings.nominal import bearing_speed
+from flexgear.gears.bearings.nominal import bearing_speed, gear_force
 from flexgear.gears.bearings.reference_life import (
     LEAST_RATIO,
     LIFE_LAWS,
@@ -190,8 +190,9 @@ def _part(
     speeds = [bearing_speed(place.place, flow.stage(place.stage)) for flow in flows]
 
     def in_bins(rated: bool) -> list[_InBin]:
-        of_bins = zip(loads, speeds, strict=True)
-        return [_in_bin(case, place, of_bin, speed, least, rated) for of_bin, speed in of_bins]
+        moments = [_blocked_moment(case, place, flow) for flow in flows]
+        of_bins = zip(loads, speeds, moments, strict=True)
+        return [_in_bin(case, place, *of_bin, least, rated) for of_bin in of_bins]
 
     try:
         states = in_bins(rated=not missing)
@@ -223,11 +224,25 @@ def _part(
     )  # fmt: skip
 
 
+def _blocked_moment(case: Case, place: _Place, flow: PowerFlow) -> float:
+    """Moment of the axial tooth forces on a bearing in the power flow, N m, where equilibria have
+    none, as the member cannot tilt; zero of other members."""
+    part, stage = place.place.part, flow.stage(place.stage)
+    if case.kinematics_of(f"{place.stage}.{part}") == "spatial":
+        return 0.0
+    if part == "planet":
+        return stage.planet_tilting_moment
+    if part not in ("pinion", "gear"):
+        return 0.0
+    return math.hypot(*gear_force(case.view(place.stage), stage, part)[3:5])
+
+
 def _in_bin(
-    case: Case, place: _Place, loads: BinLoads, speed: float, least: float, rated: bool
-) -> _InBin:
+    case: Case, place: _Place, loads: BinLoads, speed: float, blocked: float, least: float,
+    rated: bool,
+) -> _InBin:  # fmt: skip
     """The load of a bearing in a bin, with life and safety if ``rated``; speed: of the inner ring
-    relative to the outer one, rad/s."""
+    relative to the outer one, rad/s; blocked: see ``_blocked_moment``."""
     load_factor = _stated_load_factor(case, place, loads)
     force = load_factor * loads.supports.get(place.name, np.zeros((1, 6)))
     mate = case.view(place.stage).mate(place.place)
@@ -236,11 +251,16 @@ def _in_bin(
         force = paired_force(place.section, force, mate.bearing, of_mate)
     turned = loads.carrier_angle.get(place.stage, np.zeros(1))
     load = bearing_load(force, turned, place.exponent, place.section.z, least)
+    if blocked and load.vector.any():  # of axial forces on a radius: about the tangential load
+        load.vector[3] += load_factor * blocked
     radial, _, axial, *moment = load.vector.tolist()
     how = COMPUTED if load_factor == 1.0 else f"computed, times {load_factor:.4g} by key k_gamma"
     loads_of = {"F_r": radial, "F_a": axial, "M": math.hypot(*moment), "F_r,max": load.largest}
     loads_of |= dict(zip(("M_x", "M_y"), moment, strict=True)) | {"σ_My": load.spread}
     factors = sheet_of(loads_of, how)
+    if blocked:
+        by_flow = {"M": loads_of["M"], "M_x": moment[0]}
+        factors |= sheet_of(by_flow, "of the power flow, as it cannot tilt")
     if not rated or not load.vector.any():
         return _InBin(math.inf, math.inf if rated else math.nan, factors, {})
     if place.place.part not in ("planet", "carrier"):  # whose inner rings turn with the axes
@@ -248,7 +268,8 @@ def _in_bin(
     if isinstance(place.rows, RollingBearing):
         of_bin = _of_rows(case, place.rows, load, speed)
     else:
-        of_bin = _basic(case, place.section, load, place.exponent, speed)
+        reach = 0.5 * case.stage(place.stage).gear_width if place.planet and blocked else 0.0
+        of_bin = _basic(case, place.section, load, place.exponent, speed, reach)
     return of_bin._replace(factors={**factors, **of_bin.factors})
 
 
@@ -263,12 +284,13 @@ def _stated_load_factor(case: Case, place: _Place, loads: BinLoads) -> float:
 
 
 def _basic(
-    case: Case, section: Bearing, load: BearingLoad, exponent: float, speed: float
+    case: Case, section: Bearing, load: BearingLoad, exponent: float, speed: float, reach: float
 ) -> _InBin:
     """Basic life of one of several bearings side by side, which share the load evenly, and modified
     life a_ISO L_10 where its data are stated; an estimate, without verdict, if it should include
     thrust or the moment and does not. The moment M never counts: F_M = M/(2 a) states what it adds
-    to half of the bearings at ±a, whose stiffness against tilting is k_t = k_r a²."""
+    to half of the bearings at ±a, whose stiffness against tilting is k_t = k_r a²; reach: a where
+    none is stated, m, 0: the moment does not matter."""
     rating, static, estimates = section.dynamic_rating, section.static_rating, dict[str, str]()
     assert rating is not None
     of_position = equivalent_load(section, load.radial, load.axial)
@@ -279,7 +301,8 @@ def _basic(
     if static is not None and not math.isnan(largest):
         safety = static * section.count / largest if largest else math.inf
     k_r, k_t = section.stiffness[0], section.stiffness[3]
-    couple = math.hypot(*load.vector[3:]) / (2.0 * math.sqrt(k_t / k_r)) if k_r and k_t else 0.0
+    arm = math.sqrt(k_t / k_r) if k_r and k_t else reach
+    couple = math.hypot(*load.vector[3:]) / (2.0 * arm) if arm else 0.0
     without_thrust = section.thrust is None and load.axial.max() > LEAST_E * load.largest
     lacking = ["thrust"] if without_thrust else []
     lacking += ["the moment"] if 2.0 * couple > LEAST_E * load.vector[0] else []

@@ -228,10 +228,14 @@ def test_thrust_that_is_left_out_leaves_no_verdict(tmp_path):
     assert row("pinion_support_2", "P") is None
 
 
+@pytest.mark.parametrize("kinematics", ["spatial", "planar"])
 @pytest.mark.parametrize("distance", [0.2, 2.0])
-def test_basic_life_says_that_the_moment_of_a_helical_planet_is_left_out(tmp_path, distance):
+def test_basic_life_says_that_the_moment_of_a_helical_planet_is_left_out(
+    tmp_path, distance, kinematics
+):
     """Two gear meshes press a planet with 2 F_t sideways and tilt it with 2 F_t tan β r; on two
-    bearings at a ``distance`` the couple is that moment over the distance."""
+    bearings at a ``distance`` the couple is that moment over the distance, whether the model lets
+    planets tilt or not."""
     text = STAGE.format(planets=3, helix=20, sun="1e8").replace(
         "radial_n_per_m = 5e8", f"radial_n_per_m = 5e8\ntilt_nm_per_rad = {5e8 * distance**2 / 4}\n"
         "axial_n_per_m = 1e8\ncount = 2\ndynamic_rating_kn = 120\nrolling = 'roller'",
@@ -240,7 +244,7 @@ def test_basic_life_says_that_the_moment_of_a_helical_planet_is_left_out(tmp_pat
     keys = {f"stage.{part}.support.{key}": value for part in ("sun", "ring", "carrier")
             for key, value in stiff.items()}  # fmt: skip
     text += "[[load_cases]]\nname = 'rated'\nhours = 1000\n"
-    path = write(tmp_path, text, 'kinematics = "spatial"\n')
+    path = write(tmp_path, text, f'kinematics = "{kinematics}"\n')
     rating = rate(load_case(path, keys | FEW))
     part = next(p for p in rating.parts if p.name == "stage.planet_bearing_1")
     sheet = part.factors[0]
