@@ -190,8 +190,8 @@ def _part(
     speeds = [bearing_speed(place.place, flow.stage(place.stage)) for flow in flows]
 
     def in_bins(rated: bool) -> list[_InBin]:
-        moments = [_blocked_moment(case, place, flow) for flow in flows]
-        of_bins = zip(loads, speeds, moments, strict=True)
+        blocked = [_blocked(case, place, flow) for flow in flows]
+        of_bins = zip(loads, speeds, blocked, strict=True)
         return [_in_bin(case, place, *of_bin, least, rated) for of_bin in of_bins]
 
     try:
@@ -224,25 +224,30 @@ def _part(
     )  # fmt: skip
 
 
-def _blocked_moment(case: Case, place: _Place, flow: PowerFlow) -> float:
-    """Moment of the axial tooth forces on a bearing in the power flow, N m, where equilibria have
-    none, as the member cannot tilt; zero of other members."""
+def _blocked(case: Case, place: _Place, flow: PowerFlow) -> tuple[float, float]:
+    """Thrust of helical teeth on a bearing in the power flow, N, and its moment, N m, where
+    equilibria have none, as the member cannot move along its axis or tilt; zero of others, and
+    thrust of bearings without axial stiffness."""
     part, stage = place.place.part, flow.stage(place.stage)
-    if case.kinematics_of(f"{place.stage}.{part}") == "spatial":
-        return 0.0
+    kinematics = case.kinematics_of(f"{place.stage}.{part}")
+    if kinematics == "spatial" or part in ("carrier", "ring"):
+        return 0.0, 0.0
+    thrust, moment = stage.sun_axial_force, 0.0
     if part == "planet":
-        return stage.planet_tilting_moment
-    if part not in ("pinion", "gear"):
-        return 0.0
-    return math.hypot(*gear_force(case.view(place.stage), stage, part)[3:5])
+        thrust, moment = 0.0, stage.planet_tilting_moment
+    elif part in ("pinion", "gear"):
+        force = gear_force(case.view(place.stage), stage, part)
+        thrust, moment = force[2], math.hypot(*force[3:5])
+    moves = kinematics == "axial" or place.section.stiffness[2] == 0.0
+    return 0.0 if moves else abs(float(thrust)), moment
 
 
 def _in_bin(
-    case: Case, place: _Place, loads: BinLoads, speed: float, blocked: float, least: float,
-    rated: bool,
+    case: Case, place: _Place, loads: BinLoads, speed: float, blocked: tuple[float, float],
+    least: float, rated: bool,
 ) -> _InBin:  # fmt: skip
     """The load of a bearing in a bin, with life and safety if ``rated``; speed: of the inner ring
-    relative to the outer one, rad/s; blocked: see ``_blocked_moment``."""
+    relative to the outer one, rad/s; blocked: see ``_blocked``."""
     load_factor = _stated_load_factor(case, place, loads)
     force = load_factor * loads.supports.get(place.name, np.zeros((1, 6)))
     mate = case.view(place.stage).mate(place.place)
@@ -250,17 +255,18 @@ def _in_bin(
         of_mate = load_factor * loads.supports.get(str(mate.springs[0]), np.zeros((1, 6)))
         force = paired_force(place.section, force, mate.bearing, of_mate)
     turned = loads.carrier_angle.get(place.stage, np.zeros(1))
+    force = force + load_factor * blocked[0] * np.eye(6)[2]
     load = bearing_load(force, turned, place.exponent, place.section.z, least)
-    if blocked and load.vector.any():  # of axial forces on a radius: about the tangential load
-        load.vector[3] += load_factor * blocked
+    if load.vector.any():  # of axial forces on a radius: about the tangential load
+        load.vector[3] += load_factor * blocked[1]
     radial, _, axial, *moment = load.vector.tolist()
     how = COMPUTED if load_factor == 1.0 else f"computed, times {load_factor:.4g} by key k_gamma"
     loads_of = {"F_r": radial, "F_a": axial, "M": math.hypot(*moment), "F_r,max": load.largest}
     loads_of |= dict(zip(("M_x", "M_y"), moment, strict=True)) | {"σ_My": load.spread}
     factors = sheet_of(loads_of, how)
-    if blocked:
-        by_flow = {"M": loads_of["M"], "M_x": moment[0]}
-        factors |= sheet_of(by_flow, "of the power flow, as it cannot tilt")
+    if any(blocked):
+        by_flow = {"F_a": axial, "M": loads_of["M"], "M_x": moment[0]}
+        factors |= sheet_of(by_flow, "of the power flow, as its member cannot follow it")
     if not rated or not load.vector.any():
         return _InBin(math.inf, math.inf if rated else math.nan, factors, {})
     if place.place.part not in ("planet", "carrier"):  # whose inner rings turn with the axes
@@ -268,7 +274,7 @@ def _in_bin(
     if isinstance(place.rows, RollingBearing):
         of_bin = _of_rows(case, place.rows, load, speed)
     else:
-        reach = 0.5 * case.stage(place.stage).gear_width if place.planet and blocked else 0.0
+        reach = 0.5 * case.stage(place.stage).gear_width if place.planet and any(blocked) else 0.0
         of_bin = _basic(case, place.section, load, place.exponent, speed, reach)
     return of_bin._replace(factors={**factors, **of_bin.factors})
 

@@ -20,6 +20,7 @@ from pinion_on_bearings import (
     life,
     of,
     rated,
+    supports,
     table,
     text,
 )
@@ -226,6 +227,18 @@ def test_thrust_that_is_left_out_leaves_no_verdict(tmp_path):
     assert parts["stage_1.pinion_support_2"].holds is None
     assert "radial load alone" in parts["stage_1.pinion_support_2"].factors[0]["L_10"].source
     assert row("pinion_support_2", "P") is None
+
+
+def test_a_bearing_whose_gear_cannot_move_along_its_axis_is_rated_with_its_thrust(tmp_path):
+    """F_t tan β, and its moment, on the only bearing of a pinion, whose kinematics is planar."""
+    single = {"radial_n_per_m": 1e9, "axial_n_per_m": 1e8, "tilt_nm_per_rad": 1e7, **PLAIN}
+    case = text().replace(supports("pinion", PLAIN), table(single))
+    rating = rate(load_case(write(tmp_path, case), FEW))
+    part = next(p for p in rating.parts if p.name == "stage_1.pinion_support")
+    thrust, arm = by_hand()[1], 5e-4 * MODULE * TEETH["pinion"] / math.cos(math.radians(HELIX))
+    assert part.factors[0]["F_a"].value == pytest.approx(thrust, rel=1e-6)
+    assert part.factors[0]["M"].value == pytest.approx(thrust * arm, rel=1e-6)
+    assert part.estimates and part.holds is None
 
 
 @pytest.mark.parametrize("kinematics", ["spatial", "planar"])
