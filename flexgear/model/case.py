@@ -296,14 +296,27 @@ class Case(Section):
     def kinematics_of(self, name: str) -> Kinematics:
         """Coordinates of a member or of "<stage>.planet". Where its key is left out: "spatial" on
         several supports, in a stage with FE bodies or a shaft, and where a joint that passes thrust
-        and bending joins it to such a member, which it would hold on the housing else."""
-        stated, joined = self.member(name).kinematics, [str(name)]
-        for one in joined if stated is None else ():
+        and bending joins it to such a member, which it would hold on the housing else; "axial"
+        rather than "planar" where a joint passes thrust of helical teeth to or from one."""
+        stated = self.member(name).kinematics
+        if stated is not None:
+            return stated
+        if any(map(self._tilts, self._joined(name, bending=True))):
+            return "spatial"
+        along = self._joined(name, bending=False)
+        pushed = any(self.stage(n).helix_angle and not self.stage(n).double_helical for n in along)
+        moves = any(self._tilts(n) or self.member(n).kinematics == "axial" for n in along)
+        return "axial" if self.kinematics == "planar" and pushed and moves else self.kinematics
+
+    def _joined(self, name: str, bending: bool) -> list[str]:
+        """A member and those that joints which pass thrust, and with it bending, join to it."""
+        joined = [str(name)]
+        for one in joined:
             for joint in self.joints:
-                if joint.passes_bending and one in (joint.first, joint.second):
+                passes = joint.passes_bending if bending else joint.passes_thrust
+                if passes and one in (joint.first, joint.second):
                     joined += {str(joint.first), str(joint.second)} - {*joined}
-        tilts = stated is None and any(map(self._tilts, joined))
-        return stated or ("spatial" if tilts else self.kinematics)
+        return joined
 
     def _tilts(self, name: str) -> bool:
         """Whether a member has all motions by its own keys and those of its stage."""

@@ -165,7 +165,7 @@ class LumpedInertia(Section):
     carrier. tilt_inertia: about a diameter. kinematics: "fixed" (), "torsional" (rz), "planar" (x,
     y, rz), "axial" (x, y, z, rz), "spatial" (all six); if left out "spatial" of a member on several
     supports, joined to such a member by a shaft, and in a stage with an FE body or a shaft, else
-    the case's.
+    the case's, but "axial" where a joint passes it thrust.
     """
 
     mass: Mass | None = Field(default=None, gt=0.0, le=1e7)

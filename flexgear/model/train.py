@@ -51,7 +51,12 @@ class Joint(Springs):
     @property
     def passes_bending(self) -> bool:
         """Whether it transmits forces along the axis and moments across it."""
-        return self.is_shaft or (self.stiffness[2] > 0 and max(self.stiffness[3:5]) > 0)
+        return self.is_shaft or (self.passes_thrust and max(self.stiffness[3:5]) > 0)
+
+    @property
+    def passes_thrust(self) -> bool:
+        """Whether it transmits forces along the axis."""
+        return self.is_shaft or self.stiffness[2] > 0
 
     def _check(self) -> None:
         if self.first == self.second:

@@ -99,6 +99,17 @@ outer_diameter_mm = 60
     assert "pinion_support_1_radial_force_n" in running
 
 
+def test_a_joint_takes_no_thrust_to_the_housing(flexgear):
+    """The gear's bearing has the whole thrust, T tan β/r, beside a spline to a sun that floats."""
+    plain = ["nrel-5mw", "--set", "kinematics="]
+    torque = flexgear.json("check", *plain)["torques_on_the_stages_nm"]["stage_3.gear"]
+    stage = load_case("nrel-5mw").stage("stage_3")
+    radius = 0.5 * stage.gear.teeth * stage.normal_module / math.cos(stage.helix_angle)
+    thrust = abs(torque) * math.tan(stage.helix_angle) / radius
+    bearing = flexgear.json("static", *plain)["0 deg"]["bearing"]["stage_3.gear_support_2"]
+    assert bearing["axial_n"] == pytest.approx(thrust, rel=1e-3)
+
+
 @pytest.mark.slow
 def test_a_run_reports_the_bearings_of_shafts(flexgear, tmp_path):
     path, out = write(tmp_path, text()), tmp_path / "out"
