@@ -29,7 +29,7 @@ from trains import STAGE, write
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.results.rating_files import rating_rows
-from flexgear.results.report.study_tables import rating_tables
+from flexgear.results.report.study_tables import rating_tables, rating_verdicts
 from flexgear.studies.rating import rate
 
 FEW = {"rating.gear_mesh_cycles": "1", "rating.positions_per_gear_mesh": "2"}
@@ -238,6 +238,8 @@ def test_thrust_that_is_left_out_leaves_no_verdict(tmp_path):
     assert parts["stage_1.pinion_support_2"].holds is None
     assert "radial load alone" in parts["stage_1.pinion_support_2"].factors[0]["L_10"].source
     assert row("pinion_support_2", "P") is None
+    (reliability,) = (v for v in rating_verdicts(rating) if v.subject == "Reliability")
+    assert reliability.sentence.endswith("h; 2 without a verdict count by their estimates.")
 
 
 def test_a_bearing_whose_gear_cannot_move_along_its_axis_is_rated_with_its_thrust(tmp_path):

@@ -43,7 +43,9 @@ def rating_verdicts(rating: Rating) -> list[Verdict]:
         verdicts.append(Verdict(LEVELS[part.holds], subject, _figure(part), sentence, RATING))
     if rating.reliability is not None:
         figure = with_unit(rating.reliability, "share")
-        text = f"Probability that no assessed part fails within {number(rating.hours)} h."
+        text = f"Probability that no assessed part fails within {number(rating.hours)} h"
+        doubtful = sum(bool(part.estimates) and not part.missing for part in rating.parts)
+        text += f"; {doubtful} without a verdict count by their estimates." if doubtful else "."
         verdicts.append(Verdict("note", "Reliability", figure, text, RATING))
     verdicts += _extreme(rating)
     names = ", ".join(words(name) for name in rating.not_assessed)
