@@ -297,10 +297,16 @@ class Case(Section):
         """Coordinates of a member or of "<stage>.planet". Where its key is left out: "spatial" on
         several supports, in a stage with FE bodies or a shaft, and where a joint that passes thrust
         and bending joins it to such a member, which it would hold on the housing else; "axial"
-        rather than "planar" where a joint passes thrust of helical teeth to or from one."""
-        stated = self.member(name).kinematics
+        rather than "planar" where a joint passes thrust of helical teeth to or from one. Planets
+        follow a spatial carrier as far as their bearings make them."""
+        stated, stage = self.member(name).kinematics, self.stage(name)
         if stated is not None:
             return stated
+        lumped = self.kinematics == "planar" and not stage.is_flexible
+        if lumped and name == f"{stage.name}.planet":
+            stiffness = stage.planet_bearing.stiffness
+            if stiffness[2] > 0 and self.kinematics_of(f"{stage.name}.carrier") == "spatial":
+                return "spatial" if max(stiffness[3:5]) > 0 else "axial"
         if any(map(self._tilts, self._joined(name, bending=True))):
             return "spatial"
         along = self._joined(name, bending=False)

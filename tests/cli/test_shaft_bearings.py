@@ -99,6 +99,22 @@ outer_diameter_mm = 60
     assert "pinion_support_1_radial_force_n" in running
 
 
+@pytest.mark.parametrize("tilt", ["2e5", "0"])
+def test_both_bearings_of_a_carrier_carry_its_whole_moment(flexgear, tmp_path, tilt):
+    """M over their distance; none passes through planets and their bearings to the housing."""
+    at = "z_mm = {}, radial_n_per_m = 5e8, axial_n_per_m = 1e8"
+    supports_text = ", ".join(f"{{ {at.format(z)} }}" for z in (-60, 60))
+    text = STAGE.format(planets=3, helix=0, sun="1e8")
+    text = text.replace("support = { radial_n_per_m = 1e9 }", f"support = [{supports_text}]")
+    bearing = f"radial_n_per_m = 5e8\naxial_n_per_m = 1e8\ntilt_nm_per_rad = {tilt}"
+    text = text.replace("radial_n_per_m = 5e8\n[stage.gear_mesh]", f"{bearing}\n[stage.gear_mesh]")
+    text += "[[loads]]\nmember = 'stage.carrier'\nmoment_nm = [1000, 0, 0]\n"
+    bearings = flexgear.json("static", write(tmp_path, text))["0 deg"]["bearing"]
+    for k in (1, 2):
+        load = bearings[f"stage.carrier_support_{k}"]["force_n"]
+        assert load == pytest.approx(1000 / 0.12, rel=1e-6)
+
+
 def test_a_joint_takes_no_thrust_to_the_housing(flexgear):
     """The gear's bearing has the whole thrust, T tan β/r, beside a spline to a sun that floats."""
     plain = ["nrel-5mw", "--set", "kinematics="]
