@@ -78,8 +78,8 @@ def _image_of_blocks(active, level, row, coef, place, image):
         for p in range(d, d + 6):
             linked = linked or active.reach[p, 0] < 2 * head
         low, high = reach_of(active.reach, d, 6, head, row.since)
-        # extended to whole blocks, as rows read all dofs of a block
-        low -= max(low - 2 * head, ZERO) % BLOCK_ENTRIES
+        # extended to the whole head and to whole blocks, of which rows read all dofs
+        low = low - (low - 2 * head) % BLOCK_ENTRIES if low >= 2 * head else ZERO
         low -= low % SIMD
         after = padded(high + max(2 * head - high, ZERO))
         after = padded(after + -(after - 2 * head) % BLOCK_ENTRIES)
