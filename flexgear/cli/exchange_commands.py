@@ -11,6 +11,7 @@ from typer import Argument, Option
 from flexgear.cli import options
 from flexgear.cli.display import as_json_text, present, progress, table, warn
 from flexgear.cli.entry import without_collection
+from flexgear.coupling.pace import case_pace
 from flexgear.files.atomic import folder_target, staged_folder, write_bytes
 from flexgear.files.cache_folder import cache_directory
 from flexgear.files.matrices.body import ReducedMatrices
@@ -23,7 +24,7 @@ from flexgear.model.errors import InputError
 from flexgear.model.names import BodyName
 from flexgear.results.origin import origin_of_case
 from flexgear.results.version import version
-from flexgear.solve.bodies import named, reduction_limit, rigid_bodies
+from flexgear.solve.bodies import named, rigid_bodies
 from flexgear.solve.result_warnings import reduction_warnings
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.files import require_format, write_fe_mesh
@@ -155,10 +156,11 @@ def reduce(
 ) -> None:
     """Reduce FE bodies to their interface nodes, with error estimates; results are cached."""
     source = options.read_case(case, settings, loaded=False)
-    parts, limit = components(source, component), reduction_limit(source)
+    parts, pace = components(source, component), case_pace(source)
     with progress(quiet) as report:
         bodies = {
-            name: body.reduced(named(label, report), limit) for label, (name, body) in parts.items()
+            name: body.reduced(named(label, report), pace.reduction_limit_of(name))
+            for label, (name, body) in parts.items()
         }
     warn(reduction_warnings(source, bodies, rigid_bodies(source)))
     figures = {}
@@ -250,7 +252,7 @@ def _write_reduced(
     if form not in FORMATS:
         raise InputError("--format", form, "is unknown", f"choose {', '.join(FORMATS)}")
     target = folder_target(folder)
-    parts = components(case, component)
+    parts, pace = components(case, component), case_pace(case)
     existing = [f for label in parts for f in sorted(target.glob(f"{label}[._]*"))]
     if existing and not force:
         raise InputError(
@@ -258,8 +260,8 @@ def _write_reduced(
         )
     written: list[str] = []
     with staged_folder(folder) as stage, progress(quiet) as report:
-        for label, (_, source) in parts.items():
-            body = source.reduced(named(label, report), reduction_limit(case))
+        for label, (name, source) in parts.items():
+            body = source.reduced(named(label, report), pace.reduction_limit_of(name))
             matrices = ReducedMatrices(
                 label,
                 body.node_names,

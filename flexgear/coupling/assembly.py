@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 from scipy import linalg
+from scipy.sparse.csgraph import connected_components
 
 from flexgear.arrays import Array
 from flexgear.coupling.connections import Connection
@@ -343,10 +344,16 @@ class Assembly(BodyCoordinates):
             self.mass[s, s] += inertia * len(slices) * np.outer(row[s], row[s])
 
     def loose_motions(self) -> Array:
-        """Combinations (d, r) of rigid motions of all bodies that no constant spring resists."""
+        """Combinations (d, r) of rigid motions of all bodies that no constant spring resists, exact
+        zeros where springs and masses do not couple the bodies."""
         motions = [b.rigid_motions[:, b.rigid_motions.any(axis=0)] for b in self.bodies]
         candidates = linalg.block_diag(*motions)
         mass = candidates.T @ self.mass @ candidates
         stiffness = candidates.T @ self.stiffness @ candidates
-        values, vectors = linalg.eigh(0.5 * (stiffness + stiffness.T), 0.5 * (mass + mass.T))
-        return np.asarray(candidates @ vectors[:, values < FREE * max(values[-1], 1e-300)])
+        _, part = connected_components((mass != 0.0) | (stiffness != 0.0), directed=False)
+        values, vectors = np.zeros(len(mass)), np.zeros_like(mass)
+        for number in range(part.max() + 1):
+            at = np.flatnonzero(part == number)
+            k, m = stiffness[np.ix_(at, at)], mass[np.ix_(at, at)]
+            values[at], vectors[np.ix_(at, at)] = linalg.eigh(0.5 * (k + k.T), 0.5 * (m + m.T))
+        return np.asarray(candidates @ vectors[:, values < FREE * max(values.max(), 1e-300)])

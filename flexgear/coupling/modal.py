@@ -25,15 +25,21 @@ mount. The estimate ‖C^{−1/2} E C^{−1/2}‖ bounds the error for every pat
 FᵀCF ≤ λ holds for the forces F of a coupled mode with eigenvalue λ ≤ w² (φᵀMφ = 1), to first order
 the relative change of λ. Dropped modes lose their mass and keep their stiffness: natural
 frequencies only rise (Rayleigh). Gyroscopic terms are neglected in the estimate.
+
+Parts of a train that only gear meshes tie to one another may have bands of their own; w is then the
+top of the band of each mode's part. All modes with ω_j² < 2w², where stiffness does not dominate,
+are kept; of the others those with the largest |p|² e_j at any position, as many as the accuracy
+needs.
 """
 
 from bisect import bisect_left
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
+from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from flexgear.arrays import Array
@@ -55,91 +61,103 @@ UNSUPPORTED = (
 
 @dataclass(frozen=True)
 class ModeErrors:
-    """Relative error of the contact's flexibility with the first n of m elastic modes kept, as
-    ``errors[n]``, n = 0 … m: falling, infinite if a dropped mode is in the band.
+    """Relative error of the contact's flexibility by the modes that are kept of m elastic modes.
 
-    in_band: number of modes in the band; motions: motion (r, m − in_band) of rows and ports in the
-    other modes at each position, in units in which C is the identity, times √e_j.
+    omega: (m,) rad/s; band: (m,) w of each mode, rad/s; motions: motion (r, m) of rows and ports in
+    the modes at each position, in units in which C is the identity, times √e_j; 0 in the band.
     """
 
-    in_band: int
-    modes: int
+    omega: Array
+    band: Array
     motions: tuple[Array, ...]
 
-    def __len__(self) -> int:
-        return self.modes + 1
-
-    def __getitem__(self, n: int) -> float:
-        if not 0 <= n <= self.modes:
-            raise IndexError(n)
-        if n < self.in_band:
+    def of(self, chosen: NDArray[np.bool_]) -> float:
+        """Largest error at any position with the modes ``chosen`` (m,), infinite if a dropped mode
+        is in its band."""
+        if np.any(~chosen & (self.omega <= self.band)):
             return np.inf
-        dropped = (motion[:, n - self.in_band :] for motion in self.motions)
+        dropped = (motion[:, ~chosen] for motion in self.motions)
         return max((float(np.linalg.eigvalsh(p @ p.T)[-1]) for p in dropped), default=0.0)
+
+    def fewest(self, accuracy: float) -> NDArray[np.bool_]:
+        """Modes (m,) to keep for an error of at most ``accuracy``, equal ones together: those with
+        ω² < 2w², and others by their share in the error."""
+        ratio = self.omega / self.band
+        rising = np.argsort(ratio, kind="stable")
+        new = np.diff(ratio[rising], prepend=-np.inf) > SAME_FREQUENCY * ratio[rising]
+        group = np.cumsum(new) - 1
+        share = np.max(
+            [np.zeros_like(ratio), *(np.sum(p**2, axis=0) for p in self.motions)], axis=0
+        )
+        mean = np.bincount(group, share[rising]) / np.bincount(group)
+        mean[group[ratio[rising] ** 2 < 2]] = np.inf
+        falling = np.argsort(-mean[group], kind="stable")
+        whole = np.flatnonzero(np.diff(group[falling], prepend=-1, append=-1))  # groups before n
+
+        def first(n: int) -> NDArray[np.bool_]:
+            chosen = np.zeros(len(ratio), dtype=bool)
+            chosen[rising[falling[:n]]] = True
+            return chosen
+
+        accurate = bisect_left(whole, True, key=lambda n: self.of(first(n)) <= accuracy)
+        return first(whole[accurate])
 
 
 @dataclass(frozen=True)
 class ModeChoice:
     """Number of kept elastic modes, and estimated error. count: number; band_hz: largest excitation
-    frequency of the estimate; estimate: relative error of the contact's flexibility with the kept
-    modes, infinite if a dropped mode is in the band."""
+    frequency of the estimate; lowest_band_hz: that of parts that only slower gear meshes excite;
+    estimate: relative error of the contact's flexibility with the kept modes, infinite if a dropped
+    mode is in the band."""
 
     count: int
     band_hz: float
+    lowest_band_hz: float
     estimate: float
 
 
-def cuts(omega: Array) -> NDArray[np.int64]:
-    """Numbers of modes that may be kept of frequencies ω (m,), rising, so that modes of equal
-    frequency are kept or dropped together."""
-    gaps = np.flatnonzero(np.diff(omega) > SAME_FREQUENCY * omega[1:]) + 1
-    return np.unique(np.concatenate([[0], gaps, [len(omega)]])).astype(np.int64)
-
-
 def choose_modes(
-    omega: Array, estimates: ModeErrors, band_hz: float, *,
-    accuracy: float | None = None, limit_hz: float | None = None,
-) -> ModeChoice:  # fmt: skip
-    """Fewest modes with an estimate of at most ``accuracy``, or all modes up to ``limit_hz``.
-    omega: (m,) rad/s, rising. With both options ``limit_hz`` is an upper bound; raises
-    FlexgearError if the accuracy needs more modes."""
-    hz = omega / (2 * np.pi)
-    number = len(omega) if limit_hz is None else int(np.sum(hz <= limit_hz))
-    if accuracy is not None:
-        allowed = cuts(omega)
-        needed = int(allowed[bisect_left(allowed, True, key=lambda n: estimates[n] <= accuracy)])
-        if needed > number:
-            raise FlexgearError(
-                f"an accuracy of {accuracy:g} up to {band_hz:g} Hz needs modes to "
-                f"{hz[needed - 1]:.0f} Hz, but modes_to is {limit_hz:g} Hz (estimate there "
-                f"{estimates[number]:.3g}): raise modes_to_hz or leave it out"
-            )
-        number = needed
-    return ModeChoice(number, band_hz, float(estimates[number]))
+    errors: ModeErrors, *, accuracy: float | None = None, limit_hz: float | None = None
+) -> NDArray[np.bool_]:
+    """Modes (m,) to keep: few with an error of at most ``accuracy``, or all up to ``limit_hz``.
+    With both options ``limit_hz`` is an upper bound; raises FlexgearError if the accuracy needs
+    higher modes."""
+    hz, limit = errors.omega / (2 * np.pi), np.inf if limit_hz is None else limit_hz
+    if accuracy is None:
+        return np.asarray(hz <= limit)
+    chosen = errors.fewest(accuracy)
+    if np.any(hz[chosen] > limit):
+        raise FlexgearError(
+            f"an accuracy of {accuracy:g} up to {errors.band.max() / (2 * np.pi):g} Hz needs modes "
+            f"to {hz[chosen].max():.0f} Hz, but modes_to is {limit:g} Hz (estimate there "
+            f"{errors.of(hz <= limit):.3g}): raise modes_to_hz or leave it out"
+        )
+    return chosen
 
 
-def mode_estimates(system: System, omega: Array, phi: Array, band_hz: float) -> ModeErrors:
-    """Relative errors of the contact's flexibility by the number of kept modes.
+def mode_estimates(system: System, omega: Array, band: Array, phi: Array) -> ModeErrors:
+    """Relative errors of the contact's flexibility by the kept modes.
 
-    omega: (m,) rad/s rising, phi: (d, m) all elastic modes of the constant part. The error is the
-    largest over positions of the train and both flanks. Torques at ports count by the strain energy
-    of the row forces that they cause if only inertia balances them.
+    omega: (m,) rad/s, phi: (d, m) all elastic modes of the constant part; band: (m,) w of each
+    mode, rad/s. The error is the largest over positions of the train and both flanks. Torques at
+    ports count by the strain energy of the row forces that they cause if only inertia balances
+    them.
     """
-    w = 2 * np.pi * band_hz
-    first = int(np.sum(omega <= w))
-    if first == len(omega):
-        return ModeErrors(first, first, ())
-    dropped = omega[first:]
-    damping = 1j * w * system.damping.rate(omega)[first:]
-    errors = np.abs((w**2 - damping) / (dropped**2 * (dropped**2 - w**2 + damping)))  # e_j, s²
-    blocks, motions = system.blocks @ np.hstack([system.rigid, phi]), []
+    outside, errors = omega > band, np.zeros_like(omega)
+    if not outside.any():
+        return ModeErrors(omega, band, ())
+    dropped, w = omega[outside], band[outside]
+    damping = 1j * w * system.damping.rate(omega)[outside]
+    errors[outside] = np.abs((w**2 - damping) / (dropped**2 * (dropped**2 - w**2 + damping)))  # s²
+    blocks = _sparse_product(system.blocks, np.hstack([system.rigid, phi]))
+    motions = []
     for rows, n in _positions(system):
         stiffness = rows.row["stiffness"][:n]
         stiff = np.flatnonzero(stiffness != 0.0)
         motion = row_motions(rows, n, blocks)[stiff] * np.sqrt(np.abs(stiffness[stiff]))[:, None]
-        scaled = _scaled(system, omega, phi, motion, np.sign(stiffness[stiff]), w)
-        motions.append(scaled[:, first:] * np.sqrt(errors))
-    return ModeErrors(first, len(omega), tuple(motions))
+        scaled = _scaled(system, omega, band, phi, motion, np.sign(stiffness[stiff]))
+        motions.append(scaled * np.sqrt(errors))
+    return ModeErrors(omega, band, tuple(motions))
 
 
 def _positions(system: System) -> Iterator[tuple[Rows, int]]:
@@ -159,12 +177,12 @@ def _positions(system: System) -> Iterator[tuple[Rows, int]]:
 
 
 def _scaled(
-    system: System, omega: Array, phi: Array, motion: Array, sign: Array, w: float
+    system: System, omega: Array, band: Array, phi: Array, motion: Array, sign: Array
 ) -> Array:
     """Motion of rows and ports (r, m) in modes, in units in which C is the identity. motion: (n,
-    rigid + m) of the rows times √|k|; sign: of k (n,); w: rad/s."""
+    rigid + m) of the rows times √|k|; sign: of k (n,); band: w (m,), rad/s."""
     rigid, elastic = np.split(motion, [system.rigid.shape[1]], axis=1)
-    stiff = 2 * omega**2 >= w**2
+    stiff = 2 * omega**2 >= band**2
     static = elastic[:, stiff] / omega[stiff]
     c = np.eye(len(motion)) + static @ static.T
     rows = linalg.solve_triangular(np.linalg.cholesky(c), elastic, lower=True)
@@ -231,11 +249,14 @@ class ModalSystem:
     @property
     def figures(self) -> dict[str, float]:
         """Figures of the second reduction for results: kept_modes including rigid motions,
-        modes_limit_hz the highest frequency, modes_estimate of the error up to modes_band_hz."""
+        modes_limit_hz the highest frequency, modes_estimate of the error up to modes_band_hz,
+        lowest_modes_band_hz of the parts with the lowest band."""
         highest = float(self.omega.max(initial=0.0)) / (2 * np.pi)
         values = {"kept_modes": len(self.omega), "modes_limit_hz": highest}
         if self.choice is not None:
             values |= {"modes_band_hz": self.choice.band_hz, "modes_estimate": self.choice.estimate}
+            if self.choice.lowest_band_hz < self.choice.band_hz:
+                values["lowest_modes_band_hz"] = self.choice.lowest_band_hz
         elif not self.dropped:
             values["modes_estimate"] = 0.0
         return values
@@ -295,29 +316,35 @@ def modal_system(
     limit_hz: float | None = None,
     *,
     accuracy: float | None = None,
-    band_hz: float | None = None,
+    band_hz: float | Array | None = None,
 ) -> ModalSystem:
     """Second reduction, with rigid motions and elastic modes up to ``limit_hz`` (None: all).
 
     accuracy: largest estimated error of the contact's flexibility under excitation up to
-    ``band_hz``, for which the fewest modes are kept; ``limit_hz`` is then an upper bound. With
-    ``band_hz`` errors are estimated without an accuracy, too. Raises FlexgearError if a body has no
-    support or the limit does not allow the accuracy.
+    ``band_hz``, for which the fewest modes are kept; ``limit_hz`` is then an upper bound. band_hz:
+    of all coordinates, or (d,) of each without ``limit_hz``; with it errors are estimated without
+    an accuracy, too. Raises FlexgearError if a body has no support or the limit does not allow the
+    accuracy.
     """
     if accuracy is not None and band_hz is None:
         raise FlexgearError("an accuracy of the second reduction needs band_hz, e.g. 500")
     omega, phi = elastic_modes(system)
-    choice = None
+    parts, choice = independent_parts(system), None
+    part = _part_of_modes(parts, phi)
+    chosen = np.full(len(omega), True) if limit_hz is None else omega <= 2 * np.pi * limit_hz
     if band_hz is not None:
-        estimates = mode_estimates(system, omega, phi, band_hz)
-        choice = choose_modes(omega, estimates, band_hz, accuracy=accuracy, limit_hz=limit_hz)
-    limit = np.inf if limit_hz is None else 2 * np.pi * limit_hz
-    keep = int(np.sum(omega <= limit)) if choice is None else choice.count
+        bands = np.broadcast_to(band_hz, system.size)
+        band = 2 * np.pi * np.array([bands[coordinates].max() for coordinates in parts])[part]
+        errors = mode_estimates(system, omega, band, phi)
+        chosen = choose_modes(errors, accuracy=accuracy, limit_hz=limit_hz)
+        highest, lowest = float(bands.max()), float(bands.min())
+        choice = ModeChoice(int(chosen.sum()), highest, lowest, errors.of(chosen))
     channels = np.vstack([system.blocks, system.port_rows])
-    order = _part_order(system, phi[:, :keep])
+    order = np.flatnonzero(chosen)[
+        np.argsort(part[chosen], kind="stable")
+    ]  # rising within each part
     modes = np.hstack([system.rigid, phi[:, order]])
-    dropped = phi[:, keep:]
-    motion = (dropped / omega[keep:] ** 2) @ (channels @ dropped).T
+    motion = _static_motion(parts, part, omega, np.where(chosen, 0.0, phi), channels)
     kept_omega = np.concatenate([np.zeros(system.rigid.shape[1]), omega[order]])
     return _reduced(system, modes, kept_omega, motion, channels, choice)
 
@@ -327,7 +354,7 @@ def _reduced(
     choice: ModeChoice | None = None,
 ) -> ModalSystem:  # fmt: skip
     """System in modes (d, n) with ω (n,), and the static motion (d, n_c) of the dropped modes."""
-    residual = channels @ motion
+    residual = _sparse_product(channels, motion)
     gyroscopic, centripetal = np.zeros((0, 0)), np.zeros((0, 0))
     if system.gyroscopic is not None and system.centripetal is not None:
         gyroscopic = np.ascontiguousarray(modes.T @ system.gyroscopic @ modes)
@@ -371,12 +398,34 @@ def static_system(system: System) -> ModalSystem:
     return _reduced(system, system.rigid, np.zeros(system.rigid.shape[1]), motion, channels)
 
 
-def _part_order(system: System, phi: Array) -> NDArray[np.int64]:
-    """Order of modes Φ (d, n) part by part, rising within each part."""
+def _static_motion(
+    parts: Sequence[NDArray[np.int64]], part: NDArray[np.int64], omega: Array, phi: Array,
+    channels: Array,
+) -> Array:  # fmt: skip
+    """Motion Φ ω⁻² (B Φ)ᵀ (d, n_c) of modes Φ (d, m) with ω (m,) under unit forces on the channels
+    B (n_c, d). parts: their coordinates, part: (m,) number of each mode's part."""
+    out, of_modes = np.zeros((channels.shape[1], len(channels))), _sparse_product(channels, phi)
+    by_part = np.split(
+        np.argsort(part, kind="stable"), np.cumsum(np.bincount(part, minlength=len(parts)))[:-1]
+    )
+    for coordinates, modes in zip(parts, by_part, strict=True):
+        loaded = np.flatnonzero(of_modes[:, modes].any(axis=1))
+        shapes = phi[np.ix_(coordinates, modes)] / omega[modes] ** 2
+        out[np.ix_(coordinates, loaded)] = shapes @ of_modes[np.ix_(loaded, modes)].T
+    return out
+
+
+def _sparse_product(a: Array, b: Array) -> Array:
+    """a b of two matrices with many zeros."""
+    return np.asarray((csr_array(a) @ csr_array(b)).toarray())
+
+
+def _part_of_modes(parts: Sequence[NDArray[np.int64]], phi: Array) -> NDArray[np.int64]:
+    """Number (m,) of the part in which each mode Φ (d, m) moves; parts: their coordinates."""
     part = np.zeros(phi.shape[1], dtype=np.int64)
-    for number, coordinates in enumerate(independent_parts(system)):
+    for number, coordinates in enumerate(parts):
         part[phi[coordinates].any(axis=0)] = number
-    return np.argsort(part, kind="stable").astype(np.int64)
+    return part
 
 
 def chosen_modal(system: System, pace: Pace) -> ModalSystem:
@@ -385,4 +434,6 @@ def chosen_modal(system: System, pace: Pace) -> ModalSystem:
     would make every step slow."""
     if "modes_accuracy" in pace.reasons and all(body.rigid for body in system.bodies):
         return modal_system(system)
-    return modal_system(system, pace.modes_to, accuracy=pace.modes_accuracy, band_hz=pace.band)
+    bands = [np.full(body.size, pace.band_of(body.name)) for body in system.bodies]
+    band_hz = np.concatenate(bands)
+    return modal_system(system, pace.modes_to, accuracy=pace.modes_accuracy, band_hz=band_hz)

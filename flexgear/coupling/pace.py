@@ -14,18 +14,28 @@ period at the top of the band: average acceleration lengthens periods by (ωh)²
 forty steps a period; with eight samples a period peaks of tooth loads are one per cent low. After a
 torque step a hundred periods are computed with the finer step. So cases of any size and speed have
 the same steps a period.
+
+Bodies that only gear meshes tie to the fast stages of a train have the band of the stages that they
+belong to, if no key of the solver states one: the ring of a slow stage answers for orders of its
+own gear mesh, not of a generator's pinion, whose vibration reaches it through the inertia of the
+members between. Above its band a body follows statically. Bodies with sensors have the band of the
+recorder.
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
+
+import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 from flexgear.coupling.connections import flanks
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.machine import TorqueDrops, machines_of, series_of
+from flexgear.model.names import BodyName, MemberName
 from flexgear.model.solver import GEAR_MESH_ORDERS, MAX_STEP_HALVINGS, Solver
 
 STEPS = 40  # in steady running, per period at the top of the band
@@ -39,6 +49,7 @@ RECOVERY = 2.0  # time constants of the speed after a torque drop: 7/8 of the di
 ENOUGH_STEPS, ENOUGH_SAMPLES = 10, 2  # per period of the highest order, to resolve it
 LEAST_STEPS = 2  # per period of f_E; with fewer the solution oscillates from step to step
 ROUNDING = 1e-9  # relative, of values given with all digits
+_MEMBER = {"shaft": "sun", "output": "sun", "hub": "ring"}  # member of bodies of other names
 
 
 @dataclass(frozen=True)
@@ -49,7 +60,8 @@ class Pace:
     resonance: lowest f_E; band: highest frequency of the modes; settling: duration of a transient
     after a torque step; start_up: duration excluded from steady results; modes_to, modes_accuracy:
     None if not used; series: members whose machine or load follows a time series, during which the
-    step is series_time_step; reasons: explanation by name of a derived value.
+    step is series_time_step; reasons: explanation by name of a derived value; member_bands: band of
+    members whose band is lower.
     """
 
     gear_mesh: float
@@ -69,6 +81,27 @@ class Pace:
     reduction_limit: float
     series: tuple[str, ...]
     reasons: dict[str, str]
+    member_bands: Mapping[str, float]
+
+    def band_of(self, body: BodyName) -> float:
+        """Highest frequency of the modes of a body, Hz."""
+        member = MemberName.of(body.stage, _MEMBER.get(body.part, body.part))
+        return self.member_bands.get(member, self.band)
+
+    def reduction_limit_of(self, body: BodyName) -> float:
+        """Frequency up to which a reduced body is compared with the unreduced one, Hz."""
+        return self.band_of(body) if "reduction_limit" in self.reasons else self.reduction_limit
+
+    @property
+    def band_note(self) -> str:
+        """Sentence on members whose band is lower than that of the train; "" without any."""
+        if not self.member_bands:
+            return ""
+        names = ", ".join(f"{name} {band:.4g} Hz" for name, band in self.member_bands.items())
+        return (
+            f"modes of members that only slower gear meshes excite are accurate up to these bands: "
+            f"{names}; solver.modes_band_hz states one band for all"
+        )
 
     @property
     def highest_frequency(self) -> float:
@@ -90,6 +123,8 @@ class Pace:
             "start_up_s": self.start_up,
             "reduction_limit_hz": self.reduction_limit,
         }
+        if self.member_bands:
+            values["lowest_modes_band_hz"] = min(self.member_bands.values())
         if self.series:
             values["series_time_step_s"] = self.series_time_step
         if self.modes_accuracy is not None:
@@ -104,13 +139,58 @@ class Pace:
 
 def case_pace(case: Case) -> Pace:
     """Pace of a case at rated speeds."""
-    flow, resonances = power_flow(case), list[float]()
+    flow, resonances = power_flow(case), dict[str, list[float]]()
     for stage in case.stages:
         view, forces = case.view(stage.name), flow.stage(stage.name).gear_mesh_forces
-        for path, mass in flanks(view, stage_paths(view, forces)):
-            resonances.append(math.sqrt(path.mean_stiffness / mass) / (2 * math.pi))
+        resonances[stage.name] = [
+            math.sqrt(path.mean_stiffness / mass) / (2 * math.pi)
+            for path, mass in flanks(view, stage_paths(view, forces))
+        ]
     highest = max(stage.gear_mesh_frequency for stage in flow.stages)
-    return _pace(highest, resonances, case.solver, series_of(case))
+    every = [frequency for of_stage in resonances.values() for frequency in of_stage]
+    pace = _pace(highest, every, case.solver, series_of(case))
+    stated = case.solver.modes_band or case.solver.modes_to
+    if stated or not case.flexible_stages or case.housing.kind != "rigid":
+        return pace
+    orders = case.solver.static_orders
+    stages = {
+        name: max(orders * flow.stage(name).gear_mesh_frequency, min(of_stage))
+        for name, of_stage in resonances.items()
+    }
+    pace = replace(pace, member_bands=_lower_bands(case, stages, pace.band))
+    notes = {"lowest_modes_band": pace.band_note} if pace.band_note else {}
+    return replace(pace, reasons={**pace.reasons, **notes})
+
+
+def _lower_bands(case: Case, stages: Mapping[str, float], highest: float) -> dict[str, float]:
+    """Bands of members that are below the highest one, Hz: the largest ``stages`` of all members
+    that bearings and joints tie to one another, or the recorder's if one of them has a sensor."""
+    bands = {
+        MemberName.of(stage.name, part): stages[stage.name]
+        for stage in case.stages
+        for part in (*stage.members, *(["planet"] if stage.kind == "planetary" else []))
+    }
+    for sensor in case.sensors:
+        body = BodyName.parse(sensor.on)
+        member = MemberName.of(body.stage, _MEMBER.get(body.part, body.part))
+        for name in [member] if member in bands else bands:  # a joint, or a support
+            bands[name] = max(bands[name], case.recorder.band or highest)
+    number = {str(name): k for k, name in enumerate(bands)}
+    tied = np.eye(len(number))
+    for first, second in _ties(case):
+        tied[number[first], number[second]] = 1.0
+    part = connected_components(tied, directed=False)[1]
+    values = np.array(list(bands.values()))
+    largest = {name: float(values[part == part[k]].max()) for name, k in number.items()}
+    return {name: band for name, band in largest.items() if band < highest}
+
+
+def _ties(case: Case) -> Iterator[tuple[str, str]]:
+    """Pairs of members that springs other than gear meshes tie to one another."""
+    yield from ((joint.first, joint.second) for joint in case.joints)
+    for stage in case.stages:
+        if stage.kind == "planetary":
+            yield MemberName.of(stage.name, "planet"), MemberName.of(stage.name, "carrier")
 
 
 def timed_drops(case: Case) -> TorqueDrops:
@@ -212,6 +292,7 @@ def _pace(
         reduction_limit=chosen("reduction_limit", band, "the band of the modes"),
         series=series,
         reasons=reasons,
+        member_bands={},
     )  # fmt: skip
 
 

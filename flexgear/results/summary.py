@@ -43,6 +43,8 @@ KEYS: tuple[Figure, ...] = (
         Figure("kept_modes", "1", "number of elastic modes in equilibria and transients", ALWAYS),
         Figure("modes_limit_hz", "Hz", "highest frequency of these modes; null: all", ALWAYS),
         Figure("modes_band_hz", "Hz", "band in which modes of flexible bodies are accurate"),
+        Figure("lowest_modes_band_hz", "Hz", "the same of bodies that only slower gear meshes "
+               "excite; missing where all bodies have one band"),
         Figure("modes_estimate", "1",
                "largest relative error by neglected modes within this band", ALWAYS),
     )),

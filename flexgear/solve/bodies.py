@@ -32,23 +32,21 @@ T = TypeVar("T")
 def stage_bodies(
     view: StageView,
     progress: Progress = silent,
-    limit_hz: float | None = None,
     rigid: Collection[BodyName] = (),
 ) -> dict[BodyName, ReducedBody]:
-    """The reduced FE bodies of a stage by name, meshed and reduced or read from the cache.
-
-    limit_hz: frequency up to which they are compared with the unreduced bodies; rigid: bodies that
-    are left out.
-    """
+    """The reduced FE bodies of a stage by name, meshed and reduced or read from the cache. rigid:
+    bodies that are left out."""
+    pace = case_pace(view.case)
     sources = {name: s for name, s in fe_sources(view).items() if name not in rigid}
     enough_memory = _BYTES[view.case.solver.fidelity] < psutil.virtual_memory().available
     threads = len(sources) if enough_memory else 1  # half of the work of a body is single-threaded
     with single_threaded_blas(), stoppable_pool(max(threads, 1), progress) as (pool, report):
         futures = {
             name: pool.submit(
-                lambda s, progress: s.whole(s.reduced(progress, limit_hz)),
+                lambda s, progress, limit: s.whole(s.reduced(progress, limit)),
                 source,
                 named(name.part, report),
+                pace.reduction_limit_of(name),
             )
             for name, source in sources.items()
         }
@@ -97,7 +95,7 @@ def reduced_bodies(
         _make_influences(case.view(stage_case.name), named(stage_case.name, progress))
     for name, stage in case.flexible_stages.items():
         report = progress if name == "stage" else named(name, progress)
-        bodies |= stage_bodies(stage, report, reduction_limit(case), rigid)
+        bodies |= stage_bodies(stage, report, rigid)
     return bodies
 
 
@@ -113,11 +111,6 @@ def _make_influences(view: StageView, progress: Progress) -> None:
             progress(f"{role}: {label}", 0.0)
             make(view, role)
             progress(f"{role}: {label}", 1.0)
-
-
-def reduction_limit(case: Case) -> float:
-    """Frequency up to which reduced bodies are compared with unreduced ones, Hz."""
-    return case_pace(case).reduction_limit
 
 
 def named(body: str, progress: Progress) -> Progress:

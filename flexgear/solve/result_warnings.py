@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexgear.coupling.pace import case_pace
 from flexgear.gears.contact import GearMeshKind
 from flexgear.gears.geometry import bottom_clearance, least_backlash, stage_geometry
 from flexgear.gears.paths import stage_paths
@@ -41,7 +42,6 @@ from flexgear.results.report.wording import (
     words,
 )
 from flexgear.results.time_figures import axis_distance
-from flexgear.solve.bodies import reduction_limit
 from flexgear.structures.estimate import PROMISED
 from flexgear.structures.reduced import ReducedBody
 
@@ -343,14 +343,14 @@ def reduction_warnings(
     case: Case, bodies: Mapping[BodyName, ReducedBody], rigid: Collection[BodyName]
 ) -> list[str]:
     """A line for every body, unless it is rigid, whose reduction error exceeds the promised one."""
-    texts = []
+    texts, pace = [], case_pace(case)
     for name, body in bodies.items():
         if name in rigid:
             continue
         view = case.view(name.stage)
         if fault := _static_fault(body.report):
             texts.append(f"{name}: {fault}; {_remedy(view, name.part)}")
-        if fault := _frequency_fault(body.report, reduction_limit(case)):
+        if fault := _frequency_fault(body.report, pace.reduction_limit_of(name)):
             key = view.key(f"{name.part}.fe.fixed_interface_modes")
             texts.append(f"{name}: {fault}; raise {key}")
     return texts

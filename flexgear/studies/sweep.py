@@ -23,7 +23,7 @@ from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import load_case
 from flexgear.results.dataset_file import provenance
 from flexgear.results.quantities import MISSING
-from flexgear.solve.bodies import Progress, named, reduction_limit, silent, stage_bodies
+from flexgear.solve.bodies import Progress, named, silent, stage_bodies
 from flexgear.studies.dask_pool import reach
 from flexgear.studies.early_workers import Outcome
 from flexgear.studies.job_pool import StudyStore, stored_or_run
@@ -251,15 +251,13 @@ def _prepared(cases: Sequence[Case], progress: Progress) -> tuple[int, dict[str,
     Returns the number of distinct sets and the messages of failed ones by ``bodies_hash``.
     """
     stages = {
-        stage.bodies_hash(): (stage, reduction_limit(case))
-        for case in cases
-        for stage in case.flexible_stages.values()
+        stage.bodies_hash(): stage for case in cases for stage in case.flexible_stages.values()
     }
     different, broken = set(), dict[str, str]()
-    for k, (key, (stage, limit)) in enumerate(stages.items(), 1):
+    for k, (key, stage) in enumerate(stages.items(), 1):
         which = f"bodies {k} of {len(stages)}" if len(stages) > 1 else ""
         try:
-            bodies = stage_bodies(stage, named(which, progress), limit)
+            bodies = stage_bodies(stage, named(which, progress))
         except FlexgearError as error:
             broken[key] = " ".join(str(error).split())
             continue

@@ -15,6 +15,7 @@ from flexgear.coupling.pace import (
 )
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
+from flexgear.model.names import BodyName
 from flexgear.solve.transient import stepping_of
 
 
@@ -58,6 +59,39 @@ def test_a_train_goes_by_its_fastest_gear_mesh():
     train = load_case("nrel-5mw", {"solver.gear_mesh_orders": "10"})
     assert case_pace(train).gear_mesh == pytest.approx(466.354, rel=1e-5)
     assert case_pace(train).band == pytest.approx(4663.54, rel=1e-5)
+
+
+def test_members_that_only_slow_gear_meshes_excite_have_the_band_of_these():
+    """The hub turns at a hundredth of the generator's speed; the sun of the planetary stage is
+    joined to the next stage's gear, on whose gear mesh it has the higher resonance."""
+    wide = {"solver.gear_mesh_orders": "10"}
+    pace = case_pace(train := load_case("grc-750kw", wide))
+    slow, middle, fast = (s.gear_mesh_frequency for s in power_flow(train).stages)
+    assert pace.band == pytest.approx(10 * fast)
+    assert set(pace.member_bands) == {
+        *(f"lss.{part}" for part in ("ring", "carrier", "planet", "sun")), "iss.gear",
+    }  # fmt: skip
+    ring, sun = (pace.band_of(BodyName.parse(f"lss.{part}")) for part in ("ring", "sun"))
+    assert pace.member_bands["iss.gear"] == sun >= 10 * middle
+    assert 10 * slow < ring == pace.band_of(BodyName.parse("lss.planet_2")) < sun < pace.band
+    assert pace.band_of(BodyName.parse("hss.pinion")) == pace.band
+    assert pace.reduction_limit_of(BodyName.parse("lss.ring")) == ring
+    assert "lss.ring" in pace.reasons["lowest_modes_band"]
+    stated = case_pace(load_case("grc-750kw", {**wide, "solver.reduction_limit_hz": "2000"}))
+    assert stated.reduction_limit_of(BodyName.parse("lss.ring")) == 2000.0
+    for key in ("solver.modes_band_hz", "solver.modes_to_hz"):
+        one = case_pace(load_case("grc-750kw", {**wide, key: "3000"}))
+        assert not one.member_bands and "lowest_modes_band" not in one.reasons
+
+
+def test_bodies_with_sensors_have_the_band_of_the_recorder():
+    sensor = {"name": "a", "on": "lss.ring", "measures": "acceleration", "angle_deg": 0.0}
+    sensor["direction"] = "radial"
+    keys = {"solver.gear_mesh_orders": 10, "sensors": [sensor]}
+    pace = case_pace(load_case("grc-750kw", keys))
+    assert "lss.ring" not in pace.member_bands and "lss.carrier" in pace.member_bands
+    heard = case_pace(load_case("grc-750kw", {**keys, "recorder.band_hz": 3000.0}))
+    assert heard.member_bands["lss.ring"] == 3000.0
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ from flexgear.gears.slices import Slices, factor_along
 from flexgear.model.load import load_case
 from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
-from flexgear.solve.bodies import reduction_limit, stage_bodies
+from flexgear.solve.bodies import stage_bodies
 from flexgear.structures.bodies import turn
 from flexgear.structures.reduced import RimFlexibility
 from flexgear.structures.sources.ring import source as ring_source
@@ -74,7 +74,7 @@ def ring_of(case: str) -> Ring:
     path = stage_paths(view, power_flow(train).stage(stage).gear_mesh_forces)["ring", ""]
     assert path.slices is not None
     carrier = BodyName.of(stage, "carrier")
-    bodies = stage_bodies(view, limit_hz=reduction_limit(train), rigid=[carrier])
+    bodies = stage_bodies(view, rigid=[carrier])
     body = bodies[BodyName.of(stage, "ring")]
     assert body.rim is not None
     b = body.interface_dofs

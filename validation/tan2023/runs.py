@@ -26,7 +26,7 @@ from flexgear.model.load import load_case
 from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
 from flexgear.results.stage_part import stage_part
-from flexgear.solve.bodies import Bodies, reduction_limit, stage_bodies
+from flexgear.solve.bodies import Bodies, stage_bodies
 from flexgear.solve.dataset import transient_data
 from flexgear.solve.model import Model, assemble
 from flexgear.solve.static import static
@@ -273,7 +273,7 @@ class Runs:
         keys = bodies_at("wind-5mw", "quick")
         fidelity = keys.pop("solver.fidelity")
         case = validation_case(fidelity, **keys, **changes).with_(stage__errors=GearErrors())
-        bodies = stage_bodies(case, limit_hz=reduction_limit(case.case))
+        bodies = stage_bodies(case)
         angles = np.linspace(0, 2 * math.pi / 5, 241)
         return equilibria(model_of(case, bodies, FLEXIBLE), angles)
 

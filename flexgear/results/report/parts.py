@@ -210,6 +210,7 @@ _WORDS: dict[str, str | tuple[str, str]] = {
     "gear_mesh_orders": "orders of the gear-mesh frequency that results cover",
     "gear_mesh_resonance_hz": "gears vibrate on their gear mesh at",
     "modes_band_hz": "modes are accurate up to",
+    "lowest_modes_band_hz": "of bodies that only slower gear meshes excite up to",
     "modes_accuracy": ("allowed error by dropped modes", _SHARE),
     "modes_estimate": ("error by dropped modes", _SHARE),
     "modes_limit_hz": "highest mode",

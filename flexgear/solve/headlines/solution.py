@@ -128,12 +128,17 @@ def _modes(summary: Summary) -> Iterator[Check]:
     system = summary["system"]
     band, estimate = system.get("modes_band_hz"), system["modes_estimate"]
     if band is not None:
+        lowest = system.get("lowest_modes_band_hz")
         upto = with_unit(band, "Hz")
+        if lowest is not None:
+            upto += (
+                f", of bodies that only slower gear meshes excite up to {with_unit(lowest, 'Hz')}"
+            )
         error = "–" if estimate is None else _percent(estimate)
         yield Check(
             "watch" if estimate is None else "good",
             "Modes kept",
-            f"{system['kept_modes']} up to {with_unit(system['modes_limit_hz'], 'Hz')}",
+            f"{system['kept_modes']}, the highest of {with_unit(system['modes_limit_hz'], 'Hz')}",
             f"error of the modal truncation at most {error} up to {upto}",
             f"They do not cover the band of {upto}.",
         )
