@@ -126,7 +126,7 @@ def modes(
         limit_hz = usual_limit(model) if limit_hz is None else limit_hz
         angle = None if angle_deg is None else float(_turned(model, [angle_deg])[0])
         if any(band < (limit_hz or 0.0) for band in model.pace.member_bands.values()):
-            warn([model.pace.band_note])
+            warn([f"modes are accurate up to the bands of bodies: {model.pace.band_note}"])
         data = natural_modes(model, angle=angle, limit_hz=limit_hz)
         if campbell:
             at_rest, data = data, over_speed(model, limit_hz=limit_hz)

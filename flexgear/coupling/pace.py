@@ -94,14 +94,9 @@ class Pace:
 
     @property
     def band_note(self) -> str:
-        """Sentence on members whose band is lower than that of the train; "" without any."""
-        if not self.member_bands:
-            return ""
-        names = ", ".join(f"{name} {band:.4g} Hz" for name, band in self.member_bands.items())
-        return (
-            f"modes of members that only slower gear meshes excite are accurate up to these bands: "
-            f"{names}; solver.modes_band_hz states one band for all"
-        )
+        """Bands of the members whose band is lower than that of the train; "" without any."""
+        names = [f"{name} {band:.4g} Hz" for name, band in self.member_bands.items()]
+        return f"{', '.join(names)}; solver.modes_band_hz states one for all" if names else ""
 
     @property
     def highest_frequency(self) -> float:
@@ -111,11 +106,13 @@ class Pace:
     @property
     def figures(self) -> dict[str, float]:
         """Figures for ``check``, summaries and datasets; names end in units."""
+        lower = self.member_bands.values()
         values = {
             "gear_mesh_frequency_hz": self.gear_mesh,
             "gear_mesh_orders": self.orders,
             "gear_mesh_resonance_hz": self.resonance,
             "modes_band_hz": self.band,
+            **({"lowest_modes_band_hz": min(lower)} if lower else {}),
             "time_step_s": self.time_step,
             "step_time_step_s": self.step_time_step,
             "output_interval_s": self.output_interval,
@@ -123,8 +120,6 @@ class Pace:
             "start_up_s": self.start_up,
             "reduction_limit_hz": self.reduction_limit,
         }
-        if self.member_bands:
-            values["lowest_modes_band_hz"] = min(self.member_bands.values())
         if self.series:
             values["series_time_step_s"] = self.series_time_step
         if self.modes_accuracy is not None:
