@@ -265,7 +265,7 @@ class ModalSystem:
         """Elastic flexibility of the channels under self-balanced loads, (n_c, n_c) m/N."""
         e = slice(self.rigid_count, None)
         p = self.channel_modes[:, e]
-        return (p / self.omega[e] ** 2) @ p.T + self.residual
+        return _sparse_product(p / self.omega[e] ** 2, p.T) + self.residual
 
 
 def independent_parts(system: System) -> list[NDArray[np.int64]]:

@@ -49,6 +49,7 @@ RECOVERY = 2.0  # time constants of the speed after a torque drop: 7/8 of the di
 ENOUGH_STEPS, ENOUGH_SAMPLES = 10, 2  # per period of the highest order, to resolve it
 LEAST_STEPS = 2  # per period of f_E; with fewer the solution oscillates from step to step
 ROUNDING = 1e-9  # relative, of values given with all digits
+LOWER = 0.9  # share of the highest band below which members have one of their own
 _MEMBER = {"shaft": "sun", "output": "sun", "hub": "ring"}  # member of bodies of other names
 
 
@@ -158,7 +159,7 @@ def case_pace(case: Case) -> Pace:
 
 
 def _lower_bands(case: Case, stages: Mapping[str, float], highest: float) -> dict[str, float]:
-    """Bands of members that are below the highest one, Hz: the largest ``stages`` of all members
+    """Bands of members that are well below the highest, Hz: the largest ``stages`` of all members
     that bearings and joints tie to one another, or the recorder's if one of them has a sensor."""
     bands = {
         MemberName.of(stage.name, part): stages[stage.name]
@@ -177,7 +178,7 @@ def _lower_bands(case: Case, stages: Mapping[str, float], highest: float) -> dic
     part = connected_components(tied, directed=False)[1]
     values = np.array(list(bands.values()))
     largest = {name: float(values[part == part[k]].max()) for name, k in number.items()}
-    return {name: band for name, band in largest.items() if band < highest}
+    return {name: band for name, band in largest.items() if band < LOWER * highest}
 
 
 def _ties(case: Case) -> Iterator[tuple[str, str]]:
