@@ -86,13 +86,12 @@ class ModeErrors:
         rising = np.argsort(ratio, kind="stable")
         new = np.diff(ratio[rising], prepend=-np.inf) > SAME_FREQUENCY * ratio[rising]
         group = np.cumsum(new) - 1
-        share = np.max(
-            [np.zeros_like(ratio), *(np.sum(p**2, axis=0) for p in self.motions)], axis=0
-        )
-        mean = np.bincount(group, share[rising]) / np.bincount(group)
+        shares = [np.zeros_like(ratio), *(np.sum(p**2, axis=0) for p in self.motions)]
+        mean = np.bincount(group, np.max(shares, axis=0)[rising]) / np.bincount(group)
         mean[group[ratio[rising] ** 2 < 2]] = np.inf
         falling = np.argsort(-mean[group], kind="stable")
-        whole = np.flatnonzero(np.diff(group[falling], prepend=-1, append=-1))  # groups before n
+        ends = np.flatnonzero(np.diff(group[falling])) + 1
+        whole = np.unique([0, *ends, len(ratio)])  # numbers of modes in whole groups
 
         def first(n: int) -> NDArray[np.bool_]:
             chosen = np.zeros(len(ratio), dtype=bool)
@@ -340,9 +339,8 @@ def modal_system(
         highest, lowest = float(bands.max()), float(bands.min())
         choice = ModeChoice(int(chosen.sum()), highest, lowest, errors.of(chosen))
     channels = np.vstack([system.blocks, system.port_rows])
-    order = np.flatnonzero(chosen)[
-        np.argsort(part[chosen], kind="stable")
-    ]  # rising within each part
+    by_part = np.argsort(part[chosen], kind="stable")  # rising within each part
+    order = np.flatnonzero(chosen)[by_part]
     modes = np.hstack([system.rigid, phi[:, order]])
     motion = _static_motion(parts, part, omega, np.where(chosen, 0.0, phi), channels)
     kept_omega = np.concatenate([np.zeros(system.rigid.shape[1]), omega[order]])

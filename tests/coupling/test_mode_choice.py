@@ -151,6 +151,8 @@ def test_no_cut_splits_equal_frequencies(solved, estimates):
     assert made_up.of(np.array([True, True, False, True, True])) == pytest.approx(0.3)
     for accuracy, modes in ((0.35, [4]), (0.25, [1, 2, 3, 4]), (0.05, [0, 1, 2, 3, 4])):
         assert np.flatnonzero(choose_modes(made_up, accuracy=accuracy)).tolist() == modes
+    none = ModeErrors(np.zeros(0), np.zeros(0), ())
+    assert choose_modes(none, accuracy=0.01).tolist() == []
     # the five planets of the stage give groups of equal frequencies
     equal, groups = np.diff(solved[0]) < 1e-6 * solved[0][1:], 0
     for accuracy in np.geomspace(0.3, 1e-6, 60):
