@@ -33,7 +33,8 @@ class ReferenceRun:
 
 def damping_matrix(system: System) -> Array:
     """C = M Φ diag(2ζω) Φᵀ M over the elastic modes of the constant part, (d, d)."""
-    omega, phi = elastic_modes(system)
+    modes = elastic_modes(system)
+    omega, phi = modes.omega, modes.shapes
     left = system.mass @ phi
     return (left * system.damping.rate(omega)) @ left.T
 

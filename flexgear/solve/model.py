@@ -24,12 +24,12 @@ from flexgear.arrays import Array
 from flexgear.coupling.build import build_system, require_workable
 from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.coupling.modal import (
-    SAME_FREQUENCY,
     ModalSystem,
     chosen_modal,
     elastic_modes,
     static_system,
 )
+from flexgear.coupling.mode_choice import SAME_FREQUENCY
 from flexgear.coupling.pace import Pace, case_pace
 from flexgear.coupling.system import System
 from flexgear.gears.power_flow import PowerFlow, power_flow
@@ -130,8 +130,8 @@ class Model:
         meshes: C of structural damping and dampers."""
         modal = self.shared_modal or self.__dict__.get("modal")
         if modal is None:
-            omega, motions = elastic_modes(self.system)
-            rates = self.system.damping.rate(omega)
+            modes = elastic_modes(self.system)
+            motions, rates = modes.shapes, self.system.damping.rate(modes.omega)
         else:
             motions, rates = modal.modes, modal.damping
         by_dampers = np.einsum("dn,dn->n", shapes, self.system.dampers @ shapes)
