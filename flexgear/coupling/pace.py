@@ -23,12 +23,9 @@ recorder.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
-
-import numpy as np
-from scipy.sparse.csgraph import connected_components
 
 from flexgear.coupling.connections import flanks
 from flexgear.gears.paths import stage_paths
@@ -37,6 +34,7 @@ from flexgear.model.case import Case
 from flexgear.model.machine import TorqueDrops, machines_of, series_of
 from flexgear.model.names import BodyName, MemberName
 from flexgear.model.solver import GEAR_MESH_ORDERS, MAX_STEP_HALVINGS, Solver
+from flexgear.model.train import shafts
 
 STEPS = 40  # in steady running, per period at the top of the band
 FINE_STEPS = 100  # after a torque step, per period at the top of the band
@@ -50,7 +48,6 @@ ENOUGH_STEPS, ENOUGH_SAMPLES = 10, 2  # per period of the highest order, to reso
 LEAST_STEPS = 2  # per period of f_E; with fewer the solution oscillates from step to step
 ROUNDING = 1e-9  # relative, of values given with all digits
 LOWER = 0.9  # share of the highest band below which members have one of their own
-_MEMBER = {"shaft": "sun", "output": "sun", "hub": "ring"}  # member of bodies of other names
 
 
 @dataclass(frozen=True)
@@ -86,8 +83,7 @@ class Pace:
 
     def band_of(self, body: BodyName) -> float:
         """Highest frequency of the modes of a body, Hz."""
-        member = MemberName.of(body.stage, _MEMBER.get(body.part, body.part))
-        return self.member_bands.get(member, self.band)
+        return self.member_bands.get(body.member, self.band)
 
     def reduction_limit_of(self, body: BodyName) -> float:
         """Frequency up to which a reduced body is compared with the unreduced one, Hz."""
@@ -154,39 +150,27 @@ def case_pace(case: Case) -> Pace:
         for name, of_stage in resonances.items()
     }
     pace = replace(pace, member_bands=_lower_bands(case, stages, pace.band))
-    notes = {"lowest_modes_band": pace.band_note} if pace.band_note else {}
-    return replace(pace, reasons={**pace.reasons, **notes})
+    reasons = {"lowest_modes_band": pace.band_note} if pace.member_bands else {}
+    return replace(pace, reasons=pace.reasons | reasons)
 
 
 def _lower_bands(case: Case, stages: Mapping[str, float], highest: float) -> dict[str, float]:
     """Bands of members that are well below the highest, Hz: the largest ``stages`` of all members
     that bearings and joints tie to one another, or the recorder's if one of them has a sensor."""
-    bands = {
-        MemberName.of(stage.name, part): stages[stage.name]
-        for stage in case.stages
-        for part in (*stage.members, *(["planet"] if stage.kind == "planetary" else []))
-    }
+    bands, ties = dict[str, float](), [(joint.first, joint.second) for joint in case.joints]
+    for stage in case.stages:
+        parts = stage.members
+        if stage.kind == "planetary":
+            parts = (*parts, "planet")
+            ties.append((f"{stage.name}.planet", f"{stage.name}.carrier"))
+        bands |= {MemberName.of(stage.name, part): stages[stage.name] for part in parts}
     for sensor in case.sensors:
-        body = BodyName.parse(sensor.on)
-        member = MemberName.of(body.stage, _MEMBER.get(body.part, body.part))
+        member = BodyName.parse(sensor.on).member
         for name in [member] if member in bands else bands:  # a joint, or a support
             bands[name] = max(bands[name], case.recorder.band or highest)
-    number = {str(name): k for k, name in enumerate(bands)}
-    tied = np.eye(len(number))
-    for first, second in _ties(case):
-        tied[number[first], number[second]] = 1.0
-    part = connected_components(tied, directed=False)[1]
-    values = np.array(list(bands.values()))
-    largest = {name: float(values[part == part[k]].max()) for name, k in number.items()}
+    first = shafts(list(bands), ties)
+    largest = {name: max(bands[m] for m in bands if first[m] == first[name]) for name in bands}
     return {name: band for name, band in largest.items() if band < LOWER * highest}
-
-
-def _ties(case: Case) -> Iterator[tuple[str, str]]:
-    """Pairs of members that springs other than gear meshes tie to one another."""
-    yield from ((joint.first, joint.second) for joint in case.joints)
-    for stage in case.stages:
-        if stage.kind == "planetary":
-            yield MemberName.of(stage.name, "planet"), MemberName.of(stage.name, "carrier")
 
 
 def timed_drops(case: Case) -> TorqueDrops:

@@ -72,8 +72,8 @@ def _stiffness(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[
 
 
 def _span(view: StageView, g: StageGeometry) -> float:
-    """Largest length of a planet's bearings together, m: gear width and tip diameter, as planets
-    may be cut on shafts that run in bearings beside the gear."""
+    """Length over all bearings of a planet, m, above which it is implausible: gear width plus tip
+    diameter, as a planet may be one with a shaft that runs in bearings beside the gear."""
     return view.stage.gear_width + 2.0 * g.planet.tip_radius
 
 
@@ -165,17 +165,18 @@ def _thrust(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str
 
 
 def untilted(view: StageView, role: str) -> list[str]:
-    """Keys of the gears of a gear mesh whose ``kinematics`` leaves out tilting, which then does not
-    count in K_Hβ: where neither of both can tilt, or where bearings of one resist its tilting."""
+    """Keys of the gears of a gear mesh whose tilting K_Hβ leaves out, as their ``kinematics`` has
+    none: both where neither can tilt, else those with bearings that resist tilting."""
     parts = ("pinion", "gear") if view.stage.kind == "parallel" else (role, "planet")
     kinematics = {part: view.case.kinematics_of(f"{view.name}.{part}") for part in parts}
     moving = [part for part in parts if kinematics[part] != "fixed"]
     straight = [part for part in moving if kinematics[part] != "spatial"]
-    bearings = {
-        part: [b for key, b in view.stage.bearings.items() if key.startswith(part)]
+    stage = view.stage
+    springs = {
+        part: [stage.planet_bearing] if part == "planet" else stage.member(part).supports.values()
         for part in straight
     }
-    resists = [p for p in straight if any(b.z or any(b.stiffness[3:5]) for b in bearings[p])]
+    resists = [p for p in straight if any(b.z or any(b.stiffness[3:5]) for b in springs[p])]
     return [view.key(part) for part in (straight if straight == moving else resists)]
 
 

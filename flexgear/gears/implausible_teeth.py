@@ -133,8 +133,8 @@ def lowest_radius(tooth: ToothGeometry, mate: ToothGeometry, working_angle: floa
 
 
 def root_protrusion(tooth: ToothGeometry, mate: ToothGeometry, working_angle: float) -> float:
-    """Height of the root over the involute where the mate's tip touches it, m; 0 where the tip
-    touches the involute, or no flank because of undercut."""
+    """Height by which the root protrudes beyond the involute where the mate's tip reaches it, m; 0
+    where the tip touches the involute, or where undercut has removed the flank."""
     radius = lowest_radius(tooth, mate, working_angle)
     if tooth.root.is_undercut or tooth.outward * (tooth.form_radius - radius) <= 0.0:
         return 0.0

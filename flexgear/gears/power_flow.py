@@ -62,6 +62,7 @@ from flexgear.gears.radii import stage_radii
 from flexgear.model.case import Case
 from flexgear.model.stage import Stage
 from flexgear.model.stage_view import StageView
+from flexgear.model.train import shafts
 
 
 @dataclass(frozen=True)
@@ -216,15 +217,6 @@ def _shortest_cycle(flow: Array) -> list[tuple[int, int]]:
     while nodes[-1] != head:
         nodes.append(int(before[head, nodes[-1]]))
     return list(zip(nodes[1:], nodes, strict=False))
-
-
-def shafts(members: tuple[str, ...], joints: list[tuple[str, str]]) -> dict[str, str]:
-    """Shaft by member: the first of the members that joints connect to it."""
-    shaft = {member: member for member in members}
-    for first, second in joints:
-        low, high = sorted((shaft[first], shaft[second]), key=members.index)
-        shaft = {m: low if s == high else s for m, s in shaft.items()}
-    return shaft
 
 
 NOISE = 1e-13  # speed over the largest that is rounding

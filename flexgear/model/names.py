@@ -9,6 +9,7 @@ from pydantic import AfterValidator
 SIDES = ("left", "right")  # halves of a double-helical stage
 GEAR_MESH, SHAFT, PLANET_PASS = "gear mesh", "shaft", "planet pass"  # kinds of excitation
 _PASS = f" {PLANET_PASS}"
+_MEMBER_OF = {"shaft": "sun", "output": "sun", "hub": "ring"}  # by part of a body
 MOUNT = "mount"  # kind of the nodes of an FE housing with springs to the ground
 _NUMBERED = re.compile(rf"(.+?)(?:_({'|'.join(SIDES)}))?_(\d+)")
 
@@ -83,6 +84,12 @@ class BodyName(_Name):
         which = f"_{planet + 1}" if planet >= 0 else f"_{side}" if side else ""
         text = f"{stage}.{part}{which}" if stage else f"{part}{which}"
         return cls(text, stage=stage, part=part, planet=planet, side=side)
+
+    @property
+    def member(self) -> MemberName:
+        """Member that the body belongs to: the sun of its shaft and of the body behind that, the
+        ring of its hub, "<stage>.planet" of each planet."""
+        return MemberName.of(self.stage, _MEMBER_OF.get(self.part, self.part))
 
     @property
     def alike(self) -> Self:

@@ -1,6 +1,6 @@
 """Joints between stages, ports (inputs and output), and loads on members."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Annotated, Literal
 
 import numpy as np
@@ -146,6 +146,15 @@ _ZERO = (0.0, 0.0, 0.0)
 _LIMITS = Field(ge=-1e9, le=1e9)
 Forces = tuple[Annotated[Force, _LIMITS], Annotated[Force, _LIMITS], Annotated[Force, _LIMITS]]
 Moments = tuple[Annotated[Torque, _LIMITS], Annotated[Torque, _LIMITS], Annotated[Torque, _LIMITS]]
+
+
+def shafts(members: Sequence[str], ties: Iterable[tuple[str, str]]) -> dict[str, str]:
+    """Shaft by member: the first of the members that ties, such as joints, connect to it."""
+    shaft = {member: member for member in members}
+    for first, second in ties:
+        low, high = sorted((shaft[first], shaft[second]), key=members.index)
+        shaft = {m: low if s == high else s for m, s in shaft.items()}
+    return shaft
 
 
 class MemberLoad(Section):

@@ -102,8 +102,8 @@ class NewFile:
         self.set_attributes(data.attrs)
 
     def _stored(self, name: str, variable: xr.Variable) -> h5py.Dataset:
-        """Create a variable with its attributes, and write its values unless it has an axis in
-        ``lengths``."""
+        """Create a variable with its attributes. Its values are written too, unless one of its axes
+        is in ``lengths`` and its samples come later."""
         values, options = variable.to_numpy(), dict(self._encoding.get(name, {}))
         text, boolean = values.dtype.kind in "UO", values.dtype.kind == "b"
         dtype = options.pop("dtype", "i1" if boolean else values.dtype)

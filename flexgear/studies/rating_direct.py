@@ -75,8 +75,8 @@ def direct_path(
 
 
 def _computed_factor(pair: GearPair, loaded: LoadedState) -> float:
-    """Mean stress factor that the direct path replaces by the computed stress of both flanks: Y_M
-    of the standard for idlers, 1 for other gears, whose life curves keep Y_M."""
+    """Mean stress factor Y_M of the standard by which the direct path has to be divided: that of
+    idlers, whose stress it computes under loads on both flanks; 1 of other gears."""
     idler = pair.gears[loaded.part].idler
     return value_of(loaded.state.factors, "Y_M", 1.0) if idler else 1.0
 

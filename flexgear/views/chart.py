@@ -71,8 +71,8 @@ class Chart:
 
 
 def planned(run: Run, charts: Iterable[tuple[Subjects, Sequence[Chart]]]) -> dict[str, Chart]:
-    """Pictures of a run by file name, a chart for each of every subject, slow ones last; their
-    placeholders are filled in, and their drawing functions have no arguments left."""
+    """Pictures of a run by file name, those that take long last: one chart for each subject, such
+    as a stage, with its name, caption and data filled in, so that ``draw`` takes no arguments."""
     plan: dict[str, Chart] = {}
     for subjects, subject_charts in charts:
         for subject, chart in itertools.product(subjects(run), subject_charts):

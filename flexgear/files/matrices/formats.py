@@ -148,7 +148,7 @@ class _Text:
         return self.integers(3)
 
     def integers(self, count: int) -> tuple[int, ...]:
-        """Integers of the next line, the head of a column or of a string."""
+        """Integers in the next line, which begins a column or a string of its entries."""
         line = self._next_line()
         return tuple(int(line[8 * k : 8 * k + 8] if count > 1 else line) for k in range(count))
 
