@@ -51,28 +51,10 @@ def response_figures(data: xr.Dataset) -> dict[str, Any]:
         "largest": {share: float(parameter[largest]), "force_n": float(force[largest])}
         if stable.any()
         else None,
-        "jumps": [
-            {
-                share: at,
-                "sense": "up" if sense > 0 else "down",
-                "force_n": top,
-                "to_forces_n": [to for to in targets if math.isfinite(to)],
-            }
-            for at, sense, top, targets in _rows(
-                data, "turning_point", "parameter", "sense", "force", "target_force"
-            )
-        ],
+        "jumps": list(_jumps(data, share)),
         "stability_changes": [
-            {
-                share: at,
-                "kind": KINDS[kind],
-                "curve": curve,
-                "leaving_curve": new or None,
-                "period": int(period[branch == curve][0]),
-            }
-            for at, kind, curve, new in _rows(
-                data, "stability_change", "parameter", "kind", "curve", "leaving"
-            )
+            {**change, "period": int(period[branch == change["curve"]][0])}
+            for change in _stability_changes(data, share)
         ],
         "doubled_at_ends": np.unique(parameter[doubled & (edges[1:] | edges[:-1])]).tolist(),
         "longer_periods": [
@@ -90,6 +72,25 @@ def response_figures(data: xr.Dataset) -> dict[str, Any]:
         "no_stable": _unstable(parameter, branch, stable),
         **{name: _ranges(parameter, branch, mask & stable) for name, mask in contact.items()},
     }
+
+
+def _jumps(data: xr.Dataset, share: str) -> Iterator[dict[str, Any]]:
+    """Each turning point at which the response jumps, with the forces before and after."""
+    names = ("parameter", "sense", "force", "target_force")
+    for at, sense, top, targets in _rows(data, "turning_point", *names):
+        yield {
+            share: at,
+            "sense": "up" if sense > 0 else "down",
+            "force_n": top,
+            "to_forces_n": [to for to in targets if math.isfinite(to)],
+        }
+
+
+def _stability_changes(data: xr.Dataset, share: str) -> Iterator[dict[str, Any]]:
+    """Each change of stability, with the curve on which it is and one that leaves there."""
+    names = ("parameter", "kind", "curve", "leaving")
+    for at, kind, curve, new in _rows(data, "stability_change", *names):
+        yield {share: at, "kind": KINDS[kind], "curve": curve, "leaving_curve": new or None}
 
 
 def _sensors(

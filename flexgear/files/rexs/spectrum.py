@@ -7,6 +7,7 @@ duration of zero marks an extreme load.
 
 import tomllib
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,15 @@ from flexgear.arrays import Array
 from flexgear.files.case_text import CaseText, Datum, Section
 from flexgear.files.rexs.assembly import Assembly
 from flexgear.files.rexs.document import Document, LoadCase, number
-from flexgear.files.rexs.ports import POWER, SPEED, TORQUE, forces_of, ports_of, put_forces
+from flexgear.files.rexs.ports import (
+    POWER,
+    SPEED,
+    TORQUE,
+    Port,
+    forces_of,
+    ports_of,
+    put_forces,
+)
 from flexgear.files.rexs.shafts import SunShaft
 from flexgear.files.rexs.stages import Member
 from flexgear.files.rexs.tables import PORT
@@ -39,77 +48,99 @@ def write_load_cases(
     """Write the load cases that have a duration at the end of a case; returns their ids. shafts: of
     suns; where: name of the file. InputError for a duration that is none."""
     written: dict[str, Any] = tomllib.loads(text.text())
-    ports = [*written.get("inputs", ()), *([written["output"]] if "output" in written else [])]
     if "output" not in written:
         return set()
-    ids: set[int] = set()
-    largest: tuple[float, int | None] = _MOST_OVER_RATED, None
     rated = {port.member.name: port for port in ports_of(assembly, members)}
-    loaded = {load["member"] for load in written.get("loads", ())}  # a load case may unload them
+    train = _Train(assembly, text, members, shafts, written, rated)
     with document.values_of(None):  # of the model, not of the selected load case
         total_time = number(document.kind("gear_unit"), _TIME, "h")
-    shares: list[float] = []
+    names = [load_case.name for load_case in document.load_cases]
+    over_rated, shares = dict[int, float](), list[float]()
     for load_case in document.load_cases:
         with document.values_of(load_case):
             hours = _hours(document, load_case, total_time, text, where, shares)
-            if hours is None:
-                continue
-            ids.add(load_case.id)
-            section = text.section("[[load_cases]]")
-            alike = [other.name for other in document.load_cases].count(load_case.name) > 1
-            name = "" if alike else load_case.name
-            section.put("name", name or f"load case {load_case.id}", "")
-            if hours.value > 0.0:
-                section.put("hours", hours.value, hours.source)
-            else:
-                section.put("extreme", True, f"{hours.source}: no duration")
-            sections = {written["inputs"][0]["member"]: section}
-            states = {port.member.name: port for port in ports_of(assembly, members)}
-            back_driven = ""
-            for keys in ports:
-                port = states.get(keys["member"])
-                if port is None or not keys.keys() & {row.key for row in PORT}:
-                    continue
-                section = _section(text, sections, keys["member"], port.loads[0].label)
-                if SPEED.key in keys:
-                    section.take(SPEED.key, port.speed)
-                if keys.keys() & {TORQUE.key, POWER.key}:
-                    port.take_torque(section)
-                    ratio = port.torque_over(rated[keys["member"]])
-                    if hours.value > 0.0 and ratio > largest[0]:
-                        largest = ratio, load_case.id
-                    if port.is_back_driven(rated[keys["member"]]) and not back_driven:
-                        back_driven = port.loads[0].label
-            if back_driven:
-                why = f"{back_driven}: power against the rated direction"
-                sections[written["inputs"][0]["member"]].put("back_driven", True, why)
-            sums: dict[str, tuple[Array, list[str]]] = {}
-            for load, on, values in forces_of(assembly, members, shafts):
-                total, labels = sums.get(on.name, (np.zeros(len(values)), []))
-                sums[on.name] = total + values, [*labels, load.label]
-            for member, (total, labels) in sums.items():
-                if member not in loaded and not total.any():
-                    continue
-                source = " + ".join(labels)
-                section = _section(text, sections, member, source)
-                put_forces(section, total.tolist(), source)
+            if hours is not None:
+                name = load_case.name if names.count(load_case.name) == 1 else ""
+                ratio = train.write(name or f"load case {load_case.id}", hours)
+                over_rated[load_case.id] = ratio
     if shares and abs(sum(shares) - 1.0) > SUM_OF_HOURS:
         text.warn(f"shares of time add up to {100.0 * sum(shares):.4g} %")
-    over, highest = largest
-    if highest is not None and document.load_case is not None:
+    highest = max(over_rated, key=over_rated.__getitem__, default=None)
+    selected = document.load_case
+    if highest is not None and over_rated[highest] > _MOST_OVER_RATED and selected is not None:
         text.warn(
-            f"load case {highest} has {over:.3g} times the torque of load case"
-            f" {document.load_case.id}, the rated one; --load-case {highest} takes it as rated"
+            f"load case {highest} has {over_rated[highest]:.3g} times the torque of load case"
+            f" {selected.id}, the rated one; --load-case {highest} takes it as rated"
         )
-    return ids
+    return {*over_rated}
 
 
-def _section(text: CaseText, sections: dict[str, Section], member: str, why: str) -> Section:
-    """The section of a member in the load case that is being written, created if missing."""
-    if member not in sections:
-        sections[member] = text.section("[[load_cases.members]]")
-        sections[member].put("member", member, why)
-    return sections[member]
+@dataclass(frozen=True)
+class _Train:
+    """A train whose load cases are written. written: the case so far; rated: ports by member in the
+    rated load case. Values are those of the document's present load case."""
+
+    assembly: Assembly
+    text: CaseText
+    members: list[Member]
+    shafts: Mapping[Member, SunShaft]
+    written: Mapping[str, Any]
+    rated: Mapping[str, Port]
+
+    def write(self, name: str, hours: Datum) -> float:
+        """Write a load case; returns the largest ratio of a port's torque to the rated one, 0 of a
+        load case without duration."""
+        section = self.text.section("[[load_cases]]")
+        section.put("name", name, "")
+        if hours.value > 0.0:
+            section.put("hours", hours.value, hours.source)
+        else:
+            section.put("extreme", True, f"{hours.source}: no duration")
+        sections = {self.written["inputs"][0]["member"]: section}
+        ratio = self._write_ports(sections)
+        self._write_forces(sections)
+        return ratio if hours.value > 0.0 else 0.0
+
+    def _write_ports(self, sections: dict[str, Section]) -> float:
+        """Write speeds and torques; returns the largest ratio of a torque to the rated one."""
+        states = {port.member.name: port for port in ports_of(self.assembly, self.members)}
+        largest, back_driven = 0.0, ""
+        for keys in (*self.written["inputs"], self.written["output"]):
+            port = states.get(keys["member"])
+            if port is None or not keys.keys() & {row.key for row in PORT}:
+                continue
+            section = self._section(sections, keys["member"], port.loads[0].label)
+            if SPEED.key in keys:
+                section.take(SPEED.key, port.speed)
+            if keys.keys() & {TORQUE.key, POWER.key}:
+                port.take_torque(section)
+                rated = self.rated[keys["member"]]
+                largest = max(largest, port.torque_over(rated))
+                if port.is_back_driven(rated):
+                    back_driven = back_driven or port.loads[0].label
+        if back_driven:
+            why = f"{back_driven}: power against the rated direction"
+            next(iter(sections.values())).put("back_driven", True, why)
+        return largest
+
+    def _write_forces(self, sections: dict[str, Section]) -> None:
+        """Write forces on members; zeros only on members with a load in the rated load case."""
+        sums: dict[str, tuple[Array, list[str]]] = {}
+        for load, on, values in forces_of(self.assembly, self.members, self.shafts):
+            total, labels = sums.get(on.name, (np.zeros(len(values)), []))
+            sums[on.name] = total + values, [*labels, load.label]
+        loaded = {load["member"] for load in self.written.get("loads", ())}
+        for member, (total, labels) in sums.items():
+            if member in loaded or total.any():
+                source = " + ".join(labels)
+                put_forces(self._section(sections, member, source), total.tolist(), source)
+
+    def _section(self, sections: dict[str, Section], member: str, why: str) -> Section:
+        """The section of a member in the load case that is being written, created if missing."""
+        if member not in sections:
+            sections[member] = self.text.section("[[load_cases.members]]")
+            sections[member].put("member", member, why)
+        return sections[member]
 
 
 def _hours(
