@@ -243,9 +243,7 @@ def _report(error: Exception) -> int:
     if isinstance(error, typer.Abort) or _Stop.recent():  # Abort: Ctrl-C in older versions of click
         return _say(STOPPED, 1)
     if hasattr(error, "format_message"):  # a wrong command line
-        text = shortened(error.format_message()).rstrip(".")
-        text = text.replace("requires 2 arguments", "takes two numbers with a space between them")
-        return _say(f"{text}; see flexgear --help", 2)
+        return _say(_command_line_fault(error), 2)
     if isinstance(error, OSError):
         name = f"{error.filename}: " if error.filename else ""
         remedy = "; free some space" if error.errno == errno.ENOSPC else ""
@@ -254,6 +252,27 @@ def _report(error: Exception) -> int:
         return _say("out of memory; choose --set solver.fidelity=quick or a larger machine", 1)
     kind = type(error).__name__
     return _say(f"an internal error, please report it ({kind}: {error}); --debug shows where", 1)
+
+
+# problem and remedy by the type of an error of pydantic, with which typer refuses values
+_VALUE_FAULTS = {
+    "float_parsing": ("is not a number", "give a number, e.g. 1.5"),
+    "int_parsing": ("is not a whole number", "give a whole number, e.g. 4"),
+    "greater_than_equal": ("is too small", "give at least {ge}"),
+}
+
+
+def _command_line_fault(error: Any) -> str:
+    """Message about an error of typer: option, value, problem and remedy of a refused value."""
+    for fault in getattr(error.__cause__, "errors", list)()[:1]:
+        if fault["type"] in _VALUE_FAULTS:
+            problem, remedy = _VALUE_FAULTS[fault["type"]]
+            remedy = remedy.format_map(fault.get("ctx", {}))
+            return str(InputError(error.param.opts[0], str(fault["input"]), problem, remedy))
+    text = shortened(error.format_message()).rstrip(".")
+    text = text.replace("requires 2 arguments", "takes two numbers with a space between them")
+    context = getattr(error, "ctx", None)
+    return f"{text}; see {context.command_path if context else 'flexgear'} --help"
 
 
 def _warn(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:

@@ -52,7 +52,17 @@ def one_line(err: str) -> str:
         ),
         (["check", "wind-5mw", "--set", "solver=quick"], ["write it as [solver]"]),
         (["static", "wind-5mw", "--rigid", "sun"], ["--rigid", "sun", "carrier"]),
-        (["static", "wind-5mw", "--angle-deg", "x"], ["--angle-deg"]),
+        (
+            ["static", "wind-5mw", "--angle-deg", "x"],
+            ["--angle-deg: x: is not a number -- give a number"],
+        ),
+        (
+            ["response", "wind-5mw", "--speed-range", "1", "b"],
+            ["--speed-range: b: is not a number"],
+        ),
+        (["tolerance", "wind-5mw", "--samples", "2.5"], ["--samples: 2.5: is not a whole number"]),
+        (["rate", "wind-5mw", "--workers", "0"], ["--workers: 0: is too small -- give at least 1"]),
+        (["static", "wind-5mw", "--tilt"], ["--tilt", "see flexgear static --help"]),
         (["modes", "wind-5mw", "--limit-hz", "0"], ["--limit-hz", "positive"]),
         (["simulate", "wind-5mw", "--duration-s", "-1"], ["--duration-s"]),
         (["mesh", "wind-5mw", "--component", "sun"], ["--component", "sun"]),
