@@ -91,9 +91,11 @@ def _clearance(planet: int, ring: int, planets: int, helix: float) -> float:
 
 def _cost(ratio_error: float, sun: int, planet: int, ring: int) -> float:
     """Cost of tooth numbers: 1 for a gear mesh with a common divisor, for ten teeth more or less
-    than the usual pinion, and for an error of the ratio of 0.001, plus 5 for any such error."""
+    than the usual pinion, and for an error of the ratio of 0.001, plus 5 for any such error, and
+    up to 2 for one beyond the rounding of a ratio that is typed with four figures."""
     divisors = (math.gcd(sun, planet) > 1) + (math.gcd(ring, planet) > 1)
-    inexact = 0.0 if ratio_error < 1e-6 else 5.0 + 1e3 * ratio_error
+    rounding = 2.0 * min(ratio_error / 3e-4, 1.0)
+    inexact = 0.0 if ratio_error < 1e-6 else 5.0 + rounding + 1e3 * ratio_error
     return inexact + divisors + abs(min(sun, planet) - USUAL_PINION) / 10
 
 

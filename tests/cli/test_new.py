@@ -199,6 +199,13 @@ def test_a_ratio_that_tooth_numbers_have_is_met(teeth):
     assert gears["ring"].teeth / gears["sun"].teeth == pytest.approx(ring / sun, rel=1e-9)
 
 
+@pytest.mark.parametrize("typed", [5.778, 5.7778, 5.714, 4.857])
+def test_a_ratio_that_is_typed_with_four_figures_is_met_within_them(typed):
+    """1 + 129/27, 1 + 99/21, 1 + 81/21, for which gears near the ratio were proposed."""
+    gears = next(tooth_numbers(typed - 1, 3, 0.0)).gears
+    assert 1 + gears["ring"].teeth / gears["sun"].teeth == pytest.approx(typed, abs=5e-4)
+
+
 def test_bolts_are_of_usual_number_and_fit_in_the_rim():
     """Hold by friction what they say, VDI 2230 in the numbers of an M20 of grade 10.9."""
     text, (stage,) = proposed_case([StageRequest(5.5, 3, 1.0, 1.0)], Rated(1.2e5, 5.0))
