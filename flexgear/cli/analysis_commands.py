@@ -44,6 +44,7 @@ from flexgear.solve.result_warnings import (
     largest_motions,
     motion_histories,
     pulling_teeth,
+    reversed_pairs,
     two_senses,
 )
 from flexgear.solve.static import static as equilibria
@@ -207,7 +208,9 @@ def simulate(
         figures["energy_residual"] = largest_residual(account)
     distance = views.farthest(figures["distance_from_axis_um_max"])
     notes = views.neglected_lines(model, distance, torque_share)
-    notes += pulling_teeth(case, two_senses(figures["gear_mesh_force"]))
+    forces = figures["gear_mesh_force"]
+    notes += pulling_teeth(case, two_senses(forces))
+    notes += reversed_pairs(case, {g: f["max_n"] for g, f in forces.items()})
     notes += large_motions(case, largest_motions(motions.largest))
     title = f"{case.name}, {model.variant}: transient"
     analysis.show(

@@ -59,6 +59,7 @@ from flexgear.solve.result_warnings import (
     largest_motions,
     motion_histories,
     pulling_teeth,
+    reversed_pairs,
 )
 from flexgear.solve.static import position_figures
 
@@ -106,6 +107,8 @@ def equilibrium_warnings(model: Model, data: xr.Dataset) -> list[str]:
     factors = data["planet_load_factor"].min("position").to_numpy()
     groups = groups_in(data).items()
     notes += pulling_teeth(model.case, (g for g, at in groups if np.min(factors[at]) < -ROUNDING))
+    force = data["gear_mesh_force"].to_numpy()
+    notes += reversed_pairs(model.case, {g: float(force[:, at].max()) for g, at in groups})
     return notes + large_motions(model.case, largest_motions(motion_histories(data)))
 
 

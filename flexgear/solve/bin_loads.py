@@ -60,6 +60,7 @@ from flexgear.solve.stresses import (
 )
 from flexgear.solve.transient import simulate
 
+REVERSE = 1e-9  # gear-mesh force over the rated one of the other sense, above which it is reversed
 POSITIONS, SPUR_POSITIONS = 8, 32  # in a gear-mesh cycle; of spur gears with load along the face
 PAIRS = ("pair_load", "pair_stiffness")
 NEEDED = (  # variables of the equilibria's dataset
@@ -133,10 +134,25 @@ class SpectrumTrain:
         return largest
 
     @cached_property
+    def solved_case(self) -> Case:
+        """The case, with one-sided contact in stages of linear contact that a bin loads in the
+        other sense than rated torque. Linear contact would pull gears together there at the flanks
+        of rated torque, whereas the other flanks separate them: bearings of shafts feel that."""
+        rated, reverse = power_flow(self.case).stages, dict[str, str]()
+        for load_bin in self.bins:
+            loaded = power_flow(case_in_bin(self.case, load_bin)).stages
+            for before, now in zip(rated, loaded, strict=True):
+                first, second = before.sun_gear_mesh_force, now.sun_gear_mesh_force
+                opposite = (first >= 0.0) != (second >= 0.0)
+                if opposite and abs(second) > REVERSE * abs(first):
+                    reverse[f"stages.{before.name}.gear_mesh.contact_law"] = "one-sided"
+        return self.case.with_(**reverse)
+
+    @cached_property
     def model(self) -> Model:
         """The model with a load history for each load component on members, which bins set."""
         loads = tuple(_rising(*place, size) for place, size in self.largest_loads.items())
-        return assemble(self.case.with_(loads=loads))
+        return assemble(self.solved_case.with_(loads=loads))
 
     def release(self) -> None:
         """Free the memory of the model, which is assembled again on its next use."""
@@ -183,7 +199,7 @@ def _rising(member: str, frame: str, size: Array) -> MemberLoad:
 
 def model_in_bin(train: SpectrumTrain, load_bin: LoadBin) -> Model:
     """The model under the loads of a bin, without new assembly."""
-    case, model = case_in_bin(train.case, load_bin), train.model
+    case, model = case_in_bin(train.solved_case, load_bin), train.model
     flow = power_flow(case)
     pairs, sizes = model.system.pairs, model.system.pairs.load_size.copy()
     places = list(train.largest_loads)

@@ -150,6 +150,19 @@ def pulling_teeth(case: Case, groups: Iterable[str]) -> list[str]:
     ]
 
 
+def reversed_pairs(case: Case, most: Mapping[str, float]) -> list[str]:
+    """A line for each parallel stage with linear contact under a torque against its rated sense.
+    most: largest force of each group of gear meshes, N, negative where all forces are reversed."""
+    return [
+        f"Torque{of_stage(stage.name)} is against the rated sense: {PULLED} Loads of bearings are "
+        "those of gears that teeth pull together."
+        for stage in case.stages
+        if stage.kind == "parallel"
+        and stage.gear_mesh.contact_law == "linear"
+        and any(GroupName.parse(g).stage == stage.name and f < 0.0 for g, f in most.items())
+    ]
+
+
 def two_senses(forces: Mapping[str, Mapping[str, float]]) -> list[str]:
     """Groups of gear meshes whose teeth both push and pull during a run. forces: least and largest
     force of each group, of ``force_ranges``; below ``ROUNDING`` of the train's largest force one

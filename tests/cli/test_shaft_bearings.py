@@ -166,6 +166,23 @@ def test_single_rows_that_face_each_other_induce_thrust(flexgear, tmp_path, kind
                 assert rows[f"stage_1.{name}", "rated", "P"] == pytest.approx(load, rel=1e-3)
 
 
+def test_a_reversed_load_case_separates_gears_as_the_rated_one_does(flexgear, tmp_path):
+    """The thrust turns round with the torque, the radial force does not: the share of both bearings
+    is another one, also with linear contact, the default of lumped members."""
+    back = '[[load_cases]]\nname = "back"\nhours = 9\ntorque_nm = -500\nback_driven = true'
+    _, row = rated(tmp_path, PLAIN, more=back)
+    for torque, name in ((TORQUE, "rated"), (-500.0, "back")):
+        loads, _ = by_hand(torque=torque)
+        for part, both in loads.items():
+            for k, load in enumerate(both, 1):
+                assert row(f"{part}_support_{k}", "F_r", name) == pytest.approx(load, rel=1e-4)
+    path = write(tmp_path, text())
+    assert "pull" not in flexgear.out("static", path, "--quiet")
+    assert "Torque of stage 1 is against the rated sense: teeth pull" in " ".join(
+        flexgear.out("static", path, "--torque-nm", "-500", "--quiet").split()
+    )
+
+
 def test_deep_groove_balls_by_their_relative_axial_load(tmp_path):
     """f_0 F_a/C_0 half way between 0.689 and 1.03: e = 0.27, Y = 1.63."""
     loads, thrust = by_hand()
