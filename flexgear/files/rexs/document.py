@@ -209,39 +209,33 @@ def _used(
     return components
 
 
-def number(components: Sequence[Component], ids: str | Iterable[str], unit: str) -> Datum | None:
+def number(
+    components: Sequence[Component], ids: str | Iterable[str], unit: str, positive: bool = False
+) -> Datum | None:
     """The first attribute of ``ids`` that any of the components has, in ``unit``; None without one.
 
     The components describe the same part (both flanks, all planets). The value of the first one is
     taken, and equal values of the others are marked as used. Values in a unit that cannot be
-    converted remain unused.
+    converted remain unused; if only positive values count, others are as if missing.
     """
     for name in (ids,) if isinstance(ids, str) else ids:
-        for k, component in enumerate(components):
-            value = _converted(component, name, unit)
-            if value is None:
-                continue
-            attribute = component.attributes[name]
-            attribute.used = True
-            for twin in components[k + 1 :]:
-                other = _converted(twin, name, unit)
-                if other is not None and math.isclose(other, value, rel_tol=SAME, abs_tol=SAME):
-                    twin.attributes[name].used = True
-            source = ", ".join(filter(None, (component.label, name, attribute.where)))
-            return Datum(value, source)
+        values = [(c, x) for c in components if (x := _converted(c, name, unit)) is not None]
+        if positive:
+            values = [(c, x) for c, x in values if x > 0]
+        if not values:
+            continue
+        component, first = values[0]
+        for twin, other in values:
+            if math.isclose(other, first, rel_tol=SAME, abs_tol=SAME):
+                twin.attributes[name].used = True
+        where = component.attributes[name].where
+        return Datum(first, ", ".join(filter(None, (component.label, name, where))))
     return None
 
 
 def read(components: Sequence[Component], row: Row) -> Datum | None:
-    """Value of a case's field from the attributes of components, in the field's unit, or None. If
-    the row is positive, values that are not positive count as missing, and remain unused."""
-    datum = number(components, row.names, row.unit)
-    if datum is None or not row.positive or datum.value > 0:
-        return datum
-    for attributes in (component.attributes for component in components):
-        for name in row.names & attributes.keys():
-            attributes[name].used = False
-    return None
+    """Value of a case's field from the attributes of components, in the field's unit, or None."""
+    return number(components, row.names, row.unit, row.positive)
 
 
 def mean(
@@ -252,8 +246,7 @@ def mean(
 ) -> Datum | None:
     """Mean of the attributes ``names`` that the file has; None without any. positive: whether only
     values above 0 count; several names in place of one are alternatives, as for ``number``."""
-    data = [d for name in names if (d := number(components, name, unit)) is not None]
-    data = [d for d in data if not positive or d.value > 0]
+    data = [d for name in names if (d := number(components, name, unit, positive)) is not None]
     if not data:
         return None
     source = " and ".join(d.source for d in data) + ", mean" * (len(data) > 1)

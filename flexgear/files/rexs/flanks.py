@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from flexgear.files.case_text import CaseText, Datum, Section, Value
 from flexgear.files.rexs import tables as table
@@ -21,14 +21,22 @@ from flexgear.files.rexs.tables import Modification, Word, outward, tooth_side
 from flexgear.gears.paths import tooth_sides
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Row:
-    """A key of the case, its value, its source, and whether the value is assumed."""
+    """A key of the case, its value, its source, and whether the value is assumed. Rows are equal
+    that have the same key and, to rounding, the same value."""
 
     key: str
     value: Value
     why: str
     assumed: bool = False
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Row) or self.key != other.key:
+            return False
+        if isinstance(self.value, float) and isinstance(other.value, float):
+            return math.isclose(self.value, other.value, rel_tol=SAME)
+        return self.value == other.value
 
 
 @dataclass(frozen=True)
@@ -41,14 +49,10 @@ class Entry:
 
     name: str
     rows: tuple[Row, ...]
-    by_face: bool = False
+    by_face: bool = field(default=False, compare=False)
 
-    def equals(self, other: Entry | None) -> bool:
-        """Whether another entry has the same values to rounding."""
-        if other is None or self.name != other.name:
-            return False
-        a, b = ({row.key: row.value for row in entry.rows} for entry in (self, other))
-        return a.keys() == b.keys() and all(_same(value, b[key]) for key, value in a.items())
+
+Flank = dict[str, Entry]  # by the kind of each modification
 
 
 @dataclass(frozen=True)
@@ -61,12 +65,12 @@ class FlankOfGear:
     base: float
     tip: Datum | None
 
-    def entries(self, flank: Component, datum: int) -> dict[str, Entry]:
+    def entries(self, flank: Component, datum: int) -> Flank:
         """Modifications of a flank by REXS type.
 
         datum: +1 if the datum face is at the +z end in the axes of modifications, else −1.
         """
-        entries: dict[str, Entry] = {}
+        entries: Flank = {}
         ends: dict[str, tuple[Component, Entry]] = {}
         for kind, m in table.MODIFICATIONS.items():
             components = self.document.references(flank, kind)
@@ -104,7 +108,7 @@ class FlankOfGear:
     def _relief(self, component: Component, m: Modification) -> tuple[Row, ...] | None:
         """Rows of depth, length and form of a relief; None without depth or length."""
         depth, begin = read([component], m.sizes[0]), self._begin(component, m)
-        if depth is None or begin is None or not 0 < depth.value <= table.LARGEST:
+        if depth is None or begin is None or depth.value > table.LARGEST:
             return None
         shape = text([component], "shape_of_relief")
         form = Row("form", shape or "", f"{component.label}, shape_of_relief")
@@ -118,17 +122,16 @@ class FlankOfGear:
         _, along, *circles = m.sizes
         length = read([component], along)
         if length is not None:
-            return Row(along.key, length.value, length.source) if length.value > 0 else None
-        start = read([component], circles[0]) if circles else None
+            return Row(along.key, length.value, length.source)
+        start, tip = read([component], circles[0]) if circles else None, self.tip
         if start is None or start.value <= self.base:
             return None
         if m.section == "root_relief":
             return Row(circles[0].key, start.value, start.source)
-        if self.tip is None or self.tip.value <= self.base:
+        if tip is None or tip.value <= self.base or tip.value == start.value:
             return None
-        ends = [math.sqrt(d**2 - self.base**2) / 2 for d in (start.value, self.tip.value)]
-        path_length = abs(ends[1] - ends[0])
-        return Row(along.key, path_length, f"from {start.source}") if path_length > 0 else None
+        begin, end = (math.sqrt(d**2 - self.base**2) / 2 for d in (start.value, tip.value))
+        return Row(along.key, abs(end - begin), f"from {start.source}")
 
     def _end_relief(self, ends: dict[str, tuple[Component, Entry]]) -> Entry | None:
         """End relief of one end, or of both ends if they are equal.
@@ -139,7 +142,7 @@ class FlankOfGear:
             return None
         components, (first, *others) = zip(*ends.values(), strict=True)
         labels = [component.label for component in components]
-        if others and not first.equals(others[0]):
+        if others and first != others[0]:
             self.warn(
                 f"{' and '.join(labels)} differ and are left out: a flank of a case has one end"
                 " relief"
@@ -158,20 +161,6 @@ def _mark(component: Component, m: Modification) -> None:
         attribute = component.attributes.get(name)
         if attribute is not None and attribute.value == word:
             attribute.used = True
-
-
-def _same(a: Value, b: Value) -> bool:
-    if isinstance(a, float | int) and isinstance(b, float | int):
-        return math.isclose(a, b, rel_tol=SAME)
-    return a == b
-
-
-Flank = dict[str, Entry]  # by the kind of each modification
-
-
-def _equal(first: Flank, other: Flank) -> bool:
-    """Whether two flanks have the same modifications."""
-    return first.keys() == other.keys() and all(first[k].equals(other[k]) for k in first)
 
 
 @dataclass(frozen=True)
@@ -195,7 +184,8 @@ class GearFlanks:
     @property
     def differ(self) -> bool:
         """Whether left and right flank differ."""
-        return not _equal(*self.flanks.values())
+        left, right = self.flanks.values()
+        return left != right
 
     def side(self, name: str, forward: bool) -> int:
         """Side of the tooth of a flank, +1 towards +θ, −1 towards −θ.
@@ -242,7 +232,7 @@ class FlankReader:
                     self.case.stage, stage.kind, role, section, gear, assumed, flanks, words
                 )
                 first = first or gear_flanks
-                if any(not _equal(first.flanks[side], flanks[side]) for side in words):
+                if first.flanks != flanks:
                     self.case.warn(
                         f"{gear.label}: its modified flanks are not those of {first.gear.label},"
                         " which are used for all"
@@ -334,13 +324,13 @@ class FlankReader:
             )
         whole = self._section(of_gear, "")
         for kind, entry in left.items():
-            if entry.equals(right.get(kind)):
+            if entry == right.get(kind):
                 self._put(of_gear, whole, "", entry)
         for name in ("sun", "ring") if of_gear.role == "planet" else ("drive", "coast"):
             side = of_gear.side(name, forward)
             section, opposite = self._section(of_gear, f".{name}"), of_gear.flanks[-side]
             for kind, entry in of_gear.flanks[side].items():
-                if not entry.equals(opposite.get(kind)):
+                if entry != opposite.get(kind):
                     which = f"; {of_gear.words[side]} flank"
                     self._put(of_gear, section, f".{name}", entry, which)
 

@@ -26,102 +26,89 @@ from flexgear.files.rexs.train_out import TrainOut
 from flexgear.gears.load_bins import HOUR, LoadBin, bins_of_load_cases
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import stage_radii
-from flexgear.model.bearings import Bearing
+from flexgear.model.bearings import Bearing, Lubricant
+from flexgear.model.bodies import Shaft
 from flexgear.model.case import Case
-from flexgear.model.member import LumpedInertia, MatedGear, PlanetGear
-from flexgear.model.modifications import FLANKS, FlankModifications
+from flexgear.model.member import GearMember, LumpedInertia
+from flexgear.model.modifications import FlankModifications
 from flexgear.model.names import GroupName, MemberName
+from flexgear.model.rating import GearRating
 from flexgear.model.section import Section
 from flexgear.model.stage import Stage
 from flexgear.model.train import Input, Joint, MemberLoad, Output
 from flexgear.model.units import Quantity
 
-_WRITTEN = {
-    "name", "title", "source", "gravity", "material", "stages", "joints", "held", "inputs",
-    "output", "loads", "load_cases", "spectrum", "lubricant",
+
+def _all_but(kind: type[Section], *written: str) -> tuple[str, ...]:
+    """Keys of a type of section, without those that REXS holds."""
+    return tuple(key for key in kind.model_fields if key not in written)
+
+
+_UNWRITTEN: dict[type[Section], Iterable[str]] = {  # by type of section, what REXS does not hold
+    Case: _all_but(
+        Case, "name", "title", "source", "gravity", "material", "stages", "joints", "held",
+        "inputs", "output", "loads", "load_cases", "spectrum", "lubricant",
+    ),
+    Lubricant: _all_but(Lubricant, *(row.field for row in (*table.VISCOSITIES, table.OIL))),
+    **{
+        port: _all_but(
+            port, "member", "speed", "torque", "power", "inertia", "mass", "tilt_inertia", "bearing"
+        )
+        for port in (Input, Output)
+    },
+    Joint: ("damping",),
+    Stage: ("errors", "gear_mesh"),
+    Bearing: ("damping", "elements", "journal", "mean_diameter", "rollers"),
+    Shaft: ("flexible", "elements_per_section"),
+    GearMember: ("body_factor",),
+    GearRating: _all_but(
+        GearRating, "steel", "grade", "accuracy_grade",
+        *(row.field for row in (*table.GEAR_STRENGTH, *table.GEAR_SURFACE)),
+    ),
+    FlankModifications: _all_but(FlankModifications, *table.KEYS),
 }  # fmt: skip
-_UNWRITTEN = sorted(FlankModifications.model_fields.keys() - table.KEYS)  # keys of modifications
-_WRITTEN_OF_RATING = {row.field for row in (*table.GEAR_STRENGTH, *table.GEAR_SURFACE)} | {
-    "steel", "grade", "accuracy_grade",
-}  # fmt: skip
-_WRITTEN_OF_LUBRICANT = {row.field for row in (*table.VISCOSITIES, table.OIL)}
-_UNWRITTEN_OF_SPRINGS = ("damping", "elements", "journal", "mean_diameter", "rollers")
-_WRITTEN_OF_PORTS = {
-    "member", "speed", "torque", "power", "inertia", "mass", "tilt_inertia", "bearing",
-}  # fmt: skip
+_OF_FE_BODIES = ("fe", "hub", "bearing_drive", "bearing_far")
 
 
 def not_written(case: Case) -> list[str]:
     """Descriptions of the parts of a case that its REXS model does not contain."""
-    unwritten = _set_except(case, "", _WRITTEN)
-    if case.lubricant is not None:
-        unwritten += _set_except(case.lubricant, "lubricant.", _WRITTEN_OF_LUBRICANT)
-    for k, port in enumerate(case.ports):
-        path = "output" if port is case.output else f"inputs[{k}]"
-        unwritten += _set_except(port, f"{path}.", _WRITTEN_OF_PORTS)
-        unwritten += _not_written_of_bearing(port.bearing, f"{path}.bearing.")
-    unwritten += [f"loads on {load.member}" for load in case.loads if not _is_written(load)]
+    unwritten = [f"loads on {load.member}" for load in case.loads if not _is_written(load)]
     states = [state for c in case.load_cases for _, _, state in c.states("")]
     if any(s.frame != "fixed" and (s.force or s.moment) for s in states):
         unwritten.append("loads of load_cases in rotating frames")
-    for k, joint in enumerate(case.joints):
-        unwritten += _set_keys(joint, f"joints[{k}].", "damping")
-    for stage in case.stages:
-        unwritten += _not_written_of_stage(stage)
+    for path, section in _written_sections("", case):
+        unwritten += [f"{path}{key}" for key in _unwritten_keys(section) if _is_set(section, key)]
+        if isinstance(section, Bearing) and section.thrust is not None:
+            unwritten.append(f"{path}thrust" + (": static factors" if thrust_out(section) else ""))
+        elif isinstance(section, LumpedInertia) and (section.inertia or section.equivalent_mass):
+            unwritten.append(f"{path[:-1]}: its moment of inertia")
+        elif isinstance(section, Stage) and "fe" in map(section.form, (*section.members, "planet")):
+            unwritten.append(f"{path[:-1]}: FE bodies, bearings of an FE carrier")
     return unwritten
 
 
-def _not_written_of_stage(stage: Stage) -> list[str]:
-    """Descriptions of the parts of a stage that the REXS model does not contain."""
-    prefix = f"stages.{stage.name}."
-    unwritten = _set_keys(stage, prefix, "errors", "gear_mesh")
-    bearing = stage.planet_bearing
-    unwritten += _not_written_of_bearing(bearing, f"{prefix}planet_bearing.")
-    for name in (*stage.members, "planet"):
-        member, path = getattr(stage, name, None), f"{prefix}{name}"
-        if getattr(member, "inertia", None) or getattr(member, "equivalent_mass", None):
-            unwritten.append(f"{path}: its moment of inertia")
-        if isinstance(member, LumpedInertia):
-            for key, support in member.supports.items():
-                unwritten += _not_written_of_bearing(support, f"{path}.{key}.")
-        if isinstance(member, MatedGear | PlanetGear):
-            unwritten += _set_keys(member, f"{path}.", "body_factor")
-            unwritten += _set_except(member.rating, f"{path}.rating.", _WRITTEN_OF_RATING)
-            path, modifications = f"{path}.modifications.", member.modifications
-            unwritten += _set_keys(modifications, path, *_UNWRITTEN)
-            for flank in FLANKS:
-                of_flank = getattr(modifications, flank, None)
-                unwritten += _set_keys(of_flank, f"{path}{flank}.", *_UNWRITTEN)
-    if stage.sun is not None:
-        keys = ("flexible", "elements_per_section")
-        unwritten += _set_keys(stage.sun.shaft, f"{prefix}sun.shaft.", *keys)
-    if "fe" in map(stage.form, (*stage.members, "planet")):
-        unwritten.append(f"{prefix[:-1]}: FE bodies, bearings of an FE carrier")
-    return unwritten
+def _written_sections(path: str, section: Section) -> Iterator[tuple[str, Section]]:
+    """A section and those nested in it that REXS holds, each behind the path of its keys."""
+    yield path, section
+    for key in _all_but(type(section), *_unwritten_keys(section), *_OF_FE_BODIES):
+        parts = getattr(section, key)
+        for k, part in enumerate(parts if isinstance(parts, tuple) else (parts,)):
+            place = part.name if isinstance(part, Stage) else k
+            which = f".{place}" if isinstance(parts, tuple) else ""
+            if isinstance(part, Section):
+                yield from _written_sections(f"{path}{key}{which}.", part)
 
 
-def _not_written_of_bearing(bearing: Bearing | None, prefix: str) -> list[str]:
-    """Paths of the keys of a bearing that the REXS model does not contain."""
-    unwritten = _set_keys(bearing, prefix, *_UNWRITTEN_OF_SPRINGS)
-    if bearing is not None and bearing.thrust is not None:
-        unwritten.append(f"{prefix}thrust" + (": static factors" if thrust_out(bearing) else ""))
-    return unwritten
+def _unwritten_keys(section: Section) -> list[str]:
+    """Keys of a section that REXS does not hold, whether they are set or not."""
+    keys = [k for kind, keys in _UNWRITTEN.items() if isinstance(section, kind) for k in keys]
+    return [key for key in keys if key in type(section).model_fields]
 
 
-def _set_except(section: Section, prefix: str, written: Iterable[str]) -> list[str]:
-    """Paths of the keys of a section that are set and not in ``written``."""
-    return _set_keys(section, prefix, *(k for k in type(section).model_fields if k not in written))
-
-
-def _set_keys(section: Section | None, prefix: str, *keys: str) -> list[str]:
-    """Paths of those of ``keys`` that a section has with a value other than the default."""
-    fields = {} if section is None else type(section).model_fields
-    return [
-        f"{prefix}{key}"
-        for key in keys
-        if key in fields
-        and getattr(section, key) != fields[key].get_default(call_default_factory=True)
-    ]
+def _is_set(section: Section, key: str) -> bool:
+    """Whether a section has a key with a value other than the default."""
+    default = type(section).model_fields[key].get_default(call_default_factory=True)
+    return bool(getattr(section, key) != default)
 
 
 class BinResults(NamedTuple):
@@ -139,21 +126,19 @@ class BinResults(NamedTuple):
 def model_of_case(case: Case, rated: BinResults | None = None) -> Outgoing:
     """The REXS model of a case with its load cases, or with the bins and results of a rating.
     Raises InputError for a train whose speeds are not determined."""
-    model = Outgoing()
-    unit = model.add(
-        "gear_unit", case.title or case.name, **located((0.0, 0.0, 0.0)), **_gravity(case)
-    )
-    casing = model.part(unit, "gear_casing", "casing", **_oil_temperature(case))
+    train = TrainOut(case=case, flow=power_flow(case), places=places(case))
+    origin = located((0.0, 0.0, 0.0))
+    train.unit = train.add("gear_unit", case.title or case.name, **origin, **_gravity(case))
+    train.casing = train.part(train.unit, "gear_casing", "casing", **_oil_temperature(case))
     if case.lubricant is not None:
-        oil = model.add("lubricant", "oil", **table.written(case.lubricant, table.VISCOSITIES))
-        model.relate("reference", origin=casing, referenced=oil)
-    train = TrainOut(case, power_flow(case), model, places(case), unit, casing)
+        oil = train.add("lubricant", "oil", **table.written(case.lubricant, table.VISCOSITIES))
+        train.relate("reference", origin=train.casing, referenced=oil)
     for stage in case.stages:
         StageOut(train, stage).add()
     for joint in case.joints:
         _add_joint(train, joint)
     for member, speed in train.flow.speed.items() if case.ports else ():
-        model.result(train.shafts[member], rotational_speed=speed)
+        train.result(train.shafts[member], rotational_speed=speed)
     ports = {port.member: _add_port(train, port) for port in case.ports}
     bins = bins_of_load_cases(case) if rated is None else rated.bins
     forces: dict[str, list[int]] = {}
@@ -166,8 +151,8 @@ def model_of_case(case: Case, rated: BinResults | None = None) -> Outgoing:
         _add_load_case(train, load_bin, ports, forces)
         for number, attributes in _results(train, rated) if rated else ():
             values = {name: float(by_bin[b]) for name, by_bin in attributes.items()}
-            model.result(number, **{name: x for name, x in values.items() if math.isfinite(x)})
-    return model
+            train.result(number, **{name: x for name, x in values.items() if math.isfinite(x)})
+    return train
 
 
 def _results(train: TrainOut, rated: BinResults) -> Iterator[tuple[int, Mapping[str, Array]]]:
@@ -177,7 +162,7 @@ def _results(train: TrainOut, rated: BinResults) -> Iterator[tuple[int, Mapping[
         yield from ((number, attributes) for number in train.gear_data[key])
     for name, attributes in rated.bearings.items():
         for number in train.bearings.get(name, ()):
-            if train.model.components[number - 1][0] != "concept_bearing":
+            if train.components[number - 1][0] != "concept_bearing":
                 yield number, attributes
 
 
@@ -199,25 +184,25 @@ def _gravity(case: Case) -> dict[str, Written | None]:
 
 
 def _add_joint(train: TrainOut, joint: Joint) -> None:
-    model, name, ends = train.model, f"{joint.first} – {joint.second}", (joint.first, joint.second)
-    first, second = map(train.end, ends)
+    name = f"{joint.first} – {joint.second}"
+    first, second = train.end(joint.first), train.end(joint.second)
     if joint.length is not None and joint.outer_diameter is not None:
-        shaft = model.part(train.unit, "shaft", name, **located(train.places[joint.first]))
+        shaft = train.part(train.unit, "shaft", name, **located(train.places[joint.first]))
         section = (joint.length, joint.outer_diameter, joint.inner_diameter)
-        add_section(model, shaft, 0.0, *section)
-        model.side("coupling", first, shaft, name, u_coordinate_on_shaft_outer_side=0.0)
-        model.side("coupling", shaft, second, name, u_coordinate_on_shaft_inner_side=joint.length)
+        add_section(train, shaft, 0.0, *section)
+        train.side("coupling", first, shaft, name, u_coordinate_on_shaft_outer_side=0.0)
+        train.side("coupling", shaft, second, name, u_coordinate_on_shaft_inner_side=joint.length)
         return
     at = MemberName.parse(joint.first)
     torsion = torsion_out(joint, stage_radii(train.case.view(at.stage)), at.part)
     springs = springs_out(joint, 1.0)
-    model.side("coupling", first, second, name, rotational_stiffness=torsion, **springs)
+    train.side("coupling", first, second, name, rotational_stiffness=torsion, **springs)
 
 
 def _add_port(train: TrainOut, port: Input | Output) -> int:
     """Add the external load at a port; returns its id."""
     shaft, inertia = train.end(port.member), train.case.port_inertia(port.member)
-    number = train.model.part(
+    number = train.part(
         shaft,
         "external_load",
         port.member,
@@ -227,9 +212,9 @@ def _add_port(train: TrainOut, port: Input | Output) -> int:
     )
     if train.case.output is not None:
         torque, power = train.flow.torque[port.member], train.flow.power[port.member]
-        train.model.result(number, torque_around_u_axis=torque, power=power)
+        train.result(number, torque_around_u_axis=torque, power=power)
     if inertia > 0 or port.mass is not None:
-        train.model.part(
+        train.part(
             shaft,
             "additional_mass",
             u_coordinate_on_shaft=0.0,
@@ -245,7 +230,7 @@ def _add_forces(train: TrainOut, forces: dict[str, list[int]], member: str, load
     """Add an external load (6,) on a member and append its id to ``forces``."""
     begins_here = member in train.ends  # the shaft behind a spline
     at = 0.0 if begins_here else train.places[member][0] - train.begins[member]
-    number = train.model.part(
+    number = train.part(
         train.end(member),
         "external_load",
         f"force on {member}",
@@ -261,21 +246,20 @@ def _add_load_case(
 ) -> None:
     """Add a load case with speeds, torques, powers and loads of a load bin. ports, forces: ids of
     external loads by member. Loads equal to those of the case are not repeated."""
-    model = train.model
-    model.begin_load_case(load_bin.name)
-    model.result(train.unit, operating_time=HOUR * load_bin.hours)
+    train.begin_load_case(load_bin.name)
+    train.result(train.unit, operating_time=HOUR * load_bin.hours)
     for member, speed in load_bin.speed.items():
-        model.result(train.shafts[member], rotational_speed=speed)
+        train.result(train.shafts[member], rotational_speed=speed)
     for member, number in ports.items():
         torque = load_bin.torque[member]
         power = torque * load_bin.speed[member]
-        model.result(number, torque_around_u_axis=torque, power=power)
+        train.result(number, torque_around_u_axis=torque, power=power)
     for member, numbers in forces.items():
         loads = [load for load in load_bin.loads if load.member == member]
         if loads != [load for load in train.case.loads if load.member == member]:
             total = sum((load.first for load in filter(_is_written, loads)), np.zeros(6))
             for k, number in enumerate(numbers):
-                model.result(number, **_force_attributes(np.zeros(6) if k else total))
+                train.result(number, **_force_attributes(np.zeros(6) if k else total))
 
 
 def _is_written(load: MemberLoad) -> bool:

@@ -32,12 +32,12 @@ _DATUM, _ORIENTATION = -1, "negative"
 class StageOut:
     """Adds one stage to a model.
 
-    gears, gear_meshes: role and id of each. words: REXS flank ("left", "right") by member and name
-    of the flank. reach: distance from the start of a shaft to the middle of the stage, m.
+    words: REXS flank ("left", "right") by member and name of the flank. reach: distance from the
+    start of a shaft to the middle of the stage, m. speed: of the gears, by role.
     """
 
     def __init__(self, train: TrainOut, stage: Stage) -> None:
-        self.train, self.stage, self.model = train, stage, train.model
+        self.train, self.stage = train, stage
         self.view = train.case.view(stage.name)
         self.geometry = stage_geometry(self.view)
         self.flow = train.flow.stage(stage.name)
@@ -52,8 +52,8 @@ class StageOut:
         beam = stage.sun.shaft if stage.sun else None
         below = () if beam is None or beam.direction == "+z" else beam.sections
         self.sun_reach = max(self.reach, sum(section.length for section in below))
-        self.gears: list[tuple[str, int]] = []
-        self.gear_meshes: list[tuple[str, int]] = []
+        flow = self.flow
+        self.speed = {"sun": flow.sun_speed, "ring": flow.ring_speed, "planet": flow.planet_speed}
 
     def add(self) -> None:
         """Add stage, shafts, gears, gear meshes, supports and results."""
@@ -65,33 +65,21 @@ class StageOut:
             self._support(part)
         if self.stage.sun is not None and self.stage.sun.shaft is not None:
             self._sun_shaft(self.stage.sun.shaft)
-        if self.train.case.ports:
-            self._results()
-
-    def _results(self) -> None:
-        """Add speeds of the gears, and the force in the gear mesh of each planet and half."""
-        flow = self.flow
-        speed = {"sun": flow.sun_speed, "ring": flow.ring_speed, "planet": flow.planet_speed}
-        for role, number in self.gears:
-            self.model.result(number, rotational_speed=speed[role])
-        for role, number in self.gear_meshes if self.loaded else ():
-            force = abs(flow.gear_mesh_forces[role]) * math.cos(self.geometry.base_helix_angle)
-            self.model.result(number, nominal_tangential_force_at_base_diameter=force)
 
     def _planetary(self) -> None:
-        name, stage, model = self.stage.name, self.stage, self.model
-        u, v, w = place = self.train.places[f"{name}.sun"]
-        number = model.part(self.train.unit, "planetary_stage", name)
+        name, stage, train = self.stage.name, self.stage, self.train
+        u, v, w = place = train.places[f"{name}.sun"]
+        number = train.part(train.unit, "planetary_stage", name)
         assert stage.carrier is not None
-        frame = model.part(
+        frame = train.part(
             number, "planet_carrier", f"{name}.carrier", mass_of_component=stage.carrier.mass
         )
         drive = self._shaft(f"{name}.carrier", place, frame)
-        model.relate("planet_carrier_shaft", planetary_stage=number, shaft=drive)
+        train.relate("planet_carrier_shaft", planetary_stage=number, shaft=drive)
         central = {}
         for role in ("sun", "ring"):
             shaft = self._shaft(f"{name}.{role}", place)
-            model.relate("central_shaft", planetary_stage=number, shaft=shaft)
+            train.relate("central_shaft", planetary_stage=number, shaft=shaft)
             central[role] = self._gears(role, shaft, f"{name}.{role}", place)
         arm, bearing = self.geometry.center_distance, stage.planet_bearing
         for k, angle in enumerate(stage.planet_angles):
@@ -99,11 +87,11 @@ class StageOut:
             centre = (u, v + arm * math.cos(angle), w + arm * math.sin(angle))
             shaft = self._shaft(planet, centre)
             begin = (u - self.reach, *centre[1:])
-            pin = model.part(frame, "shaft", f"{planet} pin", **located(begin))
-            model.relate("planet_shaft", planetary_stage=number, shaft=shaft)
-            model.relate("planet_pin", planetary_stage=number, shaft=pin)
+            pin = train.part(frame, "shaft", f"{planet} pin", **located(begin))
+            train.relate("planet_shaft", planetary_stage=number, shaft=shaft)
+            train.relate("planet_pin", planetary_stage=number, shaft=pin)
             gears = self._gears("planet", shaft, planet, centre)
-            self.train.bearings[MemberName.of(name, f"planet_bearing_{k + 1}")] = [
+            train.bearings[MemberName.of(name, f"planet_bearing_{k + 1}")] = [
                 self._bearing(pin, shaft, f"{planet} bearing", bearing, centre, 1.0 / bearing.count)
                 for _ in range(bearing.count)
             ]
@@ -138,22 +126,22 @@ class StageOut:
         The spline connects to the casing if the sun is held, else to a shaft with the port's
         bearing.
         """
-        train, model, member = self.train, self.model, f"{self.stage.name}.sun"
+        train, member = self.train, f"{self.stage.name}.sun"
         shaft, at, held = train.shafts[member], self.sun_reach, member in train.case.held_members()
         for section in beam.sections:
             end = max(at + (section.length if beam.direction == "+z" else -section.length), 0.0)
             sizes = (section.length, section.outer_diameter, section.inner_diameter)
-            add_section(model, shaft, min(at, end), *sizes)
+            add_section(train, shaft, min(at, end), *sizes)
             at = end
         u, v, w = train.places[member]
         end_place = (u + at - self.sun_reach, v, w)
         if held:
             behind = train.casing
         else:
-            behind = model.part(train.unit, "shaft", f"{member} end", **located(end_place))
+            behind = train.part(train.unit, "shaft", f"{member} end", **located(end_place))
             train.ends[member] = behind
         springs = springs_out(beam.spline, 1.0) | {"rotational_stiffness": beam.spline.stiffness[5]}
-        model.side(
+        train.side(
             "coupling", shaft, behind, f"{member} spline", **located(end_place), **springs,
             u_coordinate_on_shaft_inner_side=at,
             u_coordinate_on_shaft_outer_side=None if held else 0.0,
@@ -165,7 +153,7 @@ class StageOut:
             train.bearings[SupportName.of(f"{self.stage.name}.output")] = [number]
 
     def _gears(self, role: str, shaft: int, name: str, place: Place) -> list[int]:
-        """Add a gear for each half of the stage; returns their ids.
+        """Add a gear for each half of the stage, with its speed; returns their ids.
 
         place: position of the middle of the stage on the gear's axis.
         """
@@ -178,7 +166,7 @@ class StageOut:
         for half in self.halves:
             helix = stage.helix_angle * (1 if right != (half > 0) else -1)
             middle = self._middle(half)
-            number = self.model.part(
+            number = self.train.part(
                 shaft,
                 "ring_gear" if ring else "cylindrical_gear",
                 name,
@@ -201,20 +189,22 @@ class StageOut:
                 **{table.ACCURACY[0]: None if grade is None or grade > 11 else str(grade)},
             )
             material = self.train.material(gear.rating)
-            self.model.relate("reference", origin=number, referenced=material)
+            self.train.relate("reference", origin=number, referenced=material)
             if ring and gear.rim_thickness is not None:
-                self.model.part(number, "gear_body", gear_body_rim_thickness=gear.rim_thickness)
+                self.train.part(number, "gear_body", gear_body_rim_thickness=gear.rim_thickness)
             self._flanks(number, role, half)
-            self.gears.append((role, number))
+            if self.train.case.ports:
+                self.train.result(number, rotational_speed=self.speed[role])
             numbers.append(number)
         return numbers
 
     def _gear_mesh(self, whole: int, role: str, pair: tuple[int, int, str], name: str) -> None:
-        """Add a cylindrical_stage; pair: ids of the gear of this role and the planet, and side."""
+        """Add a cylindrical_stage with its force. pair: ids of the gear of this role and of the
+        planet, and side."""
         *gears, side = pair
         group = GroupName.of(self.stage.name, self.view.part(role), side)
         geometry = self.geometry.gear_meshes[role]
-        number = self.model.part(
+        number = self.train.part(
             whole,
             "cylindrical_stage",
             name,
@@ -226,34 +216,36 @@ class StageOut:
             overlap_contact_ratio=geometry.overlap_ratio or None,
             total_contact_ratio=geometry.total_contact_ratio,
         )
-        self.gear_meshes.append((role, number))
-        self.model.relate("stage", stage=number, gear_1=gears[0], gear_2=gears[1])
+        if self.loaded:
+            force = abs(self.flow.gear_mesh_forces[role]) * math.cos(self.geometry.base_helix_angle)
+            self.train.result(number, nominal_tangential_force_at_base_diameter=force)
+        self.train.relate("stage", stage=number, gear_1=gears[0], gear_2=gears[1])
         for gear, of in zip(gears, (role, "planet"), strict=True):
-            data = self.model.add(
+            data = self.train.add(
                 "cylindrical_stage_gear_data",
                 operating_pressure_angle_in_the_transverse_section=geometry.working_angle,
             )
-            self.model.relate("stage_gear_data", stage=number, gear=gear, stage_gear_data=data)
+            self.train.relate("stage_gear_data", stage=number, gear=gear, stage_gear_data=data)
             self.train.gear_data.setdefault((group, of), []).append(data)
             if self.loaded:
                 part = self.view.part(of)
                 flank = self.words[part, role if part == "planet" else "drive"]
-                self.model.result(data, **{table.LOADED: flank})
+                self.train.result(data, **{table.LOADED: flank})
 
     def _flanks(self, number: int, role: str, half: int) -> None:
         """Add both flanks of a gear, and its tool."""
         gear, tool = self.members[role], self.geometry.gears[role].tool
         flanks = {
-            word: self.model.add(
+            word: self.train.add(
                 "cylindrical_gear_flank",
                 normal_pressure_angle=self.stage.pressure_angle,
                 addendum_modification_coefficient=gear.profile_shift,
             )
             for word in table.WORDS
         }
-        self.model.relate("flank", gear=number, left=flanks["left"], right=flanks["right"])
+        self.train.relate("flank", gear=number, left=flanks["left"], right=flanks["right"])
         cutter = tool if isinstance(tool, CutterTool) else None
-        made_by = self.model.add(
+        made_by = self.train.add(
             "cutter_wheel_tool" if cutter else "rack_shaped_tool",
             number_of_teeth=round(cutter.teeth) if cutter else None,
             addendum_modification_coefficient=gear.tool.profile_shift if cutter else None,
@@ -262,7 +254,7 @@ class StageOut:
             addendum_coefficient_reference_profile=None if cutter else gear.dedendum,
             **(table.written(gear.tool, table.PROTUBERANCE) if gear.tool.protuberance else {}),
         )
-        settings = self.model.add(
+        settings = self.train.add(
             "cylindrical_gear_manufacturing_settings",
             machining_allowance=gear.tool.grinding_allowance or None,
         )
@@ -270,7 +262,7 @@ class StageOut:
             word: name for (of, name), word in self.words.items() if of == self.view.part(role)
         }
         for word, flank in flanks.items():
-            self.model.relate(
+            self.train.relate(
                 "manufacturing_step",
                 1,
                 workpiece=flank,
@@ -279,7 +271,7 @@ class StageOut:
             )
             modifications = gear.modifications.of(names[word])
             for component in self._modifications(modifications, table.outward(_DATUM, half)):
-                self.model.relate("reference", origin=flank, referenced=component)
+                self.train.relate("reference", origin=flank, referenced=component)
 
     def _modifications(self, modifications: FlankModifications, datum: int) -> Iterator[int]:
         """Add the modifications of one flank; yields their ids.
@@ -295,7 +287,7 @@ class StageOut:
             sizes = table.written(part, m.sizes, -datum if m.by_face else 1)
             if sizes:
                 words = {"shape_of_relief": part.form} if m.section else m.words
-                yield self.model.add(kind, **words, **sizes)
+                yield self.train.add(kind, **words, **sizes)
 
     def _support(self, part: str) -> None:
         """Springs to the casing; of a held member couplings, which take its torque."""
@@ -319,7 +311,7 @@ class StageOut:
             if torsion > 0:  # a coupling without this attribute is rigid
                 springs["rotational_stiffness"] = torsion * copies
             place = located((u + support.z, v, w))
-            self.model.side("coupling", shaft, casing, f"{member} held{which}", **place, **springs)
+            self.train.side("coupling", shaft, casing, f"{member} held{which}", **place, **springs)
 
     def _bearing(
         self, inner: int, outer: int, name: str, springs: Bearing, place: Place, share: float
@@ -331,7 +323,7 @@ class StageOut:
             ball = springs.rolling == "ball"
             rating = {**table.written(springs, table.RATING), **thrust_out(springs)}
             rating["bearing_type"] = f"radial_{'grooved_ball' if ball else 'roller'}_bearing"
-        return self.model.side(
+        return self.train.side(
             kind, inner, outer, name, **located((place[0] + springs.z, *place[1:])),
             **springs_out(springs, share), **rating, **{clearance: 2 * springs.clearance or None},
         )  # fmt: skip

@@ -366,7 +366,10 @@ MODIFICATIONS = {
     ),
     **{
         kind: Modification(
-            tuple(Row(key, unit, (f"{kind}_{name}",)) for key, (unit, name) in _RELIEF.items()),
+            tuple(
+                Row(key, unit, (f"{kind}_{name}",), positive=True)
+                for key, (unit, name) in _RELIEF.items()
+            ),
             section=kind,
         )
         for kind in ("tip_relief", "root_relief")
@@ -374,8 +377,8 @@ MODIFICATIONS = {
     **{
         f"end_relief_{face}": Modification(
             (
-                Row("amount", "um", (f"end_relief_depth_{face}",)),
-                Row("length", "mm", (f"end_relief_length_{face}",)),
+                Row("amount", "um", (f"end_relief_depth_{face}",), positive=True),
+                Row("length", "mm", (f"end_relief_length_{face}",), positive=True),
             ),
             section="end_relief",
             face=side,

@@ -14,9 +14,9 @@ from flexgear.model.rating import GearRating
 from flexgear.model.section import Refusal
 
 
-@dataclass
-class TrainOut:
-    """A train that is exported to a REXS model, with the ids of its components.
+@dataclass(kw_only=True)
+class TrainOut(Outgoing):
+    """The REXS model of a train, with the ids of its components.
 
     places: positions of members. unit, casing: ids. shafts, begins: id of the shaft of a member or
     planet, and where it begins along u, m. materials: ids by their attributes.
@@ -26,10 +26,9 @@ class TrainOut:
 
     case: Case
     flow: PowerFlow
-    model: Outgoing
     places: dict[str, Place]
-    unit: int
-    casing: int
+    unit: int = 0
+    casing: int = 0
     shafts: dict[str, int] = field(default_factory=dict)
     begins: dict[str, float] = field(default_factory=dict)
     ends: dict[str, int] = field(default_factory=dict)
@@ -52,14 +51,14 @@ class TrainOut:
                 attributes |= {} if strength is None else {row.names[0]: strength}
         key = tuple(attributes.items())
         if key not in self.materials:
-            self.materials[key] = self.model.add("material", rating.steel or "steel", **attributes)
+            self.materials[key] = self.add("material", rating.steel or "steel", **attributes)
         return self.materials[key]
 
     def shaft(self, member: str, place: Place, whole: int) -> int:
         """Add the shaft of a member or planet that begins at ``place``; returns its id."""
         port = self.case.port_at(member)
         defines = None if port is None else port.speed is not None
-        number = self.model.part(whole, "shaft", member, **located(place), defines_speed=defines)
+        number = self.part(whole, "shaft", member, **located(place), defines_speed=defines)
         self.shafts[member], self.begins[member] = number, place[0]
         return number
 
