@@ -146,15 +146,18 @@ class Recovery:
 
     def link_force(self, name: str) -> Array:
         """Force and moment (t, 6) in a link or bearing, in its axes, N and N·m; for carrier and sun
-        bearings in carrier axes, also where their stiffness is fixed in the housing. KeyError for
-        an unknown name."""
+        bearings in carrier axes, also where their stiffness is fixed in the housing. In a joint
+        those that its first member exerts on it, with its damper. KeyError for an unknown name."""
         for support in self.modal.system.rotating_frame_supports:
             if support.name == name:
                 return self._turning_force(support) + self._law_force(name, support.rows)
         link = next((x for x in self.modal.system.links if x.name == name), None)
         if link is None:
             raise KeyError(name)
-        return self._link_motions[name] @ link.matrix.T + self._law_force(name, link.rows)
+        force = self._link_motions[name] @ link.matrix[:6].T
+        if len(link.rows) == 6:
+            return force + self._law_force(name, link.rows)
+        return force + self._law_force(f"{name}_damper", link.rows[:6] - link.rows[6:])
 
     @cached_property
     def _link_motions(self) -> dict[str, Array]:

@@ -204,9 +204,9 @@ class System(BodyCoordinates):
     @property
     def torque_names(self) -> list[str]:
         """Names of the ports and springs whose torque a sensor may measure."""
-        links = [link.name for link in self.links if len(link.rows) == 6]
+        names = [port.name for port in self.ports] + [link.name for link in self.links]
         supports = [support.name for support in self.rotating_frame_supports]
-        return list(dict.fromkeys([*(port.name for port in self.ports), *links, *supports]))
+        return list(dict.fromkeys(names + supports))
 
     @property
     def rated_port_torques(self) -> Array:

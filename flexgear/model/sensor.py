@@ -35,8 +35,9 @@ class Sensor(Section):
     name: name in results. on: body, such as "stage.ring", "stage.carrier", "stage.planet_2" or
     "housing"; for a torque the member of an input or output, or the name of a joint, bearing or
     spline in results. measures: acceleration, velocity or displacement of the point; strain of the
-    surface; speed of rotation; torque about z. angle: of the ray from the x axis. z: of the ray,
-    from the middle of the face. place: x, y, z of a point; the centre of a lumped body if left out.
+    surface; speed of rotation, of an FE ring the mean over its teeth; torque about z. angle: of the
+    ray from the x axis. z: of the ray, from the middle of the face. place: x, y, z of a point; the
+    centre of a lumped body if left out.
     node: interface node of a body without FE mesh. tooth: number, from 1, of the ring's tooth in
     whose root fillet a strain gauge is, where the tangent is at 60° to the middle line of the tooth
     (ISO 6336-3). side: of that tooth, towards lower or higher angles; a planet that a carrier moves

@@ -21,7 +21,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.radii import stage_radii
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearWarning, InputError
-from flexgear.model.names import MemberName
+from flexgear.model.names import MemberName, NodeName
 from flexgear.model.sensor import ON_AXIS, USUAL_RATE, Sensor
 from flexgear.solve.bodies import Bodies
 from flexgear.solve.sensor_quantities import (
@@ -57,7 +57,7 @@ class SensorPlace:
         """The measured quantity. InputError for a position off the body."""
         sensor, system = self.sensor, self.system
         if sensor.measures == "speed":
-            row = system.node_rows(self.body.name, self.node)[5:]
+            row = self._rotation
             return Quantity(self._motion(row, row[0] @ system.rolling).total, order=1)
         if sensor.measures == "strain":
             return Quantity(self._motion(self._strain()).elastic)
@@ -92,6 +92,20 @@ class SensorPlace:
             return self.sensor.node
         usual = NODES.get(self.body.name.part, "drive")
         return usual if usual in nodes else nodes[0]
+
+    @property
+    def _rotation(self) -> Array:
+        """Row (1, d) of the rotation about z, rad: of the representative node; of an FE ring the
+        mean Σ (x u_y − y u_x)/Σ (x² + y²) over its teeth, each of which tilts as planets pass."""
+        body, system = self.body, self.system
+        teeth = [n for n in body.node_names if NodeName.parse(n).kind == "tooth"]
+        if not teeth:
+            return system.node_rows(body.name, self.node)[5:]
+        places = np.array([body.position(tooth) for tooth in teeth])
+        rows = np.array([system.node_rows(body.name, tooth)[:2] for tooth in teeth])
+        turned = np.einsum("j,jd->d", places[:, 0], rows[:, 1])
+        turned -= np.einsum("j,jd->d", places[:, 1], rows[:, 0])
+        return np.asarray(turned[None] / np.square(places[:, :2]).sum())
 
     @property
     def _fe_mesh(self) -> ReducedBody | None:

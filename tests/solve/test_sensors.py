@@ -150,6 +150,42 @@ def test_speed_and_torque_are_those_of_the_port(lumped):
         assert np.ptp(exact) > 0
 
 
+JOINED = """
+[[stages]]
+kind = "parallel"
+normal_module_mm = 2
+pressure_angle_deg = 20
+face_width_mm = 20
+pinion = { teeth = 20, support = { radial_n_per_m = 1e8 } }
+gear = { teeth = 40, support = { radial_n_per_m = 1e8 } }
+
+[[joints]]
+first = "stage.sun"
+second = "stage_2.pinion"
+torsion_nm_per_rad = 1e5
+damping_nm_s_per_rad = 20
+"""
+
+
+def test_the_torque_of_a_joint_is_that_on_its_second_member(tmp_path):
+    """The sun's in equilibrium, k Δφ + c Δω of both members' motions in a transient."""
+    text = LUMPED.replace("[stage]", '[[stages]]\nname = "stage"').replace("[stage.e", "[stages.e")
+    text = text.replace('"stage.sun"', '"stage_2.gear"') + JOINED
+    case = case_of(tmp_path, text + sensor("joint", "stage.sun-stage_2.pinion", "torque"))
+    model = case.assemble()
+    torque = model.static(0.0)["sensor_static"].item()
+    assert torque == pytest.approx(300 / (1 + 72 / 28), rel=1e-9)
+    run = model.transient(duration=0.02, output_interval=model.pace.time_step)
+    rotation = run["body_displacement"].sel(dof="rz").astype(float)
+    twist = (rotation.sel(body="stage.sun") - rotation.sel(body="stage_2.pinion")).to_numpy()
+    spline = make_interp_spline(run["time"].to_numpy(), twist, 7)
+    settled = run.sel(sensor_time=slice(0.01, None))
+    time = settled["sensor_time"].to_numpy()
+    exact = 1e5 * spline(time) + 20 * spline(time, 1)
+    values = settled["sensor_signal"].to_numpy()[:, 0]
+    np.testing.assert_allclose(values, exact, atol=0.01 * np.ptp(exact))
+
+
 def test_rotations_beside_the_signals_are_those_of_the_run(lumped):
     _, run = lumped
     angle = run["sensor_input_angle"].to_numpy()[SETTLED, 0]
@@ -265,7 +301,7 @@ def recorded(stage):
     keys = "angle_deg = 10", "z_mm = -18", 'direction = "radial"', 'frame = "fixed"'
     text += sensor("probe", "stage.carrier", "velocity", *keys)
     text += sensor("pin", "stage.carrier", "acceleration", 'node = "pin_1"', 'direction = "x"')
-    return with_sensors(stage, text)
+    return with_sensors(stage, text + sensor("turn", "stage.ring", "speed"))
 
 
 def test_a_run_in_pieces_records_what_the_whole_does(recorded, monkeypatch, tmp_path):
@@ -277,13 +313,25 @@ def test_a_run_in_pieces_records_what_the_whole_does(recorded, monkeypatch, tmp_
     limit = 1e-12 * np.abs(values).max(axis=0)
     assert (np.abs(parts["sensor_signal"].to_numpy() - values) <= limit).all()
     np.testing.assert_array_equal(parts["sensor_time"], whole["sensor_time"])
-    assert list(parts["sensor_unit"].to_numpy()) == ["m/s2", "1", "m/s", "m/s2"]
+    assert list(parts["sensor_unit"].to_numpy()) == ["m/s2", "1", "m/s", "m/s2", "rad/s"]
 
 
-def test_a_place_on_a_turning_carrier_has_its_centripetal_acceleration(recorded):
-    """r Ω² of the pins' circle at 1500 r/min towards the axis, within what teeth shake it by."""
-    values = recorded.transient(duration=8e-3)["sensor_signal"].sel(sensor="pin").to_numpy()
+def test_turning_bodies_have_centripetal_acceleration_and_rings_the_speed_of_all_teeth(recorded):
+    """r Ω² of the pins' circle at 1500 r/min towards the axis, within what teeth shake it by. The
+    speed of a ring is that of its teeth together; one of them tilts as planets pass."""
+    run = recorded.transient(duration=8e-3, output_interval=recorded.pace.time_step)
+    values = run["sensor_signal"].sel(sensor="pin").to_numpy()
     assert values.mean() == pytest.approx(-0.0375 * (50 * np.pi) ** 2, rel=0.02)
+    u = run["tooth_displacement"].to_numpy()
+    angles = 2 * np.pi * np.arange(u.shape[1]) / u.shape[1]
+    radius = np.linalg.norm(recorded.bodies["stage.ring"].positions[0, :2])
+    along = u[..., 1] * np.cos(angles) - u[..., 0] * np.sin(angles)
+    spline = make_interp_spline(run["time"].to_numpy(), along.mean(axis=1) / radius, 7)
+    settled = run.sel(sensor_time=slice(4e-3, None))
+    speed = spline(settled["sensor_time"].to_numpy(), 1)
+    values = settled["sensor_signal"].sel(sensor="turn").to_numpy()
+    above_the_band = 0.15 * np.ptp(speed)
+    np.testing.assert_allclose(values, speed, atol=above_the_band)
 
 
 def test_sensors_leave_the_run_as_it_is(recorded, stage):
