@@ -16,21 +16,24 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.line_loads import teeth_of_pairs
 from flexgear.analysis.recovery import Recovery
-from flexgear.arrays import Array
+from flexgear.arrays import Array, Ints
 from flexgear.coupling.pair_data import PairData, action_lines, covered
 from flexgear.coupling.system import System
 from flexgear.structures.bodies import rotation
 
 
-def dynamic_transmission_error(recovery: Recovery) -> Array:
-    """δ (t, M) of all gear meshes, m; NaN where FE teeth are nodes and none is in mesh."""
+def dynamic_transmission_error(recovery: Recovery, flanks: Ints) -> Array:
+    """δ (t, n) of flanks (n,), numbers of gear meshes, m; NaN where FE teeth are nodes and none is
+    in mesh."""
     system = recovery.modal.system
     pairs = system.pairs
-    error = recovery.named("pitch_points", lambda: _pitch_point_rows(system)).copy()
-    for m in map(int, np.flatnonzero(covered(pairs) == 1)):
-        error[:, m] += _gear_motion(recovery, m)
-    for m in map(int, np.flatnonzero(pairs.planet_turns >= 0)):
-        error[:, m] -= _planet_teeth_motion(recovery, m)
+    error = recovery.named("pitch_points", lambda: _pitch_point_rows(system))[:, flanks]
+    by_gear, by_teeth = covered(pairs) == 1, pairs.planet_turns >= 0
+    for i, m in enumerate(map(int, flanks)):
+        if by_gear[m]:
+            error[:, i] += _gear_motion(recovery, m)
+        if by_teeth[m]:
+            error[:, i] -= _planet_teeth_motion(recovery, m)
     return error
 
 

@@ -38,9 +38,10 @@ def transient_data(model: Model, result: Transient, **attrs: Any) -> xr.Dataset:
     """Dataset of a transient; attrs: further attributes."""
     speeds = result.input_motion[:, :, 1]
     recovery = Recovery(result, model.outputs)
-    error = dynamic_transmission_error(recovery)
     arrays = {
-        "dynamic_transmission_error": error[:, model.gear_meshes.carrying],
+        "dynamic_transmission_error": dynamic_transmission_error(
+            recovery, model.gear_meshes.carrying
+        ),
         "input_speed": speeds,
         "inertia_torque": result.torques @ (model.system.port_rows @ model.system.rolling),
         "stage_speed": _stage_rates(model, speeds),

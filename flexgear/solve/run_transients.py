@@ -95,10 +95,10 @@ def transients(
             when_done(compiled).result()
             return shelved(folder, name, job)
 
-        jobs = {key: partial(start, *job) for key, job in _jobs(models, report).items()}
-        futures = {
-            key: (pool.submit(job), job if workers > 1 else None) for key, job in jobs.items()
-        }
+        futures = {}
+        for key, name, job in _jobs(models, report):
+            begin = partial(start, name, job)
+            futures[key] = pool.submit(begin), begin if workers > 1 else None
         yield partial(_finished, first.case, futures)
 
 
@@ -132,12 +132,18 @@ def _has_drops(model: Model) -> bool:
 
 def _jobs(
     models: Mapping[str, Model], progress: Progress
-) -> dict[Any, tuple[str, Callable[..., TimedRun]]]:
-    """File names and functions of the transients, the longest first, so that all threads end at
-    about the same time: steady running of every variant at rated torque, then torque drops."""
-    jobs: dict[Any, tuple[str, Callable[..., TimedRun]]] = {}
+) -> Iterator[tuple[Any, str, Callable[..., TimedRun]]]:
+    """Key, file name and function of each transient: torque drops, then steady running of every
+    variant at rated torque. The duration of steady running is computed while drops run already."""
     first = next(iter(models))
     with_errors = [model for model in models.values() if not model.ideal]
+    for label, model in models.items():
+        for torque in () if model.ideal else model.case.drive.steps.torques:
+            title = f"torque drop to {depth_name(torque)}, {label}"
+            job = partial(
+                torque_drop, model, torque, energy=label == first, progress=titled(title, progress)
+            )
+            yield (torque, label), drop_name(torque, model), job
     duration = settled_duration(*with_errors, drive=RATED_DRIVE)
     for label, model in models.items():
         if label == first or not is_static(model):
@@ -147,15 +153,7 @@ def _jobs(
                 energy=flexible and not _has_drops(model),
                 progress=titled(f"transient, {label}", progress),
             )  # fmt: skip
-            jobs[label] = (dataset_name("transient", model), job)
-    for label, model in models.items():
-        for torque in () if model.ideal else model.case.drive.steps.torques:
-            title = f"torque drop to {depth_name(torque)}, {label}"
-            job = partial(
-                torque_drop, model, torque, energy=label == first, progress=titled(title, progress)
-            )
-            jobs[torque, label] = (drop_name(torque, model), job)
-    return jobs
+            yield label, dataset_name("transient", model), job
 
 
 def is_static(model: Model) -> bool:

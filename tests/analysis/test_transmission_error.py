@@ -33,24 +33,25 @@ def test_teeth_of_fe_bodies(keys):
     """Spur teeth close by F/k each: the mean by their loads, at several angles of all planets."""
     system = flexible_stage(**keys)
     equilibrium = revolution(static_system(system), np.linspace(0.0, 0.3, 6), TORQUE)
-    error = dynamic_transmission_error(Recovery(equilibrium))
+    carries = np.flatnonzero(np.asarray(system.pairs.carries) == 1)
+    error = dynamic_transmission_error(Recovery(equilibrium), carries)
     load, stiffness = (
         equilibrium.pair_load,
         np.where(equilibrium.pair_load > 0, equilibrium.pair_stiffness, 1.0),
     )
     total = load.sum(axis=-1)
-    carries = np.asarray(system.pairs.carries) == 1
     assert (total[:, carries] > 0).all()
     closed = (load**2 / stiffness).sum(axis=-1)[:, carries] / total[:, carries]
-    np.testing.assert_allclose(error[:, carries], closed, rtol=1e-6)
-    assert np.ptp(error[:, carries]) > 0.01 * error[:, carries].mean()
+    np.testing.assert_allclose(error, closed, rtol=1e-6)
+    assert np.ptp(error) > 0.01 * error.mean()
 
 
 def test_lumped_train():
     """One spring a gear mesh: planetary and helical parallel stages without errors."""
     model = bundled("nrel-5mw")
     equilibrium = revolution(model.modal, [0.1], model.system.rated_torque)
-    error = dynamic_transmission_error(Recovery(equilibrium))
+    flanks = np.arange(equilibrium.pair_load.shape[1])
+    error = dynamic_transmission_error(Recovery(equilibrium), flanks)
     total, stiffness = equilibrium.pair_load.sum(axis=-1), equilibrium.pair_stiffness.sum(axis=-1)
     assert (np.abs(total) > 0).all()
     np.testing.assert_allclose(error, total / stiffness, rtol=1e-6)
