@@ -33,27 +33,35 @@ class Frame:
     axes: Array
 
 
+Placed = tuple[Component, Component | None, Frame | None]  # in the frame of the second
+
+
 class Frames:
     """Frames of a document's components."""
 
     def __init__(self, document: Document) -> None:
         self.document = document
         mains = [*document.kind("gear_unit"), *document.kind("shaft")]
-        self._main = next((m for m in mains if vector(m, "u_axis_vector")), None)
-        axes = None if self._main is None else _axes(self._main)
-        self._axes = np.eye(3) if axes is None else axes
+        main = next((m for m in mains if vector(m, "u_axis_vector")), None)
+        axes = None if main is None else _axes(main)
+        self._unit = Frame(np.zeros(3), np.eye(3) if axes is None else axes.T)
         self._frames: dict[int, Frame | None] = {}
 
     def of(self, component: Component) -> Frame | None:
         """Frame of a component, None if the file does not state its position."""
-        chain: list[Component] = []  # each positioned in the frame of the next
+        chain: list[Placed] = []  # each in the frame of the next
         base: Component | None = component
         while base is not None and base.id not in self._frames:
             self._frames[base.id] = None  # ends circular references
-            chain.append(base)
-            base = self._base(base)
-        for positioned in reversed(chain):
-            self._frames[positioned.id] = self._frame_of(positioned)
+            chain.append((base, *self._placed(base)))
+            base = chain[-1][1]
+        for positioned, base, local in reversed(chain):
+            frame = None if base is None else self._frames[base.id]
+            if frame is None and vector(positioned, "support_vector"):
+                frame = self._unit
+            if frame is not None and local is not None:
+                origin = frame.origin + frame.axes.T @ local.origin
+                self._frames[positioned.id] = Frame(origin, local.axes @ frame.axes)
         return self._frames[component.id]
 
     def sense(self, component: Component) -> float:
@@ -71,34 +79,23 @@ class Frames:
         """The shaft on which a part is mounted, None if there is none."""
         return next((w for w in self.document.wholes(part) if w.kind == "shaft"), None)
 
-    def _frame_of(self, component: Component) -> Frame | None:
+    def _placed(self, component: Component) -> tuple[Component | None, Frame | None]:
+        """The component in whose frame a position is stated, None for the gear unit's, and the
+        component's frame there, None if the file does not state it."""
         place = vector(component, "support_vector")
         if place is None:
-            return self._on_shaft(component)
-        axes, other = _axes(component), self._base(component)
-        axes = np.eye(3) if axes is None else axes
-        base = None if other is None else self.of(other)
-        if base is None:
-            return Frame(self._axes @ np.array(place), axes @ self._axes.T)
-        return Frame(base.origin + base.axes.T @ np.array(place), axes @ base.axes)
-
-    def _base(self, component: Component) -> Component | None:
-        """The component in whose frame a position is given; None for the gear unit's frame."""
-        if vector(component, "support_vector") is None:
-            return self._seat(component)[0]
-        named = number([component], "reference_component_for_position", "none")
+            shaft, name = self._seat(component)
+            along = None if shaft is None else number([component], name, "mm")
+            local = None if along is None else Frame(np.array((along.value, 0.0, 0.0)), np.eye(3))
+            return shaft, local
+        named, axes = (
+            number([component], "reference_component_for_position", "none"),
+            _axes(component),
+        )
         other = None if named is None else self.document.components.get(round(named.value))
         if other is component or (other is not None and other.kind == "gear_unit"):
-            return None
-        return other
-
-    def _on_shaft(self, component: Component) -> Frame | None:
-        shaft, name = self._seat(component)
-        frame = None if shaft is None else self.of(shaft)
-        along = number([component], name, "mm")
-        if frame is None or along is None:
-            return None
-        return Frame(frame.origin + along.value * frame.axes[0], frame.axes)
+            other = None
+        return other, Frame(np.array(place), np.eye(3) if axes is None else axes)
 
     def _seat(self, component: Component) -> tuple[Component | None, str]:
         """The shaft on which a component is, and the attribute with its position there."""

@@ -12,7 +12,6 @@ The length on the path of contact of a relief that starts at the diameter d_s is
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from flexgear.files.case_text import CaseText, Datum, Section
 from flexgear.files.rexs.assembly import Assembly, sections_of
@@ -30,6 +29,7 @@ from flexgear.files.rexs.tables import (
     STEEL,
     STEELS,
 )
+from flexgear.gears.tooth import Rack, reference_radius, transverse_angle
 from flexgear.model.errors import echo
 from flexgear.model.member import Gear
 from flexgear.model.section import limits_of
@@ -39,28 +39,6 @@ TOOLS = ("rack_shaped_tool", "cutter_wheel_tool")
 SETTINGS = "cylindrical_gear_manufacturing_settings"
 _TOLERANCE = 1e-9  # of positions on a shaft, mm
 _STEEL_OF_WORD = {word: steel for steel, word in STEELS.items()}
-
-
-@dataclass(frozen=True)
-class Rack:
-    """Basic rack of the gears of a stage: normal module (mm), angles (rad)."""
-
-    module: float
-    pressure_angle: float
-    helix: float
-
-    @property
-    def transverse_angle(self) -> float:
-        """α_t, rad."""
-        return math.atan(math.tan(self.pressure_angle) / math.cos(self.helix))
-
-    def reference(self, teeth: int) -> float:
-        """Reference diameter, mm."""
-        return self.module * teeth / math.cos(self.helix)
-
-    def base(self, teeth: int) -> float:
-        """Base diameter, mm."""
-        return self.reference(teeth) * math.cos(self.transverse_angle)
 
 
 class GearReader:
@@ -94,11 +72,6 @@ class GearReader:
             tool.role = "a tool"
         return components
 
-    def teeth(self, gears: list[Component]) -> Datum | None:
-        """Number of teeth, positive."""
-        datum = number(gears, "number_of_teeth", "none")
-        return None if datum is None else Datum(abs(datum.value), datum.source)
-
     def shift(self, gears: list[Component], rack: Rack) -> Datum | None:
         """Profile shift coefficient in the file."""
         names = ("addendum_modification_coefficient", "addendum_modification",
@@ -107,26 +80,23 @@ class GearReader:
         return _over_module(self.flanks(gears), names, rack)
 
     def write(
-        self, section: Section, stage: RexsStage, role: str, rack: Rack, shift: float
+        self, section: Section, stage: RexsStage, role: str, rack: Rack, teeth: int, shift: float
     ) -> None:
         """Write tip, root, fillet, tool, mass and blank to the gear's section; read its flanks.
 
         The section contains teeth and profile shift already.
         """
         gears = stage.gears(role)
-        number_of_teeth = self.teeth(gears)
         internal = section.header.endswith("ring]")
-        teeth = 0 if number_of_teeth is None else int(number_of_teeth.value)
-        tools = self.tools(gears)
-        out = -1.0 if internal else 1.0
-        reference = rack.reference(teeth)
+        tools, out = self.tools(gears), -1.0 if internal else 1.0
+        reference = 2 * reference_radius(teeth, rack)
         circles = [number(gears, f"{end}_diameter", "mm") for end in ("tip", "root")]
         # internal gears may have a minus sign
         tip, root = (circle and Datum(abs(circle.value), circle.source) for circle in circles)
         heights = [
             circle
             and Datum(
-                sign * ((circle.value - reference) / 2 / rack.module - out * shift),
+                sign * ((circle.value - reference) / 2 / rack.normal_module - out * shift),
                 f"from {circle.source}",
             )
             for circle, sign in ((tip, out), (root, -out))
@@ -137,10 +107,10 @@ class GearReader:
         self._coefficient(section, "root_fillet", self._or_tool(None, "root_fillet", tools, rack))
         self._tool(section, tools, gears, root is not None)
         self._mass(section, gears, internal)
-        root_circle = reference - out * 2 * rack.module * (dedendum - shift)
+        root_circle = reference - out * 2 * rack.normal_module * (dedendum - shift)
         self._blank(section, gears, internal, root_circle)
         self._rating(section, gears)
-        self.modified.read(section, stage, role, rack.base(teeth), tip)
+        self.modified.read(section, stage, role, base_diameter(teeth, rack), tip)
 
     def _tool(
         self, section: Section, tools: list[Component], gears: list[Component], has_root: bool
@@ -263,13 +233,18 @@ class GearReader:
         return None
 
 
+def base_diameter(teeth: float, rack: Rack) -> float:
+    """Base diameter d_b = z m_n cos α_t / cos β, in the unit of the module."""
+    return 2 * reference_radius(teeth, rack) * math.cos(transverse_angle(rack))
+
+
 def _over_module(components: Sequence[Component], names: Sequence[str], rack: Rack) -> Datum | None:
     """The first of these attributes that a component has; lengths are divided by the module."""
     for name in names:
         is_length = SCHEMA_UNITS.get(name) == "mm"
         datum = number(components, name, "mm" if is_length else "none")
         if datum is not None and is_length:
-            return Datum(datum.value / rack.module, f"{datum.source} / normal module")
+            return Datum(datum.value / rack.normal_module, f"{datum.source} / normal module")
         if datum is not None:
             return datum
     return None

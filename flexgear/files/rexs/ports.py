@@ -5,24 +5,22 @@ equal sign mean that power enters there. As many speeds and torques are used as 
 ones, beginning with those that the file marks as defining; the others must follow from these.
 """
 
-import itertools
 import math
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
 
+from flexgear.arrays import Array
 from flexgear.files.case_text import CaseText, Datum, Section
 from flexgear.files.rexs.assembly import Assembly
 from flexgear.files.rexs.document import Component, flag, read, value
 from flexgear.files.rexs.shafts import SunShaft
 from flexgear.files.rexs.stages import Member, axial_place
-from flexgear.files.rexs.tables import FORCES, INERTIA, MOMENTS, PORT, PORT_BODY, SCHEMA_UNITS
-from flexgear.gears.power_flow import power_flow
-from flexgear.model.case import Case
-from flexgear.model.errors import InputError
+from flexgear.files.rexs.tables import FORCES, INERTIA, MOMENTS, PORT, SCHEMA_UNITS
+from flexgear.gears.determinacy import Members, members_of, rank, require_free_ties
 from flexgear.model.load import case_of_toml
 from flexgear.model.units import RPM
 
@@ -30,6 +28,8 @@ _SPEED_TOLERANCE = 1e-3  # of the largest speed, between stated and derived spee
 _LEAST_LEVER = 1e-9  # m, of a force
 _ALIGNMENT_TOLERANCE = 1e-6  # of the entries of a rotation matrix
 SPEED, TORQUE, POWER = PORT
+_DERIVED = "derived: from another speed in the file"
+_FEW_LOADS = "there are fewer loads than free speeds"
 _WITHOUT_LOADS = "the case is one of free vibration, for modes only"
 
 
@@ -195,6 +195,22 @@ def _sum(total: Datum | None, more: Datum | None) -> Datum | None:
     return Datum(total.value + more.value, f"{total.source} + {more.source}")
 
 
+def _speed_rows(train: Members, driven: Iterable[Member]) -> Array:
+    """Rows over the speeds of all members of a train: its ties, then one for each driven member."""
+    place = {str(name): k for k, name in enumerate(train.names)}
+    places = [place[member.name] for member in driven]
+    return np.vstack([train.tie_rows, np.eye(len(train.names))[places]])
+
+
+def _independent(train: Members, members: Iterable[Member]) -> list[Member]:
+    """Members whose speeds the ties of a train leave independent, each beside those before it."""
+    driven: list[Member] = []
+    for member in members:
+        rows = _speed_rows(train, [*driven, member])
+        driven += [member] if rank(rows) == len(rows) else []
+    return driven
+
+
 class PortWriter:
     """Writes the ports of a document into a case. where: name of the file. bodies: bodies with
     ports. shafts: shafts of suns. sections: written sections by member."""
@@ -209,22 +225,23 @@ class PortWriter:
         self.sections: dict[Member, Section] = {}
 
     def write(self) -> None:
-        """Write inputs, output and forces on members at the end of the case."""
-        mobility = power_flow(self._case({})).mobility
-        speeds = self._speeds(mobility) if self.ports else {}
-        why = "" if self.ports else "no external load transmits torque"
-        if speeds is None:
-            why = "the file has no speed"
-        elif self.ports and len(self.ports) < mobility:
-            why = "there are fewer loads than free speeds"
-        if why or speeds is None:
-            self.case.warn(f"{why}: {_WITHOUT_LOADS}")
+        """Write inputs, output and forces on members at the end of the case. Raises InputError for
+        a train that cannot turn, or has redundant joints."""
+        if not self.ports:
+            self.case.warn(f"no external load transmits torque: {_WITHOUT_LOADS}")
+            return
+        written = case_of_toml(tomllib.loads(self.case.text()), self.where, "imported")
+        train = members_of(written)
+        mobility = require_free_ties(train)
+        speeds = self._speeds(train, mobility)
+        if speeds is None or len(self.ports) < mobility:
+            lacks = "the file has no speed" if speeds is None else _FEW_LOADS
+            self.case.warn(f"{lacks}: {_WITHOUT_LOADS}")
             return
         for port in self.ports:
             if port.speed is None:
-                why = "derived: from another speed in the file"
-                port.speed = Datum(speeds[port.member.name], why)
-        chosen, loaded = self._choose(mobility)
+                port.speed = Datum(speeds[port.member.name], _DERIVED)
+        chosen, loaded = self._choose(train, mobility)
         if len(self.ports) < 2 or len(loaded) < len(self.ports) - mobility:
             self.case.warn(f"the torques of the file do not suffice: {_WITHOUT_LOADS}")
             for port in self.ports:
@@ -245,43 +262,22 @@ class PortWriter:
                     " moment of its distance"
                 )
 
-    def _case(self, speeds: Mapping[str, Datum]) -> Case:
-        """The case written so far, with these speeds (rpm) and no torques."""
-        raw = tomllib.loads(self.case.text())
-        raw["inputs"] = [{"member": m, SPEED.key: datum.value} for m, datum in speeds.items()]
-        suns = {member.name for member in self.shafts}
-        for port in raw["inputs"]:  # inertias, which do not affect speeds
-            port |= {row.key: 1.0 for row in PORT_BODY} if port["member"] in suns else {}
-        return case_of_toml(raw, self.where, "imported")
-
-    def _speeds(self, mobility: int) -> dict[str, float] | None:
+    def _speeds(self, train: Members, mobility: int) -> dict[str, float] | None:
         """Speeds (rpm) of all members, derived from speeds in the file; None if there are too few.
 
         Warns about each speed in the file that differs from the derived one.
         """
         stated = {m: datum for m in self.members if (datum := speed_of(self.assembly, m.body))}
-        order = sorted(
-            {m.body: m for m in reversed(self.members)}.values(),
-            key=lambda m: (not self._defined(m), m.body not in self.bodies),
-        )
-        driven: dict[str, Datum] = {}
-        for member in order:
-            datum = stated.get(member)
-            if datum is None or (not datum.value and member.body not in self.bodies):
-                continue
-            if len(driven) < mobility:
-                try:
-                    case = self._case({**driven, member.name: datum})
-                    if len(driven) + 1 == mobility:
-                        power_flow(case)
-                except InputError:
-                    continue
-                driven[member.name] = datum
+        bodies = {m.body: m for m in reversed(self.members)}.values()
+        usable = [m for m in bodies if m in stated and (stated[m].value or m.body in self.bodies)]
+        usable.sort(key=lambda m: (not self._defined(m), m.body not in self.bodies))
+        driven = _independent(train, usable)
         if len(driven) < mobility:
             return None
-        flow = power_flow(self._case(driven))
-        speeds = {name: value * RPM for name, value in flow.speed.items()}
-        largest = max(map(abs, speeds.values()), default=0.0)
+        right = [0.0] * len(train.ties) + [stated[member].value for member in driven]
+        solution = np.linalg.solve(_speed_rows(train, driven), right)
+        speeds = dict(zip(map(str, train.names), solution.tolist(), strict=True))
+        largest = max(map(abs, speeds.values()))
         for member, datum in stated.items():
             if abs(datum.value - speeds[member.name]) > _SPEED_TOLERANCE * largest:
                 self.case.warn(
@@ -295,28 +291,20 @@ class PortWriter:
         shafts = (c for c in self.assembly.members(member.body) if c.kind == "shaft")
         return any(flag([c], "defines_speed") is True for c in shafts)
 
-    def _choose(self, mobility: int) -> tuple[list[Port], list[Port]]:
-        """Ports whose speeds are used (``mobility`` of them), and ports whose torques are used (all
-        but ``mobility``): the first choice that determines the speeds of the train."""
-        speeds = [p for p in self.ports if p.speed is not None]
-        speeds.sort(key=lambda p: p.speed is not None and p.speed.source.startswith("derived"))
-        speeds.sort(key=lambda p: not self._defined(p.member))
+    def _choose(self, train: Members, mobility: int) -> tuple[list[Port], list[Port]]:
+        """Ports whose speeds are used (``mobility`` of them, if so many are independent), and ports
+        whose torques are used (all but ``mobility``)."""
+        speeds = sorted(
+            self.ports,
+            key=lambda p: (
+                not self._defined(p.member),
+                p.speed is None or p.speed.source == _DERIVED,
+            ),
+        )
         torques = [p for p in speeds if p.torque is not None or p.power is not None]
         torques.sort(key=lambda p: (not p.defines_torque, p.drives is False))
-        torque_count = len(self.ports) - mobility
-        choices = itertools.product(
-            map(list, itertools.combinations(speeds, min(mobility, len(speeds)))),
-            map(list, itertools.combinations(torques, min(torque_count, len(torques)))),
-        )
-        first: tuple[list[Port], list[Port]] | None = None
-        for chosen, loaded in choices:
-            first = first or (chosen, loaded)
-            try:
-                power_flow(self._case({p.member.name: p.speed for p in chosen if p.speed}))
-            except InputError:
-                continue
-            return chosen, loaded
-        return first or ([], [])
+        driven = _independent(train, [port.member for port in speeds])
+        return [p for p in speeds if p.member in driven], torques[: len(self.ports) - mobility]
 
     def _begin(self, header: str, port: Port) -> Section:
         section = self.case.section(header)

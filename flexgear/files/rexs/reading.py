@@ -26,6 +26,9 @@ from flexgear.model.input_file import DAMAGED, MAX_REXS_BYTES, read_bytes
 
 _MODEL = ("version", "applicationId", "applicationVersion", "applicationLanguage", "date",
           "relations", "components", "load_spectrum", "accumulation")  # fmt: skip
+_LISTS = {"relation": "relations", "ref": "refs", "component": "components",
+          "attribute": "attributes", "load_spectrum": "load_spectrum", "load_case": "load_cases",
+          "accumulation": "accumulation"}  # fmt: skip
 _TYPES = {"int32": "<i4", "float32": "<f4", "float64": "<f8"}
 
 
@@ -169,40 +172,14 @@ def _decoded(code: str, text: str) -> tuple[str, ...] | None:
         return None
 
 
-def _data_of_xml(root: ET.Element, where: str) -> dict[str, Any]:
-    """The root element as the "model" object of a .rexsj file."""
-    if root.tag != "model":
-        raise InputError(where, root.tag, "is the first element", "a REXS file begins with <model>")
-    spectra = [
-        {
-            **spectrum.attrib,
-            "load_cases": [_with_components(e) for e in spectrum.findall("load_case")],
-            "accumulation": [_with_components(e) for e in spectrum.findall("accumulation")],
-        }
-        for spectrum in root.findall("load_spectrum")
-    ]
-    relations = [
-        {**relation.attrib, "refs": [ref.attrib for ref in relation.iter("ref")]}
-        for relation in root.findall("relations/relation")
-    ]
-    return {
-        **{f"<{e.tag}>": None for e in root if e.tag not in _MODEL},
-        **{key: value for key, value in root.attrib.items() if key in _MODEL},
-        "components": _components_of(root.findall("components/component")),
-        "relations": relations,
-        "load_spectrum": spectra,
-    }
-
-
-def _with_components(element: ET.Element) -> dict[str, Any]:
-    return {**element.attrib, "components": _components_of(element.findall("component"))}
-
-
-def _components_of(elements: list[ET.Element]) -> list[dict[str, Any]]:
-    return [
-        {**e.attrib, "attributes": [_data_of_attribute(a) for a in e.iter("attribute")]}
-        for e in elements
-    ]
+def _data_of_xml(element: ET.Element) -> dict[str, Any]:
+    """An element as the object of a .rexsj file: its attributes, and its parts in lists."""
+    parts = defaultdict(list)
+    for child in element:
+        for part in child if child.tag in ("relations", "components") else (child,):
+            data = _data_of_attribute(part) if part.tag == "attribute" else _data_of_xml(part)
+            parts[_LISTS.get(part.tag, f"<{part.tag}>")].append(data)
+    return {**element.attrib, **parts}
 
 
 def _data_of_attribute(element: ET.Element) -> dict[str, Any]:
@@ -232,7 +209,8 @@ def read_rexs(path: str | Path) -> Document:
         root = _json(data, where)
         model = root.get("model") if isinstance(root, dict) else None
     elif start == b"<" or data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        model = _data_of_xml(_xml(data, where), where)
+        every = _data_of_xml(_xml(data, where)).items()
+        model = {key: part for key, part in every if key in _MODEL or key.startswith("<")}
     else:
         problem = "is neither XML, JSON nor zip" if data else "is empty"
         raise InputError(where, "file", problem, "name a .rexs, .rexsj or .rexsz file")
@@ -291,6 +269,8 @@ def _xml(data: bytes, where: str) -> ET.Element:
     _require_nesting(root, where)
     for element in root.iter() if root.tag[0] == "{" else ():
         element.tag = element.tag.rpartition("}")[2]
+    if root.tag != "model":
+        raise InputError(where, root.tag, "is the first element", "a REXS file begins with <model>")
     return root
 
 

@@ -1,16 +1,18 @@
 """Keys of one stage: module, angles, face width, centre distance, profile shifts, backlash."""
 
+import cmath
 import math
 
 from flexgear.files.case_text import CaseText, Datum
 from flexgear.files.rexs.document import Component, mean, number
-from flexgear.files.rexs.gears import GearReader, Rack
+from flexgear.files.rexs.gears import GearReader, base_diameter
 from flexgear.files.rexs.stages import RexsGearMesh, RexsStage
 from flexgear.gears.geometry import RULE, least_backlash
-from flexgear.gears.tooth import involute
+from flexgear.gears.tooth import PlainRack, involute, reference_radius, transverse_angle
 from flexgear.model.errors import InputError
 
 _ROUNDING = 1e-3  # modules, or rad, by which redundant values of a file may differ
+_ENDS = ("minimum_normal_backlash", "maximum_normal_backlash")
 _MIN_SHIFT = 1e-6  # smaller profile shifts are written as 0
 
 
@@ -44,9 +46,9 @@ class StageWriter:
         """Centre distance in the file, else the reference centre distance of the first pair, mm."""
         if self.distance is not None:
             return self.distance.value
-        return self.rack.reference(int(sum(self.teeth[r].value for r in self.stage.roles[:2]))) / 2
+        return reference_radius(sum(self.teeth[r].value for r in self.stage.roles[:2]), self.rack)
 
-    def write(self) -> Rack:
+    def write(self) -> PlainRack:
         """Write [[stages]] and the sections of its gears; InputError if data are missing."""
         self._angles()
         if self.stage.kind == "planetary":
@@ -66,16 +68,20 @@ class StageWriter:
             "write it in the program that the file comes from",
         )  # fmt: skip
 
+    def _wrong(self, datum: Datum, problem: str, remedy: str = "") -> InputError:
+        what = f"{datum.value:g} {problem}"
+        return InputError(self.where, datum.source, what, f"correct it{remedy}")
+
     def _teeth(self, role: str) -> Datum:
-        datum = self.gears.teeth(self.stage.gears(role))
+        """Number of teeth, positive; InputError if it is missing or no whole number."""
+        datum = number(self.stage.gears(role), "number_of_teeth", "none")
         if datum is None:
             raise self._missing(self.stage.gears(role)[0], "number_of_teeth")
         if datum.value != round(datum.value):
-            problem = f"{datum.value:g} is not a whole number"
-            raise InputError(self.where, datum.source, problem, "correct it")
-        return datum
+            raise self._wrong(datum, "is not a whole number")
+        return Datum(abs(datum.value), datum.source)
 
-    def _rack(self) -> Rack:
+    def _rack(self) -> PlainRack:
         every = self.stage.all_gears
         module = number(every, "normal_module", "mm")
         if module is None or module.value <= 0:
@@ -86,10 +92,9 @@ class StageWriter:
         pressure = number([*flanks, *tools], "normal_pressure_angle", "deg")
         degrees = self.case.take(self.section, "pressure_angle_deg", pressure, 20.0, "usual")
         if pressure is not None and not 0 < pressure.value < 45:
-            problem = f"{pressure.value:g} deg is no pressure angle"
-            raise InputError(self.where, pressure.source, problem, "correct it; 20 deg is usual")
+            raise self._wrong(pressure, "deg is no pressure angle", "; 20 deg is usual")
         helix = self._helix()
-        return Rack(module.value, math.radians(degrees), helix)
+        return PlainRack(module.value, math.radians(degrees), helix)
 
     def _helix(self) -> float:
         """Write helix angle, hand and double_helical; returns the helix angle, rad."""
@@ -102,8 +107,7 @@ class StageWriter:
             self.case.assume(self.section, "helix_angle_deg", 0, "no helix angle in the file: spur")
             return 0.0
         if abs(datum.value) >= 90.0:
-            problem = f"{datum.value:g} deg is no helix angle"
-            raise InputError(self.where, datum.source, problem, "correct it; most are below 35 deg")
+            raise self._wrong(datum, "deg is no helix angle", "; most are below 35 deg")
         self.section.put("helix_angle_deg", abs(datum.value), datum.source)
         if datum.value == 0:
             return 0.0
@@ -142,27 +146,20 @@ class StageWriter:
                 why = f"{right.source} and of its left half, less the face width"
                 self.section.put("half_gap_mm", max(gap, 0.0), why)
             else:
-                self.case.assume(self.section, "half_gap_mm", self.rack.module, "one module")
+                self.case.assume(self.section, "half_gap_mm", self.rack.normal_module, "one module")
 
     def _distance(self) -> Datum | None:
+        """Write the centre distance, or else the distance of two gears; None without both."""
+        first, second = (self.stage.gears(role)[0] for role in self.stage.roles[:2])
         datum = number(self.stage.pairs, "center_distance", "mm")
         if datum is not None and datum.value != 0:
             datum = Datum(abs(datum.value), datum.source)  # internal pairs may have a minus sign
+        elif offset := self._offset(first, second):
+            datum = Datum(abs(offset), f"positions of {first.label} and {second.label}")
         else:
-            datum = self._distance_of_axes()
-        if datum is not None:
-            self.section.put("center_distance_mm", datum.value, datum.source)
-        return datum
-
-    def _distance_of_axes(self) -> Datum | None:
-        """Centre distance from the positions of two gears, None if they are unknown."""
-        ends = [self.stage.gears(role)[0] for role in self.stage.roles[:2]]
-        offset = self._offset(ends[0], ends[1])
-        if offset is None:
             return None
-        distance = math.hypot(*offset)
-        source = f"positions of {ends[0].label} and {ends[1].label}"
-        return Datum(distance, source) if distance > 0 else None
+        self.section.put("center_distance_mm", datum.value, datum.source)
+        return datum
 
     def _angles(self) -> None:
         """Write working pressure angles of the file that do not follow from the geometry."""
@@ -206,8 +203,8 @@ class StageWriter:
             why = "angles of the planets' shafts from the first one, from v to w"
             self.section.put("planet_positions_deg", relative, why)
 
-    def _offset(self, first: Component, second: Component) -> tuple[float, float] | None:
-        """Offset (v, w) from one gear's axis to another's, mm; None if a position is unknown.
+    def _offset(self, first: Component, second: Component) -> complex | None:
+        """Offset v + i w from one gear's axis to another's, mm; None if a position is unknown.
 
         The position of a gear is that of its shaft, or else its own. A ring without either is at
         the origin.
@@ -218,15 +215,13 @@ class StageWriter:
         ]
         if ends[1] is None or (ends[0] is None and first.kind != "ring_gear"):
             return None
-        start = (0.0, 0.0, 0.0) if ends[0] is None else ends[0].origin
-        return float(ends[1].origin[1] - start[1]), float(ends[1].origin[2] - start[2])
+        _, v, w = ends[1].origin - (0.0 if ends[0] is None else ends[0].origin)
+        return complex(v, w)
 
     def _direction(self, first: Component, second: Component) -> float | None:
         """Direction from one gear's axis to another's, deg from v to w about u."""
         offset = self._offset(first, second)
-        if offset is None or math.hypot(*offset) == 0:
-            return None
-        return math.degrees(math.atan2(offset[1], offset[0]))
+        return math.degrees(cmath.phase(offset)) if offset else None
 
     def _stated_direction(self, gear_mesh: RexsGearMesh) -> Datum | None:
         """Direction from the first to the second gear of a gear mesh in the file, deg."""
@@ -260,15 +255,16 @@ class StageWriter:
         2 m_n sin α_n (Σx_0 − Σx), with Σx_0 the sum of shifts for zero backlash. If the file states
         no backlash, the rule of the case applies (``least_backlash``).
         """
-        tolerance = _ROUNDING * self.rack.module
+        tolerance = _ROUNDING * self.rack.normal_module
         for role, gear_meshes in self.stage.gear_meshes.items():
-            total = self._total_backlash([gear_mesh.stage for gear_mesh in gear_meshes])
+            stages = [gear_mesh.stage for gear_mesh in gear_meshes]
+            total = number(stages, "mean_normal_backlash", "mm") or mean(stages, _ENDS, "mm")
             sum_of_shifts = sum(shifts[end].value for end in self._pair(role))
             zero_backlash_sum = self.shift_sums[role]
             of_shifts = 0.0 if zero_backlash_sum is None else zero_backlash_sum - sum_of_shifts
-            of_shifts *= 2 * self.rack.module * math.sin(self.rack.pressure_angle)
+            of_shifts *= 2 * self.rack.normal_module * math.sin(self.rack.pressure_angle)
             key = f"backlash_{role}_mm"
-            if total is not None and total.value - of_shifts >= -tolerance:
+            if total and total.value >= 0 and total.value - of_shifts >= -tolerance:
                 extra = round(max(total.value - of_shifts, 0.0), 12)  # to the picometre
                 self.section.put(key, extra, f"{total.source}, less that of profile shifts")
                 continue
@@ -276,7 +272,9 @@ class StageWriter:
             if allowance is not None and of_shifts + allowance.value >= -tolerance:
                 self.section.put(key, allowance.value, allowance.source)
             elif of_shifts < -tolerance and self.distance is not None:
-                least = 1e3 * least_backlash(1e-3 * self.distance.value, 1e-3 * self.rack.module)
+                least = 1e3 * least_backlash(
+                    1e-3 * self.distance.value, 1e-3 * self.rack.normal_module
+                )
                 overlap = f"teeth overlap by {-of_shifts:.4g} mm at the file's centre distance"
                 self.case.assume(self.section, key, least - of_shifts, f"{overlap}; and {RULE}")
 
@@ -303,11 +301,6 @@ class StageWriter:
         if not sources or total < 0.0:
             return None
         return Datum(total, " and ".join(sources))
-
-    def _total_backlash(self, stages: list[Component]) -> Datum | None:
-        ends = ("minimum_normal_backlash", "maximum_normal_backlash")
-        backlash = number(stages, "mean_normal_backlash", "mm") or mean(stages, ends, "mm")
-        return backlash if backlash is not None and backlash.value >= 0 else None
 
     def _shifts(self) -> dict[str, Datum]:
         """Profile shifts by gear.
@@ -356,11 +349,14 @@ class StageWriter:
         section.put("teeth", int(teeth.value), teeth.source)
         section.put("profile_shift", shift.value, shift.source)
         base = number(gears, ("base_diameter", "base_circle_diameter"), "mm")
-        of_teeth, agrees = self.rack.base(int(teeth.value)), _ROUNDING * self.rack.module
+        of_teeth, agrees = (
+            base_diameter(teeth.value, self.rack),
+            _ROUNDING * self.rack.normal_module,
+        )
         if base is not None and abs(abs(base.value) - of_teeth) > agrees:
             why = f"{base.source}; differs from that of its teeth"
             section.put("base_diameter_mm", abs(base.value), why)
-        self.gears.write(section, self.stage, role, self.rack, shift.value)
+        self.gears.write(section, self.stage, role, self.rack, int(teeth.value), shift.value)
 
     def _pair(self, role: str) -> tuple[str, str]:
         """The two gears of a gear mesh, planet or gear first."""
@@ -368,7 +364,7 @@ class StageWriter:
 
     def _arm(self, role: str) -> float:
         """Sum (internal pairs: difference) of the base radii of a gear mesh, mm."""
-        hub, mate = (self.rack.base(int(self.teeth[key].value)) / 2 for key in self._pair(role))
+        hub, mate = (base_diameter(self.teeth[k].value, self.rack) / 2 for k in self._pair(role))
         return mate - hub if role == "ring" else mate + hub
 
     def _shift_sum(self, role: str) -> float | None:
@@ -380,6 +376,8 @@ class StageWriter:
         if self.distance is None or not 0 < arm < self.distance.value:
             return None
         hub, mate = (self.teeth[key].value for key in self._pair(role))
-        gain = involute(math.acos(arm / self.distance.value)) - involute(self.rack.transverse_angle)
+        gain = involute(math.acos(arm / self.distance.value)) - involute(
+            transverse_angle(self.rack)
+        )
         total = hub + (-mate if role == "ring" else mate)
         return total * gain / (2 * math.tan(self.rack.pressure_angle))

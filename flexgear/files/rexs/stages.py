@@ -57,11 +57,7 @@ class RexsStage:
     @property
     def pairs(self) -> list[Component]:
         """The cylindrical_stage of every gear mesh."""
-        return [
-            gear_mesh.stage
-            for gear_meshes in self.gear_meshes.values()
-            for gear_mesh in gear_meshes
-        ]
+        return [m.stage for gear_meshes in self.gear_meshes.values() for m in gear_meshes]
 
 
 class UnsupportedError(Exception):
@@ -134,22 +130,21 @@ def _mark(stage: RexsStage) -> None:
 def _planetary(
     assembly: Assembly, planetary: Component, gear_meshes: list[RexsGearMesh]
 ) -> RexsStage:
-    rings = list(
-        dict.fromkeys(g for gear_mesh in gear_meshes for g in gear_mesh.gears if is_internal(g))
-    )
-    pairs = [(g, gear_mesh.mate(g)) for gear_mesh in gear_meshes for g in gear_mesh.gears]
-    planets = list(dict.fromkeys(mate for g, mate in pairs if g in rings))
-    suns = list(dict.fromkeys(mate for g, mate in pairs if g in planets and mate not in rings))
+    mates: dict[Component, list[Component]] = defaultdict(list)
+    for gear_mesh in gear_meshes:
+        for gear in gear_mesh.gears:
+            mates[gear].append(gear_mesh.mate(gear))
+    rings = [gear for gear in mates if is_internal(gear)]
+    planets = list(dict.fromkeys(mate for ring in rings for mate in mates[ring]))
+    suns = list(dict.fromkeys(m for planet in planets for m in mates[planet] if m not in rings))
     if not rings or not planets or not suns:
         lacks = "ring" if not rings else "sun"
         raise UnsupportedError(f"it has no gear mesh of planets with a {lacks}")
-    if any(gear in planets for gear in suns):
+    if {*planets} & {*suns}:
         raise UnsupportedError("its planets mesh with one another")
-    if any(
-        g not in rings and g not in planets and g not in suns for m in gear_meshes for g in m.gears
-    ):
+    if mates.keys() - {*rings, *planets, *suns}:
         raise UnsupportedError("some of its gears mesh with neither sun nor ring")
-    if any(not any(m.mate(p) in suns for m in gear_meshes if p in m.gears) for p in planets):
+    if not all({*mates[planet]} & {*suns} for planet in planets):
         raise UnsupportedError("its planets have one gear for the sun and another for the ring")
     by_shaft = defaultdict(list)
     for planet in planets:
@@ -166,20 +161,15 @@ def _planetary(
         "ring": [[gear] for gear in _sorted_along_axis(rings, assembly)],
     }
     if max(counts) == 2 and not _opposite(halves["planet"][0][0], halves["planet"][1][0]):
-        problem = "its planets have two gears that are not halves of a double helix"
-        raise UnsupportedError(problem)
+        raise UnsupportedError("its planets have two gears that are not halves of a double helix")
     for relation in assembly.document.related("planet_shaft", "central_shaft"):
         relation.used |= relation.refs.get("planetary_stage") == planetary.id
-    return RexsStage(
-        planetary,
-        "planetary",
-        halves,
-        {
-            "sun": [m for m in gear_meshes if any(g in suns for g in m.gears)],
-            "ring": [m for m in gear_meshes if any(g in rings for g in m.gears)],
-        },
-        carrier_parts(assembly.document, planetary),
-    )
+    of_role = {
+        role: [m for m in gear_meshes if {*m.gears} & {*gears}]
+        for role, gears in (("sun", suns), ("ring", rings))
+    }
+    carrier = carrier_parts(assembly.document, planetary)
+    return RexsStage(planetary, "planetary", halves, of_role, carrier)
 
 
 def _by_stage(group: list[RexsGearMesh]) -> list[list[RexsGearMesh]]:
@@ -201,15 +191,11 @@ def _parallel(gear_meshes: list[RexsGearMesh], assembly: Assembly) -> RexsStage:
     teeth = [number(gears, "number_of_teeth", "none") for gears in (first, second)]
     if None not in teeth and teeth[0].value > teeth[1].value:  # type: ignore[union-attr]
         first, second = second, first
-    return RexsStage(
-        gear_meshes[0].stage,
-        "parallel",
-        {
-            "pinion": [[gear] for gear in _sorted_along_axis(first, assembly)],
-            "gear": [[gear] for gear in _sorted_along_axis(second, assembly)],
-        },
-        {"sun": gear_meshes},
-    )
+    halves = {
+        role: [[gear] for gear in _sorted_along_axis(gears, assembly)]
+        for role, gears in (("pinion", first), ("gear", second))
+    }
+    return RexsStage(gear_meshes[0].stage, "parallel", halves, {"sun": gear_meshes})
 
 
 def _opposite(first: Component, second: Component) -> bool:
@@ -295,11 +281,8 @@ def assign_bearings(assembly: Assembly, members: list[Member]) -> list[str]:
         bodies = [assembly.body(end) for end in ends]
         if joint.kind in COUPLINGS:
             held = _nearest(assembly, joint, [m for m in members if m.body == bodies[0]])
-            if (
-                bodies[0] in casing
-                and held is not None
-                and any(end.kind == "gear_casing" for end in ends)
-            ):
+            to_casing = bodies[0] in casing and any(end.kind == "gear_casing" for end in ends)
+            if held is not None and to_casing:
                 held.couplings.append(joint)
             continue
         if planets & {*bodies}:

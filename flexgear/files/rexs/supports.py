@@ -118,10 +118,7 @@ class SupportWriter:
                     number([bearing, twin], names, "mm")
                 text([bearing, twin], "bearing_type")
         self.springs(section, first, scale, ("radial", "axial", "tilt"), needs, z)
-        clearance = number(first, CLEARANCES, "mm")
-        if clearance is not None and clearance.value > 0:
-            source = f"{clearance.source}, half the diametral clearance"
-            section.put("clearance_mm", clearance.value / 2, source)
+        _take_clearance(section, first)
         self._rating(section, first, [twin for others in bearings[1:] for twin in others])
 
     def springs(
@@ -321,10 +318,7 @@ class SupportWriter:
             elements.take(key, datum)
         if len(rows[0]) > 1:
             elements.put("rows", len(rows[0]), f"rows of {bearings[0].label}")
-        clearance = number(bearings, CLEARANCES, "mm")
-        if clearance is not None and clearance.value > 0:
-            source = f"{clearance.source}, half the diametral clearance"
-            elements.put("clearance_mm", clearance.value / 2, source)
+        _take_clearance(elements, bearings)
         if not ball:
             self.case.assume(elements, "profile", "logarithmic", "that of ISO/TS 16281")
         for part in (*every, *rolling):
@@ -401,6 +395,14 @@ def _same(parts: Sequence[Component], row: Row) -> Datum | None:
     data = [read([part], row) for part in parts]
     values = {None if datum is None else datum.value for datum in data}
     return data[0] if len(values) == 1 else None
+
+
+def _take_clearance(section: Section, bearings: list[Component]) -> None:
+    """Write the radial gap on every side of bearings, half of their diametral clearance."""
+    clearance = number(bearings, CLEARANCES, "mm", positive=True)
+    if clearance is not None:
+        source = f"{clearance.source}, half the diametral clearance"
+        section.put("clearance_mm", clearance.value / 2, source)
 
 
 def _is_coupling(joint: Component) -> bool:

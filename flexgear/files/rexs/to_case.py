@@ -17,7 +17,7 @@ import numpy as np
 from flexgear.files.case_text import CaseText, Section, commented
 from flexgear.files.rexs.assembly import BEARINGS, Assembly
 from flexgear.files.rexs.document import Component, Document, flag, number, read, value
-from flexgear.files.rexs.gears import GearReader, Rack
+from flexgear.files.rexs.gears import GearReader
 from flexgear.files.rexs.joints import Joints
 from flexgear.files.rexs.ports import PortWriter
 from flexgear.files.rexs.spectrum import write_load_cases
@@ -34,6 +34,7 @@ from flexgear.files.rexs.stages import (
 from flexgear.files.rexs.supports import Scale, SupportWriter
 from flexgear.files.rexs.tables import GRAVITY, MATERIAL, OIL, VISCOSITIES
 from flexgear.gears.power_flow import power_flow
+from flexgear.gears.tooth import PlainRack, reference_radius
 from flexgear.model.errors import InputError, echo
 from flexgear.model.load import case_of_toml
 
@@ -232,7 +233,7 @@ class _Conversion:
                 self.document.references(part, "lubricant")  # marks relations as used
             return
 
-    def _stages(self, gears: GearReader, named: dict[str, RexsStage]) -> dict[str, Rack]:
+    def _stages(self, gears: GearReader, named: dict[str, RexsStage]) -> dict[str, PlainRack]:
         """Write all stages with their supports; returns racks by stage."""
         racks = {}
         spatial = self.joints.has_flexible_shafts
@@ -267,14 +268,14 @@ class _Conversion:
         self.case.assume(gear_mesh, "model", "constant", why)
         self.case.assume(gear_mesh, "contact_law", "linear", "as the constant stiffness")
 
-    def _scale(self, stage: RexsStage, rack: Rack) -> Scale:
+    def _scale(self, stage: RexsStage, rack: PlainRack) -> Scale:
         names = ("face_width", "common_face_width")
         widths = [number([c], names, "m") for c in (*stage.all_gears, *stage.pairs)]
         width = min(w.value for w in widths if w is not None and w.value > 0)
         teeth = [abs(value(gear, "number_of_teeth", "none")) for gear in stage.all_gears]
         mean = round(sum(teeth) / np.count_nonzero(teeth))
         return Scale(
-            1e9 * self.material["young_modulus_gpa"] * width, 1e-3 * rack.reference(mean) / 2
+            1e9 * self.material["young_modulus_gpa"] * width, 1e-3 * reference_radius(mean, rack)
         )
 
     def _needs(self, member: Member, axial: bool) -> tuple[str, ...]:
@@ -311,12 +312,12 @@ class _Conversion:
                 self.case.warn(f"{member.name} is held: {why}")
         return held
 
-    def _top(self, top: Section, racks: dict[str, Rack]) -> None:
+    def _top(self, top: Section, racks: dict[str, PlainRack]) -> None:
         units = self.document.kind("gear_unit")
         title = next((u.name for u in units if u.name.strip()), "")
         printable = "".join(c if c.isprintable() else " " for c in title)[:80]
         top.put("title", printable or "Imported from REXS", units[0].label if printable else "")
-        helical = any(rack.helix for rack in racks.values())
+        helical = any(rack.helix_angle for rack in racks.values())
         why = "helical stages have axial forces" if helical else "all gears are spur gears"
         kinematics = "axial" if helical else "planar"
         if self.joints.has_flexible_shafts:
