@@ -134,7 +134,6 @@ BEARINGS = (
 _ASSEMBLIES = ("shaft", "planet_carrier", "gear_casing", "ring_gear", "cylindrical_gear")
 _YOUNG_MODULUS = 210e9  # Pa, of shafts whose material is not in the file
 _POISSON_RATIO = 0.3
-_ENDS = (("begin", "end"), ("end", "begin"))
 _SLICES = 8  # of a section, for the integral of 1/J
 
 
@@ -339,23 +338,18 @@ class ShaftSection:
         return outer, inner
 
 
-def section_of(part: Component) -> ShaftSection | None:
-    """The dimensions of a shaft_section; None if it has no length or outer diameter. A diameter
-    that is missing at one end is that of the other end."""
-    length, start = value(part, "length", "mm"), value(part, "u_coordinate_on_shaft", "mm")
-    outer, inner = (
-        [number([part], (f"{name}_{end}", f"{name}_{other}"), "mm") for end, other in _ENDS]
-        for name in ("outer_diameter", "inner_diameter")
-    )
-    outer_begin, outer_end = (0.0 if d is None else d.value for d in outer)
-    inner_begin, inner_end = (0.0 if d is None else d.value for d in inner)
-    if length <= 0 or outer_begin <= 0:
-        return None
-    part.role = "a section"
-    return ShaftSection(start, length, (outer_begin, outer_end), (inner_begin, inner_end))
-
-
 def sections_of(document: Document, shaft: Component) -> list[tuple[Component, ShaftSection]]:
-    """Sections of a shaft that have a length and a diameter, each with its component."""
-    parts = ((p, section_of(p)) for p in document.parts(shaft, "shaft_section"))
-    return [(part, section) for part, section in parts if section is not None]
+    """Sections of a shaft that have a length and a diameter, each with its component. A diameter
+    that is missing at one end is that of the other end."""
+    sections = []
+    for part in document.parts(shaft, "shaft_section"):
+        length, start = value(part, "length", "mm"), value(part, "u_coordinate_on_shaft", "mm")
+        outer, inner = (
+            (value(part, (f"{name}_begin", f"{name}_end"), "mm"),
+             value(part, (f"{name}_end", f"{name}_begin"), "mm"))
+            for name in ("outer_diameter", "inner_diameter")
+        )  # fmt: skip
+        if length > 0 and outer[0] > 0:
+            part.role = "a section"
+            sections.append((part, ShaftSection(start, length, outer, inner)))
+    return sections

@@ -253,10 +253,10 @@ def mean(
     return Datum(sum(d.value for d in data) / len(data), source)
 
 
-def value(component: Component, name: str, unit: str, default: float = 0.0) -> float:
-    """The value of an attribute in ``unit``, ``default`` if the file does not have it."""
-    datum = number([component], name, unit)
-    return default if datum is None else datum.value
+def value(component: Component, names: str | Iterable[str], unit: str) -> float:
+    """The value of the first of these attributes in ``unit``, 0 if the file has none."""
+    datum = number([component], names, unit)
+    return 0.0 if datum is None else datum.value
 
 
 def text(components: Sequence[Component], name: str) -> str | None:

@@ -253,14 +253,9 @@ class FlankReader:
         """
         stages = dict.fromkeys(of_gear.stage for of_gear in self.gears_read)
         forward = {stage: self._forward(stage, carries.get(stage)) for stage in stages}
-        kinds = {
-            kind
-            for of_gear in self.gears_read
-            for flank in of_gear.flanks.values()
-            for kind in flank
-        }
+        flanks = [flank for of_gear in self.gears_read for flank in of_gear.flanks.values()]
         for kind, m in table.MODIFICATIONS.items():
-            if kind in kinds and m.positive:
+            if m.positive and any(kind in flank for flank in flanks):
                 self.case.warn(f"{kind}: taken as positive {m.positive}, over the whole flank")
         for of_gear in self.gears_read:
             self._write(of_gear, forward[of_gear.stage])
@@ -274,11 +269,7 @@ class FlankReader:
 
     def _record_loaded_flank(self, stage: RexsStage, of_gear: GearFlanks) -> None:
         """Record the loaded flank that the file states for a gear in its gear meshes."""
-        gear_meshes = {
-            gear_mesh.stage.id: role
-            for role, of_role in stage.gear_meshes.items()
-            for gear_mesh in of_role
-        }
+        gear_meshes = {m.stage.id: r for r, of_role in stage.gear_meshes.items() for m in of_role}
         kind = "stage_gear_data"
         for _, (pair, gear, data) in self.document.each(kind, "stage", "gear", kind):
             role = gear_meshes.get(pair.id)
@@ -322,29 +313,22 @@ class FlankReader:
                 f"{of_gear.gear.label}: no {table.DATUM}; its datum face is assumed to be that at"
                 " the negative end of its u axis"
             )
-        whole = self._section(of_gear, "")
-        for kind, entry in left.items():
-            if entry == right.get(kind):
-                self._put(of_gear, whole, "", entry)
+        alike = {kind: entry for kind, entry in left.items() if entry == right.get(kind)}
+        parts = [("", alike, "")]
         for name in ("sun", "ring") if of_gear.role == "planet" else ("drive", "coast"):
             side = of_gear.side(name, forward)
-            section, opposite = self._section(of_gear, f".{name}"), of_gear.flanks[-side]
-            for kind, entry in of_gear.flanks[side].items():
-                if entry != opposite.get(kind):
-                    which = f"; {of_gear.words[side]} flank"
-                    self._put(of_gear, section, f".{name}", entry, which)
+            rest = {k: entry for k, entry in of_gear.flanks[side].items() if k not in alike}
+            parts.append((f".{name}", rest, f"; {of_gear.words[side]} flank"))
+        for name, of_flank, which in parts:
+            section = self._section(of_gear, name)
+            for entry in of_flank.values():
+                nested = self._section(of_gear, f"{name}.{entry.name}") if entry.name else section
+                for row in entry.rows:
+                    if row.assumed:
+                        self.case.assume(nested, row.key, row.value, row.why)
+                    else:
+                        nested.put(row.key, row.value, row.why + which)
 
     def _section(self, of_gear: GearFlanks, name: str) -> Section:
         header = f"{of_gear.section.header[:-1]}.modifications{name}]"
         return self.case.section(header, of_gear.section)
-
-    def _put(
-        self, of_gear: GearFlanks, section: Section, flank: str, entry: Entry, which: str = ""
-    ) -> None:
-        if entry.name:
-            section = self._section(of_gear, f"{flank}.{entry.name}")
-        for row in entry.rows:
-            if row.assumed:
-                self.case.assume(section, row.key, row.value, row.why)
-            else:
-                section.put(row.key, row.value, row.why + which)

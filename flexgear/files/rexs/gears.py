@@ -192,12 +192,10 @@ class GearReader:
 
     def _mass(self, section: Section, gears: list[Component], internal: bool) -> None:
         """Write the mass of the gear, of both halves together, but of one half of a ring."""
-        datum = number(gears, "mass_of_component", "kg")
-        if datum is None or datum.value <= 0:
-            return
-        bodies = {self.assembly.body(gear) for gear in gears}
-        halves = 1 if internal else len(gears) // len(bodies)
-        section.put("mass_kg", datum.value * halves, datum.source)
+        datum = number(gears, "mass_of_component", "kg", positive=True)
+        halves = 1 if internal else len(gears) // len({*map(self.assembly.body, gears)})
+        if datum is not None:
+            section.put("mass_kg", datum.value * halves, datum.source)
 
     def _blank(self, section: Section, gears: list[Component], internal: bool, root: float) -> None:
         """Write the bore or rim, from the gear, its gear_body, or its shaft.
@@ -209,27 +207,27 @@ class GearReader:
             body.role = "a blank"
         if not internal:
             bore = number([*gears, *bodies], "inner_diameter", "mm")
-            bore = bore or self._shaft_diameter(gears[0], outer=False)
+            bore = bore or self._shaft_diameter(gears[0], "inner")
             if bore is not None and 0 < bore.value < root:
                 section.put("bore_diameter_mm", bore.value, f"{bore.source}; for mass and inertia")
             return
         rim = number(bodies, "gear_body_rim_thickness", "mm")
         if rim is None:
             outer = number(bodies, "outer_diameter", "mm")
-            outer = outer or self._shaft_diameter(gears[0], outer=True)
+            outer = outer or self._shaft_diameter(gears[0], "outer")
             if outer is not None and outer.value > root:
                 rim = Datum((outer.value - root) / 2, f"{outer.source}, less the root circle, / 2")
         if rim is not None and rim.value > 0:
             section.put("rim_thickness_mm", rim.value, f"{rim.source}; for mass and inertia")
 
-    def _shaft_diameter(self, gear: Component, outer: bool) -> Datum | None:
-        """Outer or inner diameter of the shaft at the position of a gear, mm."""
+    def _shaft_diameter(self, gear: Component, side: str) -> Datum | None:
+        """Diameter of the shaft at the position of a gear, mm. side: "outer" or "inner"."""
         shaft = self.assembly.frames.shaft(gear)
         u = value(gear, "u_coordinate_on_shaft", "mm")
         for part, section in [] if shaft is None else sections_of(self.document, shaft):
             if section.start - _TOLERANCE <= u < section.start + section.length:
-                diameter = section.diameters(u)[0 if outer else 1]
-                return Datum(diameter, f"{part.label}, {'outer' if outer else 'inner'} diameter")
+                diameters = dict(zip(("outer", "inner"), section.diameters(u), strict=True))
+                return Datum(diameters[side], f"{part.label}, {side} diameter")
         return None
 
 

@@ -51,41 +51,39 @@ class Port:
     masses: list[Component] = field(default_factory=list)
 
     @property
-    def drives(self) -> bool | None:
-        """Whether power enters the train at the port; None if the file does not determine it."""
+    def size(self) -> float:
+        """Power into the train (kW), or torque times speed (N m rpm) if the file has no power; 0 if
+        it has neither."""
         if self.power is not None:
-            return self.power.value > 0
-        if self.torque is None or self.speed is None or not self.torque.value * self.speed.value:
-            return None
-        return self.torque.value * self.speed.value > 0
+            return self.power.value
+        torque, speed = (0.0 if d is None else d.value for d in (self.torque, self.speed))
+        return torque * speed
 
     @property
-    def size(self) -> float:
-        """Magnitude of the power (kW), or of torque times speed (N m rpm) if the file has no
-        power."""
-        if self.power is not None:
-            return abs(self.power.value)
-        assert self.torque is not None and self.speed is not None
-        return abs(self.torque.value * self.speed.value)
+    def drives(self) -> bool | None:
+        """Whether power enters the train at the port; None if the file does not determine it."""
+        return None if self.power is None and not self.size else self.size > 0
 
     def is_back_driven(self, rated: Self) -> bool:
         """Whether power flows against that of the port ``rated``; at rest the torque counts."""
-        powers, torques = [], []
-        for port in (self, rated):
-            torque, speed = (0.0 if d is None else d.value for d in (port.torque, port.speed))
-            powers.append(torque * speed if port.power is None else port.power.value)
-            torques.append(torque)
-        product = math.prod(powers)
-        return (product or math.prod(torques)) < 0.0
+        torques = [0.0 if port.torque is None else port.torque.value for port in (self, rated)]
+        return (self.size * rated.size or math.prod(torques)) < 0.0
 
     def torque_over(self, rated: Self) -> float:
         """Torque over that of the port ``rated``, 0 if either is unknown or 0."""
         torques = [0.0 if port.torque is None else port.torque.value for port in (self, rated)]
         return abs(torques[0] / torques[1]) if torques[1] else 0.0
 
-    def take_torque(self, section: Section) -> None:
-        """Write the torque to a section, or the power if there is no torque."""
-        section.take(*((TORQUE.key, self.torque) if self.torque else (POWER.key, self.power)))
+    def take_torque(self, section: Section, speed: float | None = None) -> None:
+        """Write the torque to a section, or the power if there is no torque. speed: in rpm, of
+        ports whose power becomes a torque: the output, and those without a speed in the case."""
+        if self.torque is not None or self.power is None:
+            section.take(TORQUE.key, self.torque)
+        elif not speed:
+            section.take(POWER.key, self.power)
+        else:
+            torque = 1e3 * self.power.value * RPM / speed
+            section.put(TORQUE.key, torque, f"{self.power.source} / speed")
 
 
 def ports_of(assembly: Assembly, members: list[Member]) -> list[Port]:
@@ -242,15 +240,24 @@ class PortWriter:
             if port.speed is None:
                 port.speed = Datum(speeds[port.member.name], _DERIVED)
         chosen, loaded = self._choose(train, mobility)
-        if len(self.ports) < 2 or len(loaded) < len(self.ports) - mobility:
+        suffice = len(self.ports) > 1 and len(loaded) == len(self.ports) - mobility
+        if not suffice:
             self.case.warn(f"the torques of the file do not suffice: {_WITHOUT_LOADS}")
-            for port in self.ports:
-                if port in chosen or port.member in self.shafts:
-                    section = self._begin("[[inputs]]", port)
-                    section.take(SPEED.key, port.speed if port in chosen else None)
-                    self._end(section, port)
+        output = self._output(loaded) if suffice else None
+        for port in sorted(self.ports, key=lambda port: port is output):
+            if suffice or port in chosen or port.member in self.shafts:
+                section = self.case.section("[output]" if port is output else "[[inputs]]")
+                section.put("member", port.member.name, port.loads[0].label)
+                if port in chosen:
+                    section.take(SPEED.key, port.speed)
+                if suffice and port in loaded:
+                    derives = port is output or port not in chosen
+                    port.take_torque(section, speeds[port.member.name] if derives else None)
+                self._end(section, port)
+        if output is None:
             return
-        self._loaded(chosen, loaded, speeds)
+        if output.drives is True:
+            self.case.warn(f"{output.loads[0].label}: by its signs it drives, as all other loads")
         for load, member, values in forces_of(self.assembly, self.members, self.shafts):
             if any(values):
                 section = self.case.section("[[loads]]")
@@ -306,11 +313,6 @@ class PortWriter:
         driven = _independent(train, [port.member for port in speeds])
         return [p for p in speeds if p.member in driven], torques[: len(self.ports) - mobility]
 
-    def _begin(self, header: str, port: Port) -> Section:
-        section = self.case.section(header)
-        section.put("member", port.member.name, port.loads[0].label)
-        return section
-
     def _end(self, section: Section, port: Port) -> None:
         """Write the inertia of a port.
 
@@ -323,31 +325,10 @@ class PortWriter:
         else:
             shaft.write_port_body(self.case, section, port.masses)
 
-    def _loaded(self, chosen: list[Port], loaded: list[Port], speeds: dict[str, float]) -> None:
-        """Write inputs and output with their loads.
-
-        Power is converted to torque at the output, and at ports whose speed is derived.
-        """
-        output = self._output(loaded)
-        for port in sorted(self.ports, key=lambda port: port is output):
-            section = self._begin("[output]" if port is output else "[[inputs]]", port)
-            if port in chosen:
-                section.take(SPEED.key, port.speed)
-            if port in loaded:
-                derives = port.torque is None and (port is output or port not in chosen)
-                if derives and port.power is not None:
-                    value = 1e3 * port.power.value * RPM / speeds[port.member.name]
-                    section.put(TORQUE.key, value, f"{port.power.source} / speed")
-                else:
-                    port.take_torque(section)
-            self._end(section, port)
-        if output.drives is True:
-            self.case.warn(f"{output.loads[0].label}: by its signs it drives, as all other loads")
-
     def _output(self, loaded: list[Port]) -> Port:
         """The port where most power leaves the train; without such, the last port without load."""
         outputs = [p for p in self.ports if p.drives is False]
         if outputs:
-            return max(outputs, key=lambda port: port.size)
+            return max(outputs, key=lambda port: abs(port.size))
         unloaded = [p for p in self.ports if p not in loaded] or self.ports
         return unloaded[-1]

@@ -152,24 +152,21 @@ def _attribute(data: dict[str, Any], load_case: str = "") -> Attribute:
 
 
 def _value(value: Any) -> str | tuple[str, ...] | None:
+    """Text of a scalar, texts of an array, which may be numbers in base64; None for other types."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, (int, float, str)):
-        return str(value) if isinstance(value, str) else repr(value)
+        return str(value)
     if isinstance(value, list) and not any(isinstance(x, (list, dict)) for x in value):
         return tuple(str(x) for x in value)
-    if isinstance(value, dict) and {"code", "value"} <= value.keys():
-        return _decoded(str(value["code"]), str(value["value"]))
-    return None if value is not None else ""
-
-
-def _decoded(code: str, text: str) -> tuple[str, ...] | None:
-    """Numbers in base64 as texts; None if they cannot be decoded."""
+    if not isinstance(value, dict):
+        return None if value is not None else ""
     try:
-        data = base64.b64decode("".join(text.split()), validate=True)
-        return tuple(repr(v) for v in np.frombuffer(data, dtype=_TYPES[code]).tolist())
+        data = base64.b64decode("".join(str(value["value"]).split()), validate=True)
+        numbers = np.frombuffer(data, dtype=_TYPES[str(value["code"])])
     except (KeyError, ValueError, binascii.Error):
         return None
+    return tuple(repr(number) for number in numbers.tolist())
 
 
 def _data_of_xml(element: ET.Element) -> dict[str, Any]:
@@ -203,7 +200,9 @@ def read_rexs(path: str | Path) -> Document:
     where, data = str(path), read_bytes(Path(path), "file", MAX_REXS_BYTES)
     if zipfile.is_zipfile(io.BytesIO(data)) or data.startswith(b"PK"):
         data = _unpacked(data, where)
-    _require_size(data, where)
+    if len(data) > MAX_REXS_BYTES:
+        problem = f"is larger than {MAX_REXS_BYTES >> 20} MB"
+        raise InputError(where, "file", problem, "save it without field results")
     start = data.lstrip(b"\xef\xbb\xbf \t\r\n")[:1]
     if start == b"{":
         root = _json(data, where)
@@ -215,21 +214,11 @@ def read_rexs(path: str | Path) -> Document:
         problem = "is neither XML, JSON nor zip" if data else "is empty"
         raise InputError(where, "file", problem, "name a .rexs, .rexsj or .rexsz file")
     document = _Reader(where).document(model)
-    _require_version(document.version, where)
-    return document
-
-
-def _require_version(version: str, where: str) -> None:
-    match = re.fullmatch(r"\s*(\d+\.\d+)(\.\d+)*\s*", version)
+    match = re.fullmatch(r"\s*(\d+\.\d+)(\.\d+)*\s*", document.version)
     if match is None or match[1] not in VERSIONS:
         remedy = f"known are {', '.join(VERSIONS)}; save it as one of them"
-        raise InputError(where, "version", f"{echo(version)} is not known", remedy)
-
-
-def _require_size(data: bytes, where: str) -> None:
-    if len(data) > MAX_REXS_BYTES:
-        problem = f"is larger than {MAX_REXS_BYTES >> 20} MB"
-        raise InputError(where, "file", problem, "save it without field results")
+        raise InputError(where, "version", f"{echo(document.version)} is not known", remedy)
+    return document
 
 
 def _unpacked(data: bytes, where: str) -> bytes:
@@ -266,21 +255,17 @@ def _xml(data: bytes, where: str) -> ET.Element:
     except (ET.ParseError, LookupError, ValueError) as error:
         problem = f"cannot be read: {error}"
         raise InputError(where, "XML", problem, "is the file complete?") from None
-    _require_nesting(root, where)
-    for element in root.iter() if root.tag[0] == "{" else ():
-        element.tag = element.tag.rpartition("}")[2]
-    if root.tag != "model":
-        raise InputError(where, root.tag, "is the first element", "a REXS file begins with <model>")
-    return root
-
-
-def _require_nesting(root: ET.Element, where: str) -> None:
     level = [root]
     for _ in range(_MAX_NESTING):
         level = [child for element in level for child in element]
     if level:
         problem = f"is nested in {_MAX_NESTING} elements"
         raise InputError(where, level[0].tag, problem, "is this a REXS file?")
+    for element in root.iter() if root.tag[0] == "{" else ():
+        element.tag = element.tag.rpartition("}")[2]
+    if root.tag != "model":
+        raise InputError(where, root.tag, "is the first element", "a REXS file begins with <model>")
+    return root
 
 
 def _json(data: bytes, where: str) -> Any:

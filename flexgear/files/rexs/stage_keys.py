@@ -53,7 +53,6 @@ class StageWriter:
         self._angles()
         if self.stage.kind == "planetary":
             self._positions()
-            self._assembly()
         else:
             self._position()
         shifts = self._shifts()
@@ -184,24 +183,24 @@ class StageWriter:
                 self.section.put(f"{role}_pressure_angle_deg", datum.value, datum.source)
 
     def _positions(self) -> None:
-        """Write the angles of the planets from the first one if they are not equally spaced."""
+        """Write the angles of the planets from the first one if they are not equally spaced, else
+        whether equally spaced planets do not fit the teeth."""
         planets, ring = self.stage.halves["planet"][0], self.stage.gears("ring")[0]
         angles = [self._direction(ring, planet) for planet in planets]
         if None in angles:
-            gear_meshes = [
-                m for p in planets for m in self.stage.gear_meshes["sun"] if p in m.gears
-            ]
-            stated = [self._stated_direction(gear_mesh) for gear_mesh in gear_meshes]
+            of_sun = [m for p in planets for m in self.stage.gear_meshes["sun"] if p in m.gears]
+            stated = map(self._stated_direction, of_sun)
             angles = [None if datum is None else datum.value for datum in stated]
-        present = [angle for angle in angles if angle is not None]
-        count = len(planets)
-        if len(present) < count:
-            return
+        present, count = [angle for angle in angles if angle is not None], len(planets)
         relative = sorted(math.remainder(a - present[0], 360.0) % 360.0 for a in present)
         errors = [math.remainder(a - 360.0 * n / count, 360.0) for n, a in enumerate(relative)]
-        if max(map(abs, errors)) >= 1e-6:
+        sun, ring_teeth = self.teeth["sun"].value, self.teeth["ring"].value
+        if len(present) >= count and max(map(abs, errors)) >= 1e-6:
             why = "angles of the planets' shafts from the first one, from v to w"
             self.section.put("planet_positions_deg", relative, why)
+        elif round(sun + ring_teeth) % count:
+            why = f"({sun:g} + {ring_teeth:g})/{count} is not whole"
+            self.case.assume(self.section, "allow_unassemblable", True, why)
 
     def _offset(self, first: Component, second: Component) -> complex | None:
         """Offset v + i w from one gear's axis to another's, mm; None if a position is unknown.
@@ -227,13 +226,6 @@ class StageWriter:
         """Direction from the first to the second gear of a gear mesh in the file, deg."""
         angle = number([gear_mesh.stage], "rotating_angle_around_neg_u_axis", "deg")
         return None if angle is None else Datum(90.0 - angle.value, angle.source)
-
-    def _assembly(self) -> None:
-        count = len(self.stage.halves["planet"][0])
-        sun, ring = self.teeth["sun"].value, self.teeth["ring"].value
-        if round(sun + ring) % count and not self.section.holds("planet_positions_deg"):
-            why = f"({sun:g} + {ring:g})/{count} is not whole"
-            self.case.assume(self.section, "allow_unassemblable", True, why)
 
     def _position(self) -> None:
         """Write the direction from pinion to gear."""
@@ -319,27 +311,23 @@ class StageWriter:
             if errors[1] < errors[0] - _ROUNDING:
                 why = f"{ring.source}; sign changed, which agrees with the centre distance"
                 shifts["ring"] = Datum(-ring.value, why)
-        for role in self.stage.gear_meshes:
-            self._fill(shifts, role)
-        for role in self.stage.roles:
-            if shifts[role] is None:
-                shifts[role] = Datum(0.0, "assumed: none in the file")
-                self.case.warn(
-                    f"{self.stage.gears(role)[0].label}: profile_shift = 0: none in the file"
-                )
+        for pair, shift_sum in ((self._pair(k), total) for k, total in self.shift_sums.items()):
+            missing = [role for role in pair if shifts[role] is None]
+            if shift_sum is not None and self.distance is not None:
+                rest = shift_sum - sum(d.value for role in pair if (d := shifts[role]) is not None)
+                why = f"not in the file; without backlash at {self.distance.source}"
+                self._assume_shifts(shifts, missing, rest, why)
+        missing = [role for role in self.stage.roles if shifts[role] is None]
+        self._assume_shifts(shifts, missing, 0.0, "none in the file")
         return {role: datum for role, datum in shifts.items() if datum is not None}
 
-    def _fill(self, shifts: dict[str, Datum | None], role: str) -> None:
-        """Derive the missing profile shifts of a gear mesh from the centre distance."""
-        shift_sum, pair = self.shift_sums[role], self._pair(role)
-        missing = [role for role in pair if shifts[role] is None]
-        if not missing or shift_sum is None or self.distance is None:
-            return
-        total = sum(d.value for role in pair if (d := shifts[role]) is not None)
+    def _assume_shifts(
+        self, shifts: dict[str, Datum | None], missing: list[str], total: float, why: str
+    ) -> None:
+        """Share a sum of profile shifts equally among the gears whose shift is not in the file."""
         for role in missing:
-            value = (shift_sum - total) / len(missing)
+            value = total / len(missing)
             value = 0.0 if abs(value) < _MIN_SHIFT else value
-            why = f"not in the file; without backlash at {self.distance.source}"
             shifts[role] = Datum(value, f"assumed: {why}")
             self.case.warn(f"{self.stage.gears(role)[0].label}: profile_shift = {value:g}: {why}")
 

@@ -7,7 +7,7 @@ stiffness of the size of the machine: E b is about ten times the stiffness of a 
 width b (ISO 6336-1: c_γ ≈ 20 N/(mm µm)).
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -78,12 +78,11 @@ class SupportWriter:
         if self._stand_apart(member):
             held = {d for d in directions if any(self._stiffness(j, d, scale) for j in joints)}
             missing = tuple(d for d in needs if d not in {*held, "tilt"})
-            thrusts = []
+            thrusts = {}
             for joint in joints:
                 section = self.case.section(f"[[stages.{member.role}.support]]")
                 self.springs(section, [joint], scale, directions, missing, member.z)
-                thrust = self._rating(section, [joint])
-                thrusts += [] if thrust is None else [(joint, thrust)]
+                thrusts[joint] = self._rating(section, [joint])
             self._pair(thrusts)
             return
         section = self.case.section(f"[stages.{member.role}.support]")
@@ -137,20 +136,17 @@ class SupportWriter:
         the joints have none.
         """
         note = "; half of it for each ring half" * (halves == 2)
-        radial: list[tuple[float, float]] = []
+        radial: list[tuple[float, float]] = []  # N/m and mm
         for direction in directions:
-            data = []
-            for joint in joints:
-                datum = self._stiffness(joint, direction, scale)
-                place = axial_place(self.assembly, joint)
-                data += [] if datum is None else [datum]
-                if direction == "radial" and datum and place is not None and z is not None:
-                    radial.append((datum.value, place - z))
-            total = sum(datum.value for datum in data)
-            sources = [datum.source for datum in data]
-            if direction == "tilt":
-                total, of_places = self._spread(section, radial, total)
-                sources += of_places
+            of_joints = [(joint, self._stiffness(joint, direction, scale)) for joint in joints]
+            data = [datum for _, datum in of_joints if datum is not None]
+            total, sources = sum(d.value for d in data), [d.source for d in data]
+            if direction == "radial" and z is not None:
+                places = [(d.value, axial_place(self.assembly, j)) for j, d in of_joints if d]
+                radial = [(k, place - z) for k, place in places if place is not None]
+            if direction == "tilt" and (added := self._spread(section, radial)) > 0:
+                total += added
+                sources.append("distance of the radial springs")
             sources.sort(key=lambda source: not source.startswith(_ASSUMED))
             key = _SPRINGS[direction].key
             if sources and sources[0].startswith(_ASSUMED):
@@ -162,21 +158,16 @@ class SupportWriter:
                 why = "no support in the file; about the stiffness of a gear mesh"
                 self.case.assume(section, key, scale.guess(direction) / halves, f"{why}{note}")
 
-    def _spread(
-        self, section: Section, radial: list[tuple[float, float]], tilt: float
-    ) -> tuple[float, list[str]]:
-        """Tilt stiffness including that of the distances between radial springs, and its source.
+    def _spread(self, section: Section, radial: list[tuple[float, float]]) -> float:
+        """Tilt stiffness of radial springs by their distances, N m/rad.
 
         radial: stiffness (N/m) and axial position (mm) of radial springs, whose centre is written.
         """
         total = sum(k for k, _ in radial)
-        if not radial or total <= 0:
-            return tilt, []
-        centre = sum(k * z for k, z in radial) / total
-        added = sum(k * (z - centre) ** 2 for k, z in radial) * 1e-6
+        centre = sum(k * z for k, z in radial) / total if total > 0 else 0.0
         if centre and abs(centre) <= 1e3:
             section.put("z_mm", centre, "centre of the radial springs along the axis")
-        return tilt + added, ["distance of the radial springs"] if added > 0 else []
+        return sum(k * (z - centre) ** 2 for k, z in radial) * 1e-6
 
     def _stiffness(self, joint: Component, direction: str, scale: Scale) -> Datum | None:
         """Stiffness of one bearing or coupling; None if it does not act in the direction."""
@@ -257,12 +248,13 @@ class SupportWriter:
             thrust.take(key, datum)
         return thrust
 
-    def _pair(self, thrusts: list[tuple[Component, Section]]) -> None:
+    def _pair(self, thrusts: Mapping[Component, Section | None]) -> None:
         """Write which direction of the shaft's thrust each of two single-row bearings takes; radial
-        loads then induce thrust between them. thrusts: bearings of a member with their
-        sections."""
+        loads then induce thrust between them. thrusts: sections of thrust by bearing."""
         directed = []
-        for bearing, thrust in thrusts:
+        for bearing, thrust in thrusts.items():
+            if thrust is None:
+                continue
             word = text([bearing], "axial_force_absorption")
             rows = self.document.parts(bearing, "rolling_bearing_row")
             if word in ("positive", "negative") and len(rows) < 2:

@@ -5,6 +5,7 @@ attribute, or why its value is assumed. Content of the file that is not in the c
 end.
 """
 
+import math
 import re
 import tomllib
 from collections import Counter, defaultdict
@@ -43,8 +44,13 @@ _MAX_IDS = 8  # of components in a line; others are only counted
 
 
 def left_out(document: Document) -> list[str]:
-    """Descriptions of components, attributes and relations that were not carried over."""
-    _mark_frames(document)
+    """Descriptions of components, attributes and relations that were not carried over. Positions
+    and axes of components that were carried over count as used."""
+    for component in document.components.values():
+        # the w axis of a gear also states the angle of its teeth, which a case computes
+        of_frame = [*_FRAME_ATTRIBUTES, *([] if "gear" in component.kind else ["w_axis_vector"])]
+        for name in component.attributes.keys() & of_frame if component.role else ():
+            component.attributes[name].used = True
     groups: dict[tuple[str, str, bool], list[str]] = defaultdict(list)
     for component in document.components.values():
         unused = [a.id for a in component.attributes.values() if not a.used]
@@ -65,16 +71,6 @@ def left_out(document: Document) -> list[str]:
     relations = Counter(r.kind for r in document.relations if not r.used)
     lines += [f"{count} relations of type {kind}" for kind, count in relations.items()]
     return lines + list(document.other)
-
-
-def _mark_frames(document: Document) -> None:
-    """Mark the positions and axes of components that were carried over as used. The w axis of a
-    gear also states the angle of its teeth, which a case computes, so it is not marked."""
-    for component in document.components.values():
-        names = [*_FRAME_ATTRIBUTES, *([] if "gear" in component.kind else ["w_axis_vector"])]
-        for name in names if component.role else ():
-            if name in component.attributes:
-                component.attributes[name].used = True
 
 
 _STEEL = {"young_modulus_gpa": 210.0, "poisson_ratio": 0.3, "density_kg_per_m3": 7850.0}
@@ -103,7 +99,13 @@ class _Conversion:
         self.document, self.where = document, where
         self.case = CaseText()
         self.lost: list[str] = []
-        self._choose(load_case)
+        cases = document.load_cases
+        chosen = next((c for c in cases if load_case in (None, c.id)), None)
+        if chosen is None and load_case is not None:
+            numbers = ", ".join(str(c.id) for c in cases) or "none"
+            problem = f"{load_case} is not in the file"
+            raise InputError(where, "load case", problem, f"there are: {numbers}")
+        document.take_load_case(chosen)
         self.assembly = Assembly(document)
         self.material: dict[str, float] = {}
         self.supports = SupportWriter(self.assembly, self.case)
@@ -152,7 +154,12 @@ class _Conversion:
             self.document, self.assembly, self.case, self.members, self.joints.shafts, self.where
         )
         self._lubricant()
-        self._list_other_cases(written)
+        self.lost += [
+            f"load case {other.id} (spectrum {other.spectrum}), {len(other.attributes)} attributes:"
+            f" --load-case {other.id} imports it instead of the first"
+            for other in self.document.load_cases
+            if other is not self.document.load_case and other.id not in written
+        ]
         self._warn_of_units()
         listed = tuple(self.lost + left_out(self.document))
         return Imported(self._text(listed), tuple(self.case.assumed), listed)
@@ -170,40 +177,17 @@ class _Conversion:
         forces = {name: flow.stage(name).sun_gear_mesh_force for name in stages}
         return {name: force > 0 for name, force in forces.items() if force}
 
-    def _choose(self, number: int | None) -> None:
-        cases = self.document.load_cases
-        if number is None and not cases:
-            return
-        chosen = next((c for c in cases if number in (None, c.id)), None)
-        if chosen is None:
-            numbers = ", ".join(str(c.id) for c in cases) or "none"
-            problem = f"{number} is not in the file"
-            raise InputError(self.where, "load case", problem, f"there are: {numbers}")
-        self.document.take_load_case(chosen)
-
-    def _list_other_cases(self, written: set[int]) -> None:
-        """Add the load cases that are not in the case to ``lost``."""
-        for other in self.document.load_cases:
-            if other is not self.document.load_case and other.id not in written:
-                self.lost.append(
-                    f"load case {other.id} (spectrum {other.spectrum}), {len(other.attributes)}"
-                    f" attributes: --load-case {other.id} imports it instead of the first"
-                )
-
     def _warn_of_units(self) -> None:
         """Warn about values that are missing in the case because of their unit."""
-        attributes = [
-            (c, a) for c in self.document.components.values() for a in c.of_model.values()
-        ]
+        components = self.document.components
+        attributes = [(c, a) for c in components.values() for a in c.of_model.values()]
         for load_case in self.document.load_cases:
-            attributes += [(self.document.components[k], a) for k, a in load_case.attributes]
-        for component, attribute in attributes:
-            if attribute.unknown_unit:
-                where = f", {attribute.where}" if attribute.where else ""
-                self.case.warn(
-                    f"{component.label}, {attribute.id}{where}: {echo(attribute.unit)} is no unit"
-                    " known for it; the value is left out"
-                )
+            attributes += [(components[k], a) for k, a in load_case.attributes]
+        for component, a in attributes:
+            if a.unknown_unit:
+                where = ", ".join(filter(None, (component.label, a.id, a.where)))
+                problem = f"{echo(a.unit)} is no unit known for it; the value is left out"
+                self.case.warn(f"{where}: {problem}")
 
     def _material(self, gears: list[Component]) -> None:
         materials = [m for gear in gears for m in self.document.references(gear, "material")]
@@ -336,15 +320,15 @@ class _Conversion:
         if flag(units, "account_for_gravity") is not True:
             return
         size = number(units, "gravitational_acceleration", "m / s^2")
-        parts = [0.0 if p is None else p.value for p in (number(units, n, "none") for n in GRAVITY)]
-        length = sum(p * p for p in parts) ** 0.5
+        parts = [value(units[0], name, "none") for name in GRAVITY]
+        length = math.hypot(*parts)
         if length == 0:
             self.case.warn(f"{units[0].label}: accounts for gravity, but states no direction")
             return
-        value = _GRAVITY if size is None else size.value
+        g = _GRAVITY if size is None else size.value
         why = f"{units[0].label}, direction_vector_gravity: x, y, z are v, w, u"
         why += "" if size is not None else "; size assumed"
-        top.put("gravity_m_per_s2", [value * p / length for p in parts], why)
+        top.put("gravity_m_per_s2", [g * p / length for p in parts], why)
 
     def _text(self, listed: tuple[str, ...]) -> str:
         file, by = Path(self.where).name, self.document.application
