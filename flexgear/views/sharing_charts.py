@@ -103,6 +103,7 @@ def _planets_chart(
             _planet_lines(row[1], data.isel(window), part.isel(window), factor)
             text = "close-up at the largest"
             row[1].set_title(text, weight="normal", fontsize=8, loc="right")
+            row[1].xaxis.set_major_locator(MaxNLocator(2))
             note_envelope(row[0])
         for ax in row:
             ax.axhline(factor * float(part.mean()), color=NEUTRAL, lw=0.7, zorder=1)

@@ -31,6 +31,7 @@ from flexgear.results.report.wording import split_unit, with_unit, words
         (1234567.0, "", "1\u202f234\u202f567"),
         (3.2e-9, "", "3.20 · 10⁻⁹"),
         (-0.0, "N", "0 kN"),
+        (6.14e-15, "m", "0 mm"),
         (None, "N", "–"),
         (float("nan"), "", "–"),
         (True, "", "yes"),

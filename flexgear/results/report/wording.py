@@ -103,6 +103,7 @@ def with_unit(value: float | str | bool | None, unit: str = "") -> str:
     if isinstance(value, int) and not unit:
         return f"{value:,}".replace(",", "\u202f")
     printed, by = scale([value], unit)
+    by = 0.0 if abs(value) <= ZERO else by
     return f"{number(value * by, digits_of(unit))} {printed}".rstrip()
 
 

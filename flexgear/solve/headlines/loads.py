@@ -89,7 +89,7 @@ def _largest_force(findings: Findings) -> Iterator[Answer]:
         )
         if covered is not None and peak.ratio > covered:
             level = "watch"
-            rest = number(peak.ratio / covered, 3)
+            rest = factor(peak.ratio / covered)
             sentence += (
                 f": the mesh load factor of {STANDARD}, {covered:.2f}, leaves {rest} to K_A and K_v"
             )
