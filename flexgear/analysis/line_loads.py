@@ -6,8 +6,8 @@ even distribution. Off the path the tip edge of one gear touches the flank of th
 an end of the face is that of the last slice of a contact line on the path that ends there.
 
 **First contact.** Rigid bodies without tilt that approach along N touch at w = min (g_j − e_j) over
-the slices j of all pairs, g_j the gap of both flanks, e_j the errors of the pair: the unloaded
-transmission error, the envelope of those of single pairs.
+the slices j of all pairs and the ends of the face, g_j the gap of both flanks, e_j the errors of
+the pair: the unloaded transmission error, the envelope of those of single pairs.
 
 **Stiffness.** Where all rows of a gear mesh are closed by x, their forces are F = f(x − B F), with
 the tangents T of the pairs (block diagonal) and the flexibility B between neighbouring pairs. The
@@ -242,11 +242,23 @@ def pairs_at(result: Equilibrium | Transient) -> PairsAt:
 
 
 def first_touch(pairs: PairData, lines: LineLoads, error: Array) -> Array:
-    """Approach of the flanks (t, M) until the first slice touches, m: the smallest gap of all
-    slices; NaN without a pair. error (t, M, slots): as in ``PairsAt``, m."""
-    along = pairs.error_slope[:, None, None] * lines.z
-    gap = np.where(np.isfinite(lines.line_load), lines.gap - error[..., None] - along, np.inf)
-    least = gap.min(axis=(2, 3))
+    """Approach of the flanks (t, M) until the first pair touches, m: the smallest gap in the middle
+    of any slice, or at an end of the face; NaN without a pair. There the gap of the flanks is that
+    of the parabola through the three slices beside it, but a positive one not below zero, as where
+    relief ends. error (t, M, slots): as in ``PairsAt``, m."""
+    slope = pairs.error_slope[:, None, None]
+    gap = np.where(np.isfinite(lines.line_load), lines.gap - slope * lines.z, np.nan)
+    least = np.fmin.reduce(gap, axis=3, initial=np.inf)
+    for m in map(int, np.flatnonzero(pairs.slices > 2)):
+        count, of_flanks = int(pairs.slices[m]), lines.gap[:, m]
+        first, second, third = (of_flanks[..., [k, count - 1 - k]] for k in range(3))
+        ends = (15.0 * first - 10.0 * second + 3.0 * third) / 8.0
+        ends = np.maximum(ends, np.where(first > 0.0, 0.0, -np.inf))
+        at_end = np.abs(lines.ends[:, m]) >= pairs.half_face[m] * (1.0 - AT_END)
+        at_end &= np.isfinite(lines.line_load[:, m, :, :1])
+        ends = np.where(at_end, ends - pairs.error_slope[m] * lines.ends[:, m], np.inf)
+        least[:, m] = np.fmin(least[:, m], ends.min(axis=2))
+    least = np.fmin.reduce(least - error, axis=2, initial=np.inf)
     return np.where(np.isfinite(least), least, np.nan)
 
 

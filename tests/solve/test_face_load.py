@@ -56,6 +56,20 @@ def spur(z):
     return np.array([[f["k_h_beta"], f["misalignment_um"]] for f in figures.values()]).T
 
 
+def test_rigid_flanks_of_one_slope_touch_at_the_end_of_the_face_at_every_angle():
+    """Half of the slope along the normal, 20 µm cos β_b, without any ripple: some pair always
+    touches there. tan β_b = tan β cos α_t."""
+    clean = {f"stage.errors.{gear}_tooth": 0.0 for gear in ("ring", "planet", "sun")}
+    stage = BASE.view().stage
+    transverse = np.arctan(np.tan(stage.pressure_angle) / np.cos(stage.helix_angle))
+    base_helix = np.arctan(np.tan(stage.helix_angle) * np.cos(transverse))
+    slopes = {"stage.errors.planet_ring_helix_slope": (40e-6,) * 5}
+    touch = statics(**clean, **slopes)["unloaded_transmission_error"]
+    np.testing.assert_allclose(
+        touch.sel(flank="stage ring 1 drive"), -20e-6 * np.cos(base_helix), atol=1e-8
+    )
+
+
 def test_straight_teeth_without_errors_or_tilt_are_loaded_evenly():
     factor, tilt = spur(0.0)
     assert np.abs(tilt).max() < 0.2  # the planets' bearings and the sun's spline are left
