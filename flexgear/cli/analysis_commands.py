@@ -90,7 +90,7 @@ def static(
         f"{angle:g} deg": views.equilibrium_figures(model, data.isel(position=slice(k, k + 1)))
         for k, angle in enumerate(degrees)
     }
-    notes = views.equilibrium_warnings(model, data)
+    notes = views.equilibrium_warnings(model, data, positions)
     figures = {**positions, "closure": data.attrs["closure_max"], "neglected": notes}
     analysis.show(figures, partial(views.show_equilibria, model, data, positions, notes))
 

@@ -9,6 +9,8 @@ import typer
 import xarray as xr
 
 from flexgear.cli.display import columns, key_table, show_table, table
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.implausible_bearings import without_tilt
 from flexgear.model.bodies import Planet
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT, BodyName
 from flexgear.model.ring import Ring
@@ -63,6 +65,7 @@ from flexgear.solve.result_warnings import (
 )
 from flexgear.solve.static import position_figures
 
+BEARINGS = ("planet_bearing", "bearing")  # sections of figures
 SHAPELESS = 1e-6  # radial shape over displacement of a ring below which it is rounding
 
 
@@ -99,8 +102,17 @@ def _ring_figures(part: xr.Dataset, planets: int) -> dict[str, Any]:
     }
 
 
-def equilibrium_warnings(model: Model, data: xr.Dataset) -> list[str]:
-    """Sentences on neglected effects that are not small in these positions, and large motions."""
+LIVES = (
+    "lives are those under the constant load of one position; `flexgear run` has that of the same "
+    "damage over all positions, `flexgear rate` the lives under load cases"
+)
+
+
+def equilibrium_warnings(
+    model: Model, data: xr.Dataset, positions: Mapping[str, dict[str, Any]]
+) -> list[str]:
+    """Sentences on neglected effects that are not small in these positions, large motions, and what
+    the figures of the positions do not count."""
     rated = model.system.rated_torque
     torque = abs(float(data["port_torque"].isel(port=0).max()) / rated) if rated else 0.0
     notes = neglected_lines(model, _equilibrium_lengths(model, data), torque)
@@ -109,6 +121,10 @@ def equilibrium_warnings(model: Model, data: xr.Dataset) -> list[str]:
     notes += pulling_teeth(model.case, (g for g, at in groups if np.min(factors[at]) < -ROUNDING))
     force = data["gear_mesh_force"].to_numpy()
     notes += reversed_pairs(model.case, {g: float(force[:, at].max()) for g, at in groups})
+    for view in (model.case.view(stage.name) for stage in model.case.stages):
+        notes += without_tilt(view, stage_geometry(view))
+    kinds = [figures.get(kind, {}) for figures in positions.values() for kind in BEARINGS]
+    notes += [LIVES] * any("life_h" in row for rows in kinds for row in rows.values())
     return notes + large_motions(model.case, largest_motions(motion_histories(data)))
 
 

@@ -23,7 +23,7 @@ def implausible_bearings(view: StageView, g: StageGeometry, stage: StageFlow) ->
     yield from _in_planet(view, g)
     yield from _clearances(view, g)
     yield from _thrust(view, g, stage)
-    yield from _tilting(view, g)
+    yield from without_tilt(view, g)
     yield from _rating(view, stage)
 
 
@@ -180,7 +180,7 @@ def untilted(view: StageView, role: str) -> list[str]:
     return [view.key(part) for part in (straight if straight == moving else resists)]
 
 
-def _tilting(view: StageView, g: StageGeometry) -> Iterator[str]:
+def without_tilt(view: StageView, g: StageGeometry) -> Iterator[str]:
     """Warnings about load along the face of gears that cannot tilt."""
     if view.gear_mesh.model == "face_load":
         keys = dict.fromkeys(key for role in g.gear_meshes for key in untilted(view, role))
