@@ -11,8 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.gears.bearings.basic_life import bearing_life_hours, paired_force
-from flexgear.gears.bearings.nominal import bearing_speed, nominal_bearings
+from flexgear.gears.bearings.basic_life import (
+    LEAST_E,
+    bearing_life_hours,
+    moment_force,
+    paired_force,
+)
+from flexgear.gears.bearings.nominal import bearing_speed, blocked_loads, nominal_bearings
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.nominal_stress import largest_root_stress
 from flexgear.gears.power_flow import PowerFlow, StageFlow
@@ -20,6 +25,8 @@ from flexgear.model.names import BodyName, SupportName
 from flexgear.model.stage_view import BearingPlace, StageView
 from flexgear.model.units import RPM
 from flexgear.results.quantities import ABSENT, ALWAYS, Figure, values
+
+NO_LOAD = 0.01  # of a dynamic rating; a load with a life of a million million turns or more
 
 if TYPE_CHECKING:  # the command ``check`` does not load xarray
     import xarray as xr
@@ -161,6 +168,26 @@ class StageRun:
         film = films.to_numpy()[:, [name == self.view.name for name in names]]
         return ABSENT if np.isnan(film).all() else 1e6 * float(np.nanmin(film))
 
+    def not_in_life(self) -> dict[str, float]:
+        """Largest thrust without ``thrust``, or force 2 F_M of a moment, neither of which the basic
+        life counts, over the largest radial load, by label of a rated bearing; without those of
+        less than ``LEAST_E`` and those of less than ``NO_LOAD`` of the rating."""
+        shares = {}
+        for place, label, spring, force in bearing_forces(self.view, self.equilibria):
+            bearing, (radial, axial) = place.bearing, self._sizes(force)
+            rating = (bearing.dynamic_rating or math.inf) * bearing.count
+            thrust, moment = blocked_loads(self.view, self.flow, place)
+            moments = self.equilibria["bearing_force"].sel(support=spring).to_numpy()[:, 3:5]
+            about = moments - bearing.z * np.stack([-force[:, 1], force[:, 0]], axis=1)
+            moment += float(np.hypot(*about.T).max())
+            arm = 0.5 * self.view.stage.gear_width if place.part == "planet" else 0.0
+            uncounted = 2.0 * moment_force(bearing, moment, arm)
+            if bearing.thrust is None:
+                uncounted = max(uncounted, thrust + axial.max())
+            if uncounted > max(LEAST_E * radial.max(), NO_LOAD * rating) and radial.any():
+                shares[label] = float(uncounted / radial.max())
+        return shares
+
     @cached_property
     def bearing_loads(self) -> dict[str, tuple[BearingPlace, Array]]:
         """Places of bearings and their radial and axial loads (2, p), N, over the positions, by
@@ -291,5 +318,8 @@ SEATS = (
 LIVES = (
     Figure("bearing_life_h.<bearing>", "h", "L₁₀ₕ of bearings under the constant load of the same "
            "damage over the equilibria", "", StageRun.lives, "{name}"),
+    Figure("not_in_bearing_life.<bearing>", "1", "thrust or force of a moment that this life does "
+           f"not count, over the largest radial load, where above {LEAST_E:g}", "",
+           StageRun.not_in_life, "{name}, not counted over radial load"),
 )  # fmt: skip
 STAGE_FIGURES = (*GEAR_MESHES, *ROOTS, *PLANET_BEARINGS, *SEATS, *LIVES)

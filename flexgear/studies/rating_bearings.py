@@ -25,6 +25,7 @@ from flexgear.gears.bearings.basic_life import (
     EXPONENTS,
     LEAST_E,
     equivalent_load,
+    moment_force,
     paired_force,
     rating_life,
     static_load,
@@ -37,7 +38,7 @@ from flexgear.gears.bearings.bearing import (
     rate_load,
     rolling_bearing,
 )
-from flexgear.gears.bearings.nominal import bearing_speed, gear_force
+from flexgear.gears.bearings.nominal import bearing_speed, blocked_loads
 from flexgear.gears.bearings.reference_life import (
     LEAST_RATIO,
     LIFE_LAWS,
@@ -190,7 +191,8 @@ def _part(
     speeds = [bearing_speed(place.place, flow.stage(place.stage)) for flow in flows]
 
     def in_bins(rated: bool) -> list[_InBin]:
-        blocked = [_blocked(case, place, flow) for flow in flows]
+        stages = [flow.stage(place.stage) for flow in flows]
+        blocked = [blocked_loads(case.view(place.stage), x, place.place) for x in stages]
         of_bins = zip(loads, speeds, blocked, strict=True)
         return [_in_bin(case, place, *of_bin, least, rated) for of_bin in of_bins]
 
@@ -224,30 +226,12 @@ def _part(
     )  # fmt: skip
 
 
-def _blocked(case: Case, place: _Place, flow: PowerFlow) -> tuple[float, float]:
-    """Thrust of helical teeth on a bearing in the power flow, N, and its moment, N m, where
-    equilibria have none, as the member cannot move along its axis or tilt; zero of others, and
-    thrust of bearings without axial stiffness."""
-    part, stage = place.place.part, flow.stage(place.stage)
-    kinematics = case.kinematics_of(f"{place.stage}.{part}")
-    if kinematics == "spatial" or part in ("carrier", "ring"):
-        return 0.0, 0.0
-    thrust, moment = stage.sun_axial_force, 0.0
-    if part == "planet":
-        thrust, moment = 0.0, stage.planet_tilting_moment
-    elif part in ("pinion", "gear"):
-        force = gear_force(case.view(place.stage), stage, part)
-        thrust, moment = force[2], math.hypot(*force[3:5])
-    moves = kinematics == "axial" or place.section.stiffness[2] == 0.0
-    return 0.0 if moves else abs(float(thrust)), moment
-
-
 def _in_bin(
     case: Case, place: _Place, loads: BinLoads, speed: float, blocked: tuple[float, float],
     least: float, rated: bool,
 ) -> _InBin:  # fmt: skip
     """The load of a bearing in a bin, with life and safety if ``rated``; speed: of the inner ring
-    relative to the outer one, rad/s; blocked: see ``_blocked``."""
+    relative to the outer one, rad/s; blocked: see ``blocked_loads``."""
     load_factor = _stated_load_factor(case, place, loads)
     force = load_factor * loads.supports.get(place.name, np.zeros((1, 6)))
     mate = case.view(place.stage).mate(place.place)
@@ -294,9 +278,8 @@ def _basic(
 ) -> _InBin:
     """Basic life of one of several bearings side by side, which share the load evenly, and modified
     life a_ISO L_10 where its data are stated; an estimate, without verdict, if it should include
-    thrust or the moment and does not. The moment M never counts: F_M = M/(2 a) states what it adds
-    to half of the bearings at ±a, whose stiffness against tilting is k_t = k_r a²; reach: a where
-    none is stated, m, 0: the moment does not matter."""
+    thrust or the moment and does not. The moment M never counts: F_M (``moment_force``) states what
+    it adds; reach: arm where no stiffness against tilting is stated, m."""
     rating, static, estimates = section.dynamic_rating, section.static_rating, dict[str, str]()
     assert rating is not None
     of_position = equivalent_load(section, load.radial, load.axial)
@@ -306,9 +289,7 @@ def _basic(
     safety = None
     if static is not None and not math.isnan(largest):
         safety = static * section.count / largest if largest else math.inf
-    k_r, k_t = section.stiffness[0], section.stiffness[3]
-    arm = math.sqrt(k_t / k_r) if k_r and k_t else reach
-    couple = math.hypot(*load.vector[3:]) / (2.0 * arm) if arm else 0.0
+    couple = moment_force(section, math.hypot(*load.vector[3:]), reach)
     without_thrust = section.thrust is None and load.axial.max() > LEAST_E * load.largest
     lacking = ["thrust"] if without_thrust else []
     lacking += ["the moment"] if 2.0 * couple > LEAST_E * load.vector[0] else []

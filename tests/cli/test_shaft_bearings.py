@@ -63,7 +63,10 @@ def test_a_run_reports_the_bearings_of_shafts(flexgear, tmp_path):
     path, out = write(tmp_path, text()), tmp_path / "out"
     quick = ["--set", "solver.settle_s=0.01", "--set", "solver.duration_s=0.03"]
     summary = flexgear.json("run", path, *quick, "--out", out)
-    loads, _ = by_hand()
+    loads, thrust = by_hand()
+    left_out = summary["stages"]["stage_1"]["not_in_bearing_life"]
+    shares = {f"{part}_support_2": thrust / radial[1] for part, radial in loads.items()}
+    assert left_out == pytest.approx(shares, rel=1e-3)
     for part, radial in loads.items():
         for k, of_bearing in enumerate(radial, 1):
             figures, name = summary["stages"]["stage_1"], f"{part}_support_{k}"

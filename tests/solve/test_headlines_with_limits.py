@@ -131,6 +131,13 @@ def test_a_life_is_held_to_the_required_one(life, level):
     assert (row["level"], row["value"], row["allowable"]) == (level, life, 175e3)
     assert row["figure"].endswith(" of 175\u202f000 h (20 years) required")
     assert "No required life" not in row["sentence"]
+    thrust = {"not_in_bearing_life": {"planet_bearing_1": 0.61}}
+    row = answer("bearing_life", settings, stages={"stage": stage | thrust})
+    assert row["level"] == {"good": "note", "bad": "bad"}[level]
+    assert (
+        "without verdict: planet bearing 1, on which thrust or moment is 61 % of it"
+        in (row["sentence"])
+    )
     row = answer("bearing_life", BEARING, stages={"stage": stage})
     assert "No required life given." in row["sentence"]
 

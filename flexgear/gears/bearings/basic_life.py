@@ -44,7 +44,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexgear.arrays import Array
-from flexgear.model.bearings import Rolling
+from flexgear.model.bearings import Rolling, Springs
 
 BALL = 3.0
 ROLLER = 10.0 / 3.0
@@ -114,6 +114,14 @@ def equivalent_load(bearing: Rolling, radial: ArrayLike, axial: ArrayLike = 0.0)
     below = axial_size <= factors.e * radial_size
     beyond = factors.x * radial_size + factors.y * axial_size
     return np.where(below, radial_size + factors.y_1 * axial_size, beyond)
+
+
+def moment_force(bearing: Springs, moment: float, arm: float = 0.0) -> float:
+    """F_M = M/(2 a), N: radial force of a moment, N m, on each half of the bearings at ±a, whose
+    stiffness against tilting is k_t = k_r a²; arm: a where none is stated, m, 0 leaves M out."""
+    radial, tilt = bearing.stiffness[0], bearing.stiffness[3]
+    arm = math.sqrt(tilt / radial) if radial and tilt else arm
+    return moment / (2.0 * arm) if arm else 0.0
 
 
 def static_load(bearing: Rolling, radial: ArrayLike, axial: ArrayLike = 0.0) -> Array:

@@ -121,6 +121,24 @@ def is_alone(view: StageView, part: str) -> bool:
     return True
 
 
+def blocked_loads(view: StageView, flow: StageFlow, place: BearingPlace) -> tuple[float, float]:
+    """Thrust of helical teeth on a bearing in the power flow, N, and its moment, N m, where
+    equilibria have none, as the member cannot move along its axis or tilt; zero of others, and
+    thrust of bearings without axial stiffness."""
+    part, bearing = place.part, place.bearing
+    kinematics = view.case.kinematics_of(f"{view.name}.{part}")
+    if kinematics == "spatial" or part in ("carrier", "ring"):
+        return 0.0, 0.0
+    thrust, moment = flow.sun_axial_force, 0.0
+    if part == "planet":
+        thrust, moment = 0.0, flow.planet_tilting_moment
+    elif part in ("pinion", "gear"):
+        force = gear_force(view, flow, part)
+        thrust, moment = force[2], math.hypot(*force[3:5])
+    moves = kinematics == "axial" or bearing.stiffness[2] == 0.0
+    return 0.0 if moves else abs(float(thrust)), moment
+
+
 def gear_force(view: StageView, flow: StageFlow, part: str) -> Array:
     """Force and moment (6,) of the gear mesh on the pinion or gear of a parallel stage at its
     middle, in the axes of the stage, N and N m."""

@@ -186,10 +186,14 @@ def _life(findings: Findings) -> Iterator[Answer]:
                 "" if nominal is None else f" Nominal, planet bearing: {with_unit(nominal, 'h')}."
             )
             without = ", ".join(words(n) for n, hours in required.items() if hours is None)
+            beyond = figures.get("not_in_bearing_life", {})
+            left_out = {n: share for n, share in beyond.items() if n in lives}
+            radial_alone = _radial_alone(left_out) if left_out else ""
             not_required = "No required life given" + (f": {without}." if shares else ".")
             sentence = (
                 f"{words(name).capitalize()}, under the constant load of the same damage over "
-                f"{over}. {not_required if without else ''}{nominal_text} {missing} {film}"
+                f"{over}. {radial_alone} {not_required if without else ''}{nominal_text} {missing} "
+                f"{film}"
             )
             life, limit = lives[name], required[name]
             level: Level = "note"
@@ -198,7 +202,7 @@ def _life(findings: Findings) -> Iterator[Answer]:
                 figure += f" of {with_unit(limit, 'h')} required"
                 if life < limit:
                     level = "bad"
-                elif not (without or missing):  # all bearings are assessed
+                elif not (without or missing or left_out):  # all bearings are assessed
                     level = "good"
             level = "bad" if touches else level
             yield Answer(level, stage, life, figure, " ".join(sentence.split()), limit, over)
@@ -210,6 +214,18 @@ def _life(findings: Findings) -> Iterator[Answer]:
                 level, figure = "bad", "surfaces touch"
             assessed = f"Not assessed. {missing} " if missing else ""
             yield Answer(level, stage, None, figure, f"{assessed}{film}".strip(), window=over)
+
+
+def _radial_alone(shares: Mapping[str, float]) -> str:
+    """Sentence on bearings whose life leaves out thrust or moment, with their shares of the radial
+    load."""
+    worst = max(shares, key=lambda n: shares[n])
+    others = f" and {len(shares) - 1} more" if len(shares) > 1 else ""
+    return (
+        f"By the radial load alone, without verdict: {words(worst)}{others}, on which thrust or "
+        f"moment is {with_unit(shares[worst], 'share')} of it; `thrust` counts the former, "
+        "`flexgear rate` with `elements` both."
+    )
 
 
 def _film(view: StageView, figures: Mapping[str, Any]) -> tuple[str, bool]:
