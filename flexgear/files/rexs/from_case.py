@@ -17,7 +17,6 @@ from flexgear.files.rexs import tables as table
 from flexgear.files.rexs.outgoing import Outgoing, Place, Written, located
 from flexgear.files.rexs.stage_out import (
     StageOut,
-    add_section,
     springs_out,
     thrust_out,
     torsion_out,
@@ -137,9 +136,10 @@ def model_of_case(case: Case, rated: BinResults | None = None) -> Outgoing:
         StageOut(train, stage).add()
     for joint in case.joints:
         _add_joint(train, joint)
-    for member, speed in train.flow.speed.items() if case.ports else ():
-        train.result(train.shafts[member], rotational_speed=speed)
     ports = {port.member: _add_port(train, port) for port in case.ports}
+    if ports:
+        torque = {} if case.output is None else train.flow.torque
+        _add_state(train, ports, train.flow.speed, torque)
     bins = bins_of_load_cases(case) if rated is None else rated.bins
     forces: dict[str, list[int]] = {}
     for load in filter(_is_written, case.loads):
@@ -188,8 +188,8 @@ def _add_joint(train: TrainOut, joint: Joint) -> None:
     first, second = train.end(joint.first), train.end(joint.second)
     if joint.length is not None and joint.outer_diameter is not None:
         shaft = train.part(train.unit, "shaft", name, **located(train.places[joint.first]))
-        section = (joint.length, joint.outer_diameter, joint.inner_diameter)
-        add_section(train, shaft, 0.0, *section)
+        sizes = table.written(joint, table.SHAFT_SECTION)
+        train.part(shaft, "shaft_section", u_coordinate_on_shaft=0.0, **sizes)
         train.side("coupling", first, shaft, name, u_coordinate_on_shaft_outer_side=0.0)
         train.side("coupling", shaft, second, name, u_coordinate_on_shaft_inner_side=joint.length)
         return
@@ -201,7 +201,7 @@ def _add_joint(train: TrainOut, joint: Joint) -> None:
 
 def _add_port(train: TrainOut, port: Input | Output) -> int:
     """Add the external load at a port; returns its id."""
-    shaft, inertia = train.end(port.member), train.case.port_inertia(port.member)
+    shaft = train.end(port.member)
     number = train.part(
         shaft,
         "external_load",
@@ -210,19 +210,9 @@ def _add_port(train: TrainOut, port: Input | Output) -> int:
         transmits_torque=True,
         defines_torque=port.given_torque is not None,
     )
-    if train.case.output is not None:
-        torque, power = train.flow.torque[port.member], train.flow.power[port.member]
-        train.result(number, torque_around_u_axis=torque, power=power)
-    if inertia > 0 or port.mass is not None:
-        train.part(
-            shaft,
-            "additional_mass",
-            u_coordinate_on_shaft=0.0,
-            moment_of_inertia_u_axis=inertia,
-            mass_of_component=port.mass,
-            moment_of_inertia_v_axis=port.tilt_inertia,
-            moment_of_inertia_w_axis=port.tilt_inertia,
-        )
+    if port.inertia or port.mass is not None:
+        body = table.written(port, table.PORT_BODY)
+        train.part(shaft, "additional_mass", u_coordinate_on_shaft=0.0, **body)
     return number
 
 
@@ -248,18 +238,25 @@ def _add_load_case(
     external loads by member. Loads equal to those of the case are not repeated."""
     train.begin_load_case(load_bin.name)
     train.result(train.unit, operating_time=HOUR * load_bin.hours)
-    for member, speed in load_bin.speed.items():
-        train.result(train.shafts[member], rotational_speed=speed)
-    for member, number in ports.items():
-        torque = load_bin.torque[member]
-        power = torque * load_bin.speed[member]
-        train.result(number, torque_around_u_axis=torque, power=power)
+    _add_state(train, ports, load_bin.speed, load_bin.torque)
     for member, numbers in forces.items():
         loads = [load for load in load_bin.loads if load.member == member]
         if loads != [load for load in train.case.loads if load.member == member]:
             total = sum((load.first for load in filter(_is_written, loads)), np.zeros(6))
             for k, number in enumerate(numbers):
                 train.result(number, **_force_attributes(np.zeros(6) if k else total))
+
+
+def _add_state(
+    train: TrainOut, ports: dict[str, int], speed: Mapping[str, float], torque: Mapping[str, float]
+) -> None:
+    """Add speeds of members, torques and powers of ports to the last load case. ports: ids by
+    member. torque: empty for a case without loads."""
+    for member, value in speed.items():
+        train.result(train.shafts[member], rotational_speed=value)
+    for member, number in ports.items() if torque else ():
+        power = torque[member] * speed[member] + 0.0  # no −0
+        train.result(number, torque_around_u_axis=torque[member], power=power)
 
 
 def _is_written(load: MemberLoad) -> bool:

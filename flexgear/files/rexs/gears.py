@@ -14,21 +14,11 @@ import math
 from collections.abc import Sequence
 
 from flexgear.files.case_text import CaseText, Datum, Section
+from flexgear.files.rexs import tables as table
 from flexgear.files.rexs.assembly import Assembly, sections_of
 from flexgear.files.rexs.document import Component, number, read, text, value
 from flexgear.files.rexs.flanks import FlankReader
 from flexgear.files.rexs.stages import RexsStage
-from flexgear.files.rexs.tables import (
-    ACCURACY,
-    CUTTER,
-    GEAR_STRENGTH,
-    PITCH_DEVIATION,
-    PROTUBERANCE,
-    ROUGHNESS,
-    SCHEMA_UNITS,
-    STEEL,
-    STEELS,
-)
 from flexgear.gears.tooth import Rack, reference_radius, transverse_angle
 from flexgear.model.errors import echo
 from flexgear.model.member import Gear
@@ -38,7 +28,7 @@ FLANKS = ("cylindrical_gear_flank", "flank_geometry")
 TOOLS = ("rack_shaped_tool", "cutter_wheel_tool")
 SETTINGS = "cylindrical_gear_manufacturing_settings"
 _TOLERANCE = 1e-9  # of positions on a shaft, mm
-_STEEL_OF_WORD = {word: steel for steel, word in STEELS.items()}
+_STEEL_OF_WORD = {word: steel for steel, word in table.STEELS.items()}
 
 
 class GearReader:
@@ -118,14 +108,14 @@ class GearReader:
         """Write the data of the tool in the file to a section nested in the gear's."""
         tool_section = self.case.section(f"{section.header[:-1]}.tool]", section)
         cutters = [tool for tool in tools if tool.kind == "cutter_wheel_tool"]
-        teeth, shift = CUTTER
+        teeth, shift = table.CUTTER
         number_of_teeth = read(cutters, teeth)
         if number_of_teeth is not None:
             tool_section.put(teeth.key, round(number_of_teeth.value), number_of_teeth.source)
             tool_section.take(shift.key, read(cutters, shift))
             if not has_root:
                 tool_section.take("tip_diameter_mm", number(cutters, "tip_diameter", "mm"))
-        amount, angle = PROTUBERANCE
+        amount, angle = table.PROTUBERANCE
         limit = 0.0
         if tool_section.take(amount.key, protuberance := read(tools, amount)):
             tool_section.take(angle.key, read(tools, angle))
@@ -175,20 +165,20 @@ class GearReader:
         gear's; of R_z and R_a only the first."""
         rating = self.case.section(f"{section.header[:-1]}.rating]", section)
         materials = [m for gear in gears for m in self.document.references(gear, "material")]
-        words = [(name, word) for name in STEEL if (word := text(materials, name))]
+        words = [(name, word) for name in table.STEEL if (word := text(materials, name))]
         name, word = words[0] if words else ("", "")
         if word in _STEEL_OF_WORD:
             rating.put("steel", _STEEL_OF_WORD[word], f"{materials[0].label}, {name}")
         elif word:
             self.case.warn(f"{section.header}: {echo(word)} is no steel that a case can rate")
-        for row in GEAR_STRENGTH:
+        for row in table.GEAR_STRENGTH:
             rating.take(row.key, read(materials, row))
-        for rows in ROUGHNESS.values():
+        for rows in table.ROUGHNESS.values():
             any(rating.take(row.key, read(gears, row)) for row in rows)
-        accuracy = number(gears, ACCURACY, "none")
+        accuracy = number(gears, table.ACCURACY, "none")
         if accuracy is not None:
             rating.put("accuracy_grade", round(accuracy.value), accuracy.source)
-        rating.take(PITCH_DEVIATION.key, read(gears, PITCH_DEVIATION))
+        rating.take(table.PITCH_DEVIATION.key, read(gears, table.PITCH_DEVIATION))
 
     def _mass(self, section: Section, gears: list[Component], internal: bool) -> None:
         """Write the mass of the gear, of both halves together, but of one half of a ring."""
@@ -239,7 +229,7 @@ def base_diameter(teeth: float, rack: Rack) -> float:
 def _over_module(components: Sequence[Component], names: Sequence[str], rack: Rack) -> Datum | None:
     """The first of these attributes that a component has; lengths are divided by the module."""
     for name in names:
-        is_length = SCHEMA_UNITS.get(name) == "mm"
+        is_length = table.SCHEMA_UNITS.get(name) == "mm"
         datum = number(components, name, "mm" if is_length else "none")
         if datum is not None and is_length:
             return Datum(datum.value / rack.normal_module, f"{datum.source} / normal module")

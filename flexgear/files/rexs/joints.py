@@ -55,7 +55,7 @@ class Joints:
             self.left_out += shaft.left_out
         for pair in self.written:
             pieces = self._pieces(pair)
-            sizes = {(piece.outer, piece.inner) for piece in pieces}
+            sizes = {(piece.outer_diameter, piece.inner_diameter) for piece in pieces}
             length, labels = sum(p.length for p in pieces), [p.source for p in pieces]
             if len(sizes) == 1 and length >= _MIN_BEAM_LENGTH:
                 self.beams[pair] = Piece(length, *sizes.pop(), " + ".join(labels))
@@ -104,9 +104,7 @@ class Joints:
                 section.put(key, member.name, member.anchor.label)
             beam = self.beams.get(pair)
             if beam is not None:
-                for key in ("length", "outer", "inner"):
-                    name = key if key == "length" else f"{key}_diameter"
-                    section.put(f"{name}_mm", getattr(beam, key), beam.source)
+                beam.put(section)
                 continue
             stiffness, couplings = self._torsion(pair)
             limit = scale.limit("torsion")

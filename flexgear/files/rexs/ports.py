@@ -5,9 +5,11 @@ equal sign mean that power enters there. As many speeds and torques are used as 
 ones, beginning with those that the file marks as defining; the others must follow from these.
 """
 
+from __future__ import annotations
+
 import math
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Self
 
@@ -143,20 +145,19 @@ def _member_of(assembly: Assembly, load: Component, members: list[Member]) -> Me
     return min(lengths, key=lambda member: lengths[member], default=None)
 
 
-def forces_of(
-    assembly: Assembly, members: list[Member], shafts: Mapping[Member, SunShaft]
-) -> Iterator[tuple[Component, Member, list[float]]]:
+def forces_of(ports: PortWriter) -> Iterator[tuple[Component, Member, list[float]]]:
     """External loads with forces or moments, each with its member and components (5,).
 
     Components are forces along x, y, z (v, w, u), N, and moments about x and y, N m, in fixed axes
-    at the middle of the member, of a sun in ``shafts`` at the end of its shaft. Moments include
+    at the middle of the member, of a sun on a shaft at the end of its shaft. Moments include
     those of forces at a distance l along the axis, −l F_y and l F_x. Loads on shafts with other
     axes than the gear unit are ignored.
     """
+    assembly, shafts = ports.assembly, ports.shafts
     for load in assembly.document.kind("external_load"):
         shaft = assembly.frames.shaft(load)
         frame = None if shaft is None else assembly.frames.of(shaft)
-        member = _member_of(assembly, load, members)
+        member = _member_of(assembly, load, ports.members)
         rotated = frame is not None and abs(frame.axes - np.eye(3)).max() > _ALIGNMENT_TOLERANCE
         if member is None or rotated:
             continue
@@ -258,7 +259,7 @@ class PortWriter:
             return
         if output.drives is True:
             self.case.warn(f"{output.loads[0].label}: by its signs it drives, as all other loads")
-        for load, member, values in forces_of(self.assembly, self.members, self.shafts):
+        for load, member, values in forces_of(self):
             if any(values):
                 section = self.case.section("[[loads]]")
                 section.put("member", member.name, load.label)

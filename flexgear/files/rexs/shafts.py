@@ -15,7 +15,7 @@ from flexgear.files.rexs.assembly import Assembly, ShaftSection, sections_of
 from flexgear.files.rexs.document import Component, Document, mean, value
 from flexgear.files.rexs.stages import Member, axial_place
 from flexgear.files.rexs.supports import Scale, SupportWriter
-from flexgear.files.rexs.tables import PORT_BODY, SPRINGS
+from flexgear.files.rexs.tables import PORT_BODY, SHAFT_SECTION, SPRINGS
 
 _MIN_LENGTH = 0.1  # mm, of a cylinder, and of a gap between sections
 _CYLINDERS = 4  # that replace a cone
@@ -26,12 +26,17 @@ _DIRECTIONS = tuple(row.field for row in SPRINGS)
 
 @dataclass(frozen=True)
 class Piece:
-    """A cylinder of a shaft: length, outer and inner diameter, mm, and the source of its data."""
+    """A cylinder of a shaft: its sizes, mm, and the source of its data."""
 
     length: float
-    outer: float
-    inner: float
+    outer_diameter: float
+    inner_diameter: float
     source: str
+
+    def put(self, section: Section) -> None:
+        """Write the sizes to a section of a sun's shaft, or a joint."""
+        for row in SHAFT_SECTION:
+            section.put(row.key, getattr(self, row.field), self.source)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,18 +95,16 @@ class SunShaft:
             lines.append(f"{shaft}: has no sections in {self.gap:.4g} mm behind the beam of {sun}")
         return lines
 
-    def write(self, case: CaseText, supports: SupportWriter, scale: Scale) -> None:
+    def write(self, supports: SupportWriter, scale: Scale) -> None:
         """Write the section [stages.sun.shaft] and the sections nested in it."""
-        gear, end = self.ends
+        (gear, end), case = self.ends, supports.case
         section = case.section("[stages.sun.shaft]")
         where = "the next part" if self.coupling is None else self.coupling.label
         side = "+z" if end > gear else "-z"
         section.put("direction", side, f"{self.shaft.label}, from the gear to {where}")
         for piece in self.pieces:
             section = case.section("[[stages.sun.shaft.sections]]")
-            section.put("length_mm", piece.length, piece.source)
-            section.put("outer_diameter_mm", piece.outer, piece.source)
-            section.put("inner_diameter_mm", piece.inner, piece.source)
+            piece.put(section)
         spline = case.section("[stages.sun.shaft.spline]")
         if self.coupling is not None:
             joints, needs = [self.coupling], ("radial", "torsion")
@@ -116,7 +119,7 @@ class SunShaft:
 
         They are those of additional masses, or else of a short steel cylinder.
         """
-        d = 1e-3 * self.pieces[-1].outer
+        d = 1e-3 * self.pieces[-1].outer_diameter
         stub = _STEEL_DENSITY * pi / 4 * d**3
         sizes = {"mass": stub, "tilt_inertia": stub * d**2 * 7 / 48, "inertia": stub * d**2 / 8}
         for row in PORT_BODY:
@@ -130,15 +133,13 @@ class SunShaft:
                 why = "not in the file; a cylinder of steel as long and wide as the shaft's end"
                 case.assume(section, row.key, sizes[row.field], why)
 
-    def write_bearings(
-        self, case: CaseText, port: Section, supports: SupportWriter, scale: Scale
-    ) -> None:
+    def write_bearings(self, port: Section, supports: SupportWriter, scale: Scale) -> None:
         """Write the bearing of the body behind the spline of a port.
 
         Radial stiffness is assumed if nothing else supports the body, tilt stiffness if the spline
         transmits no bending moment.
         """
-        section = case.section(f"[{port.header.strip('[]')}.bearing]", behind=port)
+        section = supports.case.section(f"[{port.header.strip('[]')}.bearing]", behind=port)
         supported = self.bearings or len(support_positions(supports.assembly, [self.member])) > 1
         tilts = self.coupling is not None and not value(self.coupling, *_TILT)
         needs = (*(() if supported else ("radial",)), *(("tilt",) if tilts else ()))

@@ -13,20 +13,17 @@ from typing import Any
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.files.case_text import CaseText, Datum, Section
-from flexgear.files.rexs.assembly import Assembly
-from flexgear.files.rexs.document import Document, LoadCase, number
+from flexgear.files.case_text import Datum, Section
+from flexgear.files.rexs.document import LoadCase, number
 from flexgear.files.rexs.ports import (
     POWER,
     SPEED,
     TORQUE,
-    Port,
+    PortWriter,
     forces_of,
     ports_of,
     put_forces,
 )
-from flexgear.files.rexs.shafts import SunShaft
-from flexgear.files.rexs.stages import Member
 from flexgear.files.rexs.tables import PORT
 from flexgear.model.errors import InputError
 from flexgear.model.load_cases import SUM_OF_HOURS
@@ -37,28 +34,21 @@ _MOST_OVER_RATED = 1.2  # torque of a load case with duration over the rated one
 _TOTAL_HOURS = 20_000.0  # h, assumed if a file gives only shares
 
 
-def write_load_cases(
-    document: Document,
-    assembly: Assembly,
-    text: CaseText,
-    members: list[Member],
-    shafts: Mapping[Member, SunShaft],
-    where: str,
-) -> set[int]:
-    """Write the load cases that have a duration at the end of a case; returns their ids. shafts: of
-    suns; where: name of the file. InputError for a duration that is none."""
+def write_load_cases(ports: PortWriter) -> set[int]:
+    """Write the load cases that have a duration at the end of a case; returns their ids. ports: of
+    the rated load case. InputError for a duration that is none."""
+    text, document = ports.case, ports.assembly.document
     written: dict[str, Any] = tomllib.loads(text.text())
     if "output" not in written:
         return set()
-    rated = {port.member.name: port for port in ports_of(assembly, members)}
-    train = _Train(assembly, text, members, shafts, written, rated)
+    train = _Train(ports, written)
     with document.values_of(None):  # of the model, not of the selected load case
         total_time = number(document.kind("gear_unit"), _TIME, "h")
     names = [load_case.name for load_case in document.load_cases]
     over_rated, shares = dict[int, float](), list[float]()
     for load_case in document.load_cases:
         with document.values_of(load_case):
-            hours = _hours(document, load_case, total_time, text, where, shares)
+            hours = _hours(ports, load_case, total_time, shares)
             if hours is not None:
                 name = load_case.name if names.count(load_case.name) == 1 else ""
                 ratio = train.write(name or f"load case {load_case.id}", hours)
@@ -77,20 +67,16 @@ def write_load_cases(
 
 @dataclass(frozen=True)
 class _Train:
-    """A train whose load cases are written. written: the case so far; rated: ports by member in the
-    rated load case. Values are those of the document's present load case."""
+    """A train whose load cases are written. ports: of the rated load case; written: the case so
+    far. Values are those of the document's present load case."""
 
-    assembly: Assembly
-    text: CaseText
-    members: list[Member]
-    shafts: Mapping[Member, SunShaft]
+    ports: PortWriter
     written: Mapping[str, Any]
-    rated: Mapping[str, Port]
 
     def write(self, name: str, hours: Datum) -> float:
         """Write a load case; returns the largest ratio of a port's torque to the rated one, 0 of a
         load case without duration."""
-        section = self.text.section("[[load_cases]]")
+        section = self.ports.case.section("[[load_cases]]")
         section.put("name", name, "")
         if hours.value > 0.0:
             section.put("hours", hours.value, hours.source)
@@ -103,7 +89,8 @@ class _Train:
 
     def _write_ports(self, sections: dict[str, Section]) -> float:
         """Write speeds and torques; returns the largest ratio of a torque to the rated one."""
-        states = {port.member.name: port for port in ports_of(self.assembly, self.members)}
+        present = ports_of(self.ports.assembly, self.ports.members)
+        states, rated = ({p.member.name: p for p in of} for of in (present, self.ports.ports))
         largest, back_driven = 0.0, ""
         for keys in (*self.written["inputs"], self.written["output"]):
             port = states.get(keys["member"])
@@ -114,9 +101,9 @@ class _Train:
                 section.take(SPEED.key, port.speed)
             if keys.keys() & {TORQUE.key, POWER.key}:
                 port.take_torque(section)
-                rated = self.rated[keys["member"]]
-                largest = max(largest, port.torque_over(rated))
-                if port.is_back_driven(rated):
+                rated_port = rated[keys["member"]]
+                largest = max(largest, port.torque_over(rated_port))
+                if port.is_back_driven(rated_port):
                     back_driven = back_driven or port.loads[0].label
         if back_driven:
             why = f"{back_driven}: power against the rated direction"
@@ -126,7 +113,7 @@ class _Train:
     def _write_forces(self, sections: dict[str, Section]) -> None:
         """Write forces on members; zeros only on members with a load in the rated load case."""
         sums: dict[str, tuple[Array, list[str]]] = {}
-        for load, on, values in forces_of(self.assembly, self.members, self.shafts):
+        for load, on, values in forces_of(self.ports):
             total, labels = sums.get(on.name, (np.zeros(len(values)), []))
             sums[on.name] = total + values, [*labels, load.label]
         loaded = {load["member"] for load in self.written.get("loads", ())}
@@ -138,19 +125,18 @@ class _Train:
     def _section(self, sections: dict[str, Section], member: str, why: str) -> Section:
         """The section of a member in the load case that is being written, created if missing."""
         if member not in sections:
-            sections[member] = self.text.section("[[load_cases.members]]")
+            sections[member] = self.ports.case.section("[[load_cases.members]]")
             sections[member].put("member", member, why)
         return sections[member]
 
 
 def _hours(
-    document: Document, load_case: LoadCase, total_time: Datum | None, text: CaseText, where: str,
-    shares: list[float],
-) -> Datum | None:  # fmt: skip
+    ports: PortWriter, load_case: LoadCase, total_time: Datum | None, shares: list[float]
+) -> Datum | None:
     """Duration of a load case, h; None if the file does not state it. A share of the total time is
     appended to ``shares``. InputError for a value that is no number, or negative."""
     stated = {attribute.id for _, attribute in load_case.attributes}
-    units = document.kind("gear_unit")
+    units, text = ports.assembly.document.kind("gear_unit"), ports.case
     names, unit = (_TIME, "h") if stated & {*_TIME} else (_SHARE, "none")
     if not stated & {*names}:
         return None
@@ -158,7 +144,7 @@ def _hours(
     if share is None or share.value < 0.0:
         problem = "is no duration" if share is None else f"{share.value:g} is negative"
         key = f"load case {load_case.id}, {min(stated & {*names})}"
-        raise InputError(where, key, problem, "correct it; 0 marks an extreme load")
+        raise InputError(ports.where, key, problem, "correct it; 0 marks an extreme load")
     if unit == "h":
         return share
     shares.append(share.value)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from flexgear.files.rexs import tables as table
-from flexgear.files.rexs.outgoing import Outgoing, Place, Written, located
+from flexgear.files.rexs.outgoing import Place, Written, located
 from flexgear.files.rexs.train_out import TrainOut
 from flexgear.gears.bearings.basic_life import thrust_factors
 from flexgear.gears.geometry import stage_geometry
@@ -130,8 +130,8 @@ class StageOut:
         shaft, at, held = train.shafts[member], self.sun_reach, member in train.case.held_members()
         for section in beam.sections:
             end = max(at + (section.length if beam.direction == "+z" else -section.length), 0.0)
-            sizes = (section.length, section.outer_diameter, section.inner_diameter)
-            add_section(train, shaft, min(at, end), *sizes)
+            sizes = table.written(section, table.SHAFT_SECTION)
+            train.part(shaft, "shaft_section", u_coordinate_on_shaft=min(at, end), **sizes)
             at = end
         u, v, w = train.places[member]
         end_place = (u + at - self.sun_reach, v, w)
@@ -327,22 +327,6 @@ class StageOut:
             kind, inner, outer, name, **located((place[0] + springs.z, *place[1:])),
             **springs_out(springs, share), **rating, **{clearance: 2 * springs.clearance or None},
         )  # fmt: skip
-
-
-def add_section(
-    model: Outgoing, shaft: int, start: float, length: float, outer: float, inner: float
-) -> None:
-    """Add a cylinder to a shaft; position, length and diameters in m."""
-    model.part(
-        shaft,
-        "shaft_section",
-        u_coordinate_on_shaft=start,
-        length=length,
-        outer_diameter_begin=outer,
-        outer_diameter_end=outer,
-        inner_diameter_begin=inner,
-        inner_diameter_end=inner,
-    )
 
 
 def springs_out(springs: Springs, share: float) -> dict[str, Written | None]:

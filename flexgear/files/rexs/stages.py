@@ -32,6 +32,7 @@ class RexsStage:
 
     halves: by role, the gears (of planets several) of each half, left (−u) half first; one half
     unless double-helical. gear_meshes: by "sun" and "ring", of a parallel stage by "sun" only.
+    planet_bearings: those of each planet.
     """
 
     component: Component
@@ -39,6 +40,7 @@ class RexsStage:
     halves: dict[str, list[list[Component]]]
     gear_meshes: dict[str, list[RexsGearMesh]]
     carrier: list[Component] = field(default_factory=list)
+    planet_bearings: list[list[Component]] = field(default_factory=list)
 
     def gears(self, role: str) -> list[Component]:
         """All gears of a role, first those of the left half."""
@@ -266,16 +268,17 @@ def members_of(stages: dict[str, RexsStage], assembly: Assembly) -> list[Member]
 
 
 def assign_bearings(assembly: Assembly, members: list[Member]) -> list[str]:
-    """Assign bearings and couplings to the casing to the nearest member of the body they support.
-    Returns descriptions of the bearings that are not carried over."""
+    """Assign bearings and couplings to the casing to the nearest member of the body they support,
+    and bearings of planets to their stage. Returns descriptions of the bearings that are not
+    carried over."""
     by_body = defaultdict(list)
     for member in members:
         by_body[member.body].append(member)
     casing = {assembly.body(c) for c in assembly.document.kind("gear_casing")}
-    planets = {
-        assembly.body(p) for m in members if m.stage.kind == "planetary"
-        for p in m.stage.gears("planet")
-    }  # fmt: skip
+    of_planet: dict[int, list[Component]] = {}
+    for stage in (m.stage for m in members if m.role == "carrier"):
+        bodies_of_planets = map(assembly.body, stage.halves["planet"][0])
+        stage.planet_bearings = [of_planet.setdefault(body, []) for body in bodies_of_planets]
     lost = []
     for relation, joint, ends in assembly.document.joints(*BEARINGS, *COUPLINGS):
         bodies = [assembly.body(end) for end in ends]
@@ -285,8 +288,11 @@ def assign_bearings(assembly: Assembly, members: list[Member]) -> list[str]:
             if held is not None and to_casing:
                 held.couplings.append(joint)
             continue
-        if planets & {*bodies}:
-            continue  # planet bearings are read with their stage
+        planet = next((body for body in bodies if body in of_planet), None)
+        if planet is not None:
+            of_planet[planet].append(joint)
+            relation.used, joint.role = True, "a planet bearing"
+            continue
         supported = [m for body in bodies if body not in casing for m in by_body[body]]
         nearest = _nearest(assembly, joint, supported) if casing & {*bodies} else None
         if nearest is None:
@@ -297,19 +303,6 @@ def assign_bearings(assembly: Assembly, members: list[Member]) -> list[str]:
         nearest.bearings.append(joint)
         relation.used, joint.role = True, f"the support of {nearest.name}"
     return lost
-
-
-def planet_bearings(assembly: Assembly, stage: RexsStage) -> list[list[Component]]:
-    """Bearings of each planet of a stage."""
-    bearings = []
-    for planet in stage.halves["planet"][0]:
-        body, of_planet = assembly.body(planet), []
-        for relation, joint, ends in assembly.document.joints(*BEARINGS):
-            if body in map(assembly.body, ends):
-                relation.used, joint.role = True, "a planet bearing"
-                of_planet.append(joint)
-        bearings.append(of_planet)
-    return bearings
 
 
 def _nearest(assembly: Assembly, joint: Component, members: list[Member]) -> Member | None:

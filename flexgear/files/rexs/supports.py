@@ -13,21 +13,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from flexgear.files.case_text import CaseText, Datum, Section
+from flexgear.files.rexs import tables as table
 from flexgear.files.rexs.assembly import Assembly, sections_of
 from flexgear.files.rexs.document import Component, flag, mean, number, read, text, value
 from flexgear.files.rexs.stages import Member, axial_place
-from flexgear.files.rexs.tables import (
-    BEARING_ROW,
-    RADIAL_BEARINGS,
-    RADIAL_BELOW_E,
-    RATING,
-    ROLLING_ELEMENT,
-    SPRINGS,
-    THRUST,
-    Row,
-)
 
-_SPRINGS = {row.field: row for row in SPRINGS}
+_OF_BEARING = (*table.SPRINGS, *table.RATING, *table.THRUST)
+_SPRINGS = {row.field: row for row in table.SPRINGS}
 _POINT = "operating_point_stiffness_"
 _OPERATING = {  # names since REXS 1.3, and earlier names
     "radial": (
@@ -96,7 +88,7 @@ class SupportWriter:
         That needs several bearings at known places, at least one of them with ratings, and no
         coupling to the casing.
         """
-        rated = any(read([bearing], RATING[0]) for bearing in member.bearings)
+        rated = any(read([bearing], table.RATING[0]) for bearing in member.bearings)
         places = {axial_place(self.assembly, bearing) for bearing in member.bearings}
         differ = member.z is not None and None not in places and len(places) > 1
         return rated and differ and not member.couplings
@@ -111,7 +103,7 @@ class SupportWriter:
             self.case.warn("[stages.planet_bearing]: no bearing of a planet in the file")
         for others in bearings[1:]:
             for twin, bearing in zip(others, first, strict=False):
-                for row in (*SPRINGS, *RATING, *THRUST):  # marks equal values as used
+                for row in _OF_BEARING:  # marks equal values as used
                     read([bearing, twin], row)
                 for names in (CLEARANCES, *SIZES):
                     number([bearing, twin], names, "mm")
@@ -212,9 +204,9 @@ class SupportWriter:
         or else mean diameter, and factors of the equivalent load under thrust if the file has e, X
         and Y, or a contact angle; returns the section of these. twins: bearings of the other
         planets."""
-        if read(bearings, RATING[0]) is None:
+        if read(bearings, table.RATING[0]) is None:
             return None
-        for row in RATING:
+        for row in table.RATING:
             read(bearings, row)  # marks equal values as used
             data = [d for bearing in bearings if (d := read([bearing], row)) is not None]
             lowest = min(data, key=lambda datum: datum.value, default=None)
@@ -232,14 +224,15 @@ class SupportWriter:
             section.put("count", min(len(bearings), 8), "bearings of one planet")
         if self._elements(section, bearings, twins, type_text):
             return None
-        if section.holds(RATING[2].key) and all(number(bearings, size, "mm") for size in SIZES):
+        sizes = [number(bearings, size, "mm") for size in SIZES]
+        if section.holds(table.RATING[2].key) and None not in sizes:
             section.take("mean_diameter_mm", mean(bearings, SIZES, "mm"))
-        factors = [(row.key, read(bearings, row)) for row in THRUST]
+        factors = [(row.key, read(bearings, row)) for row in table.THRUST]
         if None in (datum for _, datum in factors[:3]):
             factors = self._contact_angle(bearings, type_text or kind)
         if not factors:
             return None
-        below = number(bearings, RADIAL_BELOW_E, "none")
+        below = number(bearings, table.RADIAL_BELOW_E, "none")
         if below is not None and below.value != 1.0:
             self.case.warn(f"{below.source}: is {below.value:g}, not 1; thrust does not count in P")
             return None
@@ -296,13 +289,13 @@ class SupportWriter:
         rows = [document.parts(bearing, "rolling_bearing_row") for bearing in (*bearings, *twins)]
         every = [row for of_bearing in rows for row in of_bearing]
         rolling = [part for row in every for part in document.parts(row, "rolling_element")]
-        ball = bearing_type == RADIAL_BEARINGS[-1]
-        data = {row.key: _same(every, row) for row in BEARING_ROW}
-        data |= {row.key: _same(rolling, row) for row in ROLLING_ELEMENT[: 1 if ball else 2]}
+        ball = bearing_type == table.RADIAL_BEARINGS[-1]
+        data = {row.key: _same(every, row) for row in table.BEARING_ROW}
+        data |= {row.key: _same(rolling, row) for row in table.ROLLING_ELEMENT[: 1 if ball else 2]}
         angle, several = number(every, "pressure_angle", "deg"), len(rows[0]) * count > 1
         if several:
             data["spacing_mm"] = self._spacing(bearings, len(rows[0]))
-        is_radial = bearing_type in RADIAL_BEARINGS and (angle is None or angle.value == 0)
+        is_radial = bearing_type in table.RADIAL_BEARINGS and (angle is None or angle.value == 0)
         if not is_radial or None in data.values():
             return False
         elements = self.case.section(f"[{section.header.strip('[]')}.elements]", behind=section)
@@ -382,7 +375,7 @@ def _solid(
     return scale * mass, scale * inertia
 
 
-def _same(parts: Sequence[Component], row: Row) -> Datum | None:
+def _same(parts: Sequence[Component], row: table.Row) -> Datum | None:
     """Value of a case's field that all parts have, None where one differs or lacks it."""
     data = [read([part], row) for part in parts]
     values = {None if datum is None else datum.value for datum in data}

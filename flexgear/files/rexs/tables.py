@@ -198,12 +198,14 @@ class Row:
 
     suffix: unit of the case's key, "" for a number. names: names of the attribute; the first is
     written, the first that a file has is read. positive: whether only values above 0 are read.
+    both: whether all names are written, those of both ends or transverse axes.
     """
 
     field: str
     suffix: str
     names: tuple[str, ...]
     positive: bool = False
+    both: bool = False
 
     @property
     def key(self) -> str:
@@ -218,8 +220,13 @@ class Row:
 
 def written(section: Section, rows: Iterable[Row], sign: int = 1) -> dict[str, Any]:
     """REXS attributes (SI), times ``sign``, of the fields of ``rows`` that a section has."""
-    values = {row.names[0]: getattr(section, row.field, None) for row in rows}
-    return {name: sign * value for name, value in values.items() if value is not None}
+    values = [(row, getattr(section, row.field, None)) for row in rows]
+    return {
+        name: sign * value
+        for row, value in values
+        for name in row.names[: None if row.both else 1]
+        if value is not None
+    }
 
 
 MATERIAL = (
@@ -311,7 +318,13 @@ INERTIA = Row("inertia", "kg_m2", ("moment_of_inertia_u_axis",))
 PORT_BODY = (  # behind the spline of a sun's shaft
     INERTIA,
     Row("mass", "kg", ("mass_of_component",)),
-    Row("tilt_inertia", "kg_m2", ("moment_of_inertia_v_axis", "moment_of_inertia_w_axis")),
+    Row("tilt_inertia", "kg_m2", ("moment_of_inertia_v_axis", "moment_of_inertia_w_axis"),
+        both=True),
+)  # fmt: skip
+SHAFT_SECTION = (  # a cylinder
+    Row("length", "mm", ("length",)),
+    Row("outer_diameter", "mm", ("outer_diameter_begin", "outer_diameter_end"), both=True),
+    Row("inner_diameter", "mm", ("inner_diameter_begin", "inner_diameter_end"), both=True),
 )
 AXES = ("v", "w", "u")  # x, y, z of a case
 FORCES = tuple(f"force_{axis}_direction" for axis in AXES)

@@ -29,7 +29,6 @@ from flexgear.files.rexs.stages import (
     assign_bearings,
     is_helical,
     members_of,
-    planet_bearings,
     stages_of,
 )
 from flexgear.files.rexs.supports import Scale, SupportWriter
@@ -147,12 +146,10 @@ class _Conversion:
             self.case.warn(f"the case cannot run before this is corrected: {key}: {message}")
         for member, shaft in self.joints.shafts.items():
             if member in ports.sections:
-                scale, section = self.scales[member.stage_name], ports.sections[member]
-                shaft.write_bearings(self.case, section, self.supports, scale)
+                scale = self.scales[member.stage_name]
+                shaft.write_bearings(ports.sections[member], self.supports, scale)
         gears.modified.write(self._carries(named))
-        written = write_load_cases(
-            self.document, self.assembly, self.case, self.members, self.joints.shafts, self.where
-        )
+        written = write_load_cases(ports)
         self._lubricant()
         self.lost += [
             f"load case {other.id} (spectrum {other.spectrum}), {len(other.attributes)} attributes:"
@@ -229,7 +226,7 @@ class _Conversion:
             of_stage = [m for m in self.members if m.stage is stage]
             carriers = [m for m in of_stage if m.role == "carrier"]
             for shaft in (shaft for m, shaft in self.joints.shafts.items() if m.stage is stage):
-                shaft.write(self.case, self.supports, scale)
+                shaft.write(self.supports, scale)
             for carrier in carriers:
                 density = self.material["density_kg_per_m3"]
                 self.supports.carrier_blank(carrier, density, 1e-3 * writer.center_distance)
@@ -237,7 +234,7 @@ class _Conversion:
                 self.supports.support(member, scale, self._needs(member, axial))
             for carrier in carriers:
                 needs = ("radial", *["axial"] * axial, *["tilt"] * spatial)
-                self.supports.planet(planet_bearings(self.assembly, stage), scale, carrier.z, needs)
+                self.supports.planet(stage.planet_bearings, scale, carrier.z, needs)
             self._gear_mesh(gears.modified.has(name))
         return racks
 
