@@ -44,8 +44,10 @@ class Datum:
 
 @dataclass
 class Section:
-    """One TOML table: its header ("" at the top of the file) and lines of key, value, comment."""
+    """One TOML table of a case: its header ("" at the top of the file) and lines of key, value,
+    comment."""
 
+    case: CaseText
     header: str
     lines: list[tuple[str, Value, str]] = field(default_factory=list)
 
@@ -58,6 +60,19 @@ class Section:
         if datum is not None:
             self.put(key, datum.value, datum.source)
         return datum is not None
+
+    def take_or_assume(self, key: str, datum: Datum | None, usual: float, why: str) -> float:
+        """Append a key with the value of ``datum``, or the assumed value ``usual`` if it is None;
+        returns the value."""
+        if not self.take(key, datum):
+            self.assume(key, usual, why)
+        return usual if datum is None else datum.value
+
+    def assume(self, key: str, value: Value, why: str) -> None:
+        """Append a key with an assumed value, and list the assumption in the case."""
+        self.put(key, value, f"assumed: {why}")
+        place = self.header.strip("[]").replace("stages", f"stages.{self.case.stage}", 1)
+        self.case.assumed.append(f"{f'{place}.' if place else ''}{key} = {toml(value)}: {why}")
 
     def is_below(self, other: Section) -> bool:
         """Whether this table is nested in the table of another section."""
@@ -91,7 +106,7 @@ class CaseText:
         With ``behind`` it follows that section and the sections nested in it. Otherwise it follows
         the last section of its parent table in the current stage, or all sections if there is none.
         """
-        section, place = Section(header), len(self.sections)
+        section, place = Section(self, header), len(self.sections)
         if behind is not None:
             place = next(k for k, earlier in enumerate(self.sections) if earlier is behind) + 1
             while place < len(self.sections) and self.sections[place].is_below(behind):
@@ -108,25 +123,6 @@ class CaseText:
                 break
         self.sections.insert(place, section)
         return section
-
-    def assume(self, section: Section, key: str, value: Value, why: str) -> None:
-        """Append a key with an assumed value, and add the assumption to ``assumed``."""
-        section.put(key, value, f"assumed: {why}")
-        place = section.header.strip("[]").replace("stages", f"stages.{self.stage}", 1)
-        self.assumed.append(f"{f'{place}.' if place else ''}{key} = {toml(value)}: {why}")
-
-    def take(
-        self, section: Section, key: str, datum: Datum | None, usual: float, why: str
-    ) -> float:
-        """Append a key with the value of ``datum``, or the assumed value ``usual`` if it is None.
-
-        Returns the value.
-        """
-        if datum is None:
-            self.assume(section, key, usual, why)
-            return usual
-        section.take(key, datum)
-        return datum.value
 
     def warn(self, text: str) -> None:
         """Add a sentence about a contradiction in the file and how it was resolved."""

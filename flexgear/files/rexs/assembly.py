@@ -132,8 +132,6 @@ BEARINGS = (
     "rolling_bearing_with_detailed_geometry", "hydrodynamic_radial_plain_bearing",
 )  # fmt: skip
 _ASSEMBLIES = ("shaft", "planet_carrier", "gear_casing", "ring_gear", "cylindrical_gear")
-_YOUNG_MODULUS = 210e9  # Pa, of shafts whose material is not in the file
-_POISSON_RATIO = 0.3
 _SLICES = 8  # of a section, for the integral of 1/J
 
 
@@ -248,9 +246,12 @@ class Assembly:
         return total
 
     def _shear_modulus(self, shaft: Component) -> float:
-        young, poisson, _ = (read(self.document.references(shaft, "material"), r) for r in MATERIAL)
-        ratio = _POISSON_RATIO if poisson is None or poisson.value >= 0.5 else poisson.value
-        return (_YOUNG_MODULUS if young is None else 1e9 * young.value) / (2.0 * (1.0 + ratio))
+        """Shear modulus E/(2 (1 + ν)) of a shaft, Pa."""
+        materials = self.document.references(shaft, "material")
+        data = [(row.usual, read(materials, row)) for row in MATERIAL[:2]]
+        young, poisson = (usual if datum is None else datum.value for usual, datum in data)
+        ratio = poisson if poisson < 0.5 else MATERIAL[1].usual
+        return 1e9 * young / (2.0 * (1.0 + ratio))
 
     def _link_parts(self) -> None:
         for relation in self.document.related("assembly"):

@@ -8,7 +8,6 @@ import math
 from collections.abc import Container, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
 
 from flexgear.files.case_text import Datum
 from flexgear.files.rexs.tables import SCHEMA_UNITS, Row, factor, without_rounding
@@ -83,7 +82,6 @@ class LoadCase:
     name: str = ""
 
 
-Item = TypeVar("Item", Component, Relation)
 Links = dict[int | None, list[tuple[Relation, Component]]]
 
 
@@ -104,16 +102,21 @@ class Document:
 
     def __post_init__(self) -> None:
         self.load_case: LoadCase | None = None
-        self._lists: dict[tuple[type, tuple[str, ...]], list[Any]] = {}
+        self._components: dict[tuple[str, ...], list[Component]] = {}
+        self._relations: dict[tuple[str, ...], list[Relation]] = {}
         self._links: dict[tuple[str, ...], Links] = {}
 
     def kind(self, *kinds: str) -> list[Component]:
         """Components of these types, in the order of the file."""
-        return self._listed(Component, self.components.values(), kinds)
+        if kinds not in self._components:
+            self._components[kinds] = [c for c in self.components.values() if c.kind in kinds]
+        return self._components[kinds]
 
     def related(self, *kinds: str) -> list[Relation]:
         """Relations of these types, in the order of the file."""
-        return self._listed(Relation, self.relations, kinds)
+        if kinds not in self._relations:
+            self._relations[kinds] = [r for r in self.relations if r.kind in kinds]
+        return self._relations[kinds]
 
     def at(self, relation: Relation, role: str) -> Component | None:
         """The component in a role of a relation, None if there is none."""
@@ -159,11 +162,6 @@ class Document:
         for relation, (joint, inner, outer) in self.each("side", "assembly", *ends):
             if joint.kind in kinds:
                 yield relation, joint, (inner, outer)
-
-    def _listed(self, of: type[Item], items: Iterable[Item], kinds: tuple[str, ...]) -> list[Item]:
-        if (of, kinds) not in self._lists:
-            self._lists[of, kinds] = [item for item in items if item.kind in kinds]
-        return self._lists[of, kinds]
 
     def _linked(self, role: str, target: str, *kinds: str) -> Links:
         """Relations of these types, each with its component in the role ``target``, by the id of

@@ -325,7 +325,7 @@ class FlankReader:
                 nested = self._section(of_gear, f"{name}.{entry.name}") if entry.name else section
                 for row in entry.rows:
                     if row.assumed:
-                        self.case.assume(nested, row.key, row.value, row.why)
+                        nested.assume(row.key, row.value, row.why)
                     else:
                         nested.put(row.key, row.value, row.why + which)
 

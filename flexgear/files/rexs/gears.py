@@ -157,7 +157,7 @@ class GearReader:
                 f" and {high:g}"
             )
         usual = float(Gear.model_fields[key].default)
-        self.case.assume(section, key, usual, why)
+        section.assume(key, usual, why)
         return usual
 
     def _rating(self, section: Section, gears: list[Component]) -> None:

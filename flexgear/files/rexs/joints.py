@@ -113,11 +113,11 @@ class Joints:
                 section.put("torsion_nm_per_rad", stiffness, ", ".join(labels))
             else:
                 why = f"rigid in the file ({', '.join(labels[1:]) or 'same body'})"
-                case.assume(section, "torsion_nm_per_rad", limit, why)
-            self._write_springs(case, section, couplings, scale, self._sun(pair) is not None)
+                section.assume("torsion_nm_per_rad", limit, why)
+            self._write_springs(section, couplings, scale, self._sun(pair) is not None)
 
     def _write_springs(
-        self, case: CaseText, section: Section, couplings: list[Component], scale: Scale, sun: bool
+        self, section: Section, couplings: list[Component], scale: Scale, sun: bool
     ) -> None:
         """Write radial, axial and tilt stiffness: that of the couplings in series, if all state it.
 
@@ -132,10 +132,10 @@ class Joints:
                 total = lowest / sum(lowest / datum.value for datum in data)
                 section.put(row.key, min(total, limit), " and ".join(d.source for d in data))
             elif sun and not data:
-                case.assume(section, row.key, limit, "rigid behind the sun's shaft")
+                section.assume(row.key, limit, "rigid behind the sun's shaft")
             elif row.field == "axial":
                 why = "one body along the axis; its bending is not carried over"
-                case.assume(section, row.key, limit, why)
+                section.assume(row.key, limit, why)
 
     def _neighbours(self, members: list[Member]) -> Iterator[Pair]:
         """Pairs of members of the same body that are neighbours along the axis."""

@@ -1,11 +1,20 @@
-"""A REXS model to which components are added one by one, and its XML (REXS 2.0)."""
+"""A REXS model to which components are added one by one, its XML (REXS 2.0), and a train as such a
+model, with the ids of its shafts, materials and results by member."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from typing import Any
 
-from flexgear.files.rexs.tables import SCHEMA_UNITS, from_si, without_rounding
+from flexgear.files.rexs import tables as table
+from flexgear.gears.power_flow import PowerFlow
+from flexgear.gears.rating.steels import allowable_stress
+from flexgear.model.case import Case
+from flexgear.model.names import GroupName
+from flexgear.model.rating import GearRating
+from flexgear.model.section import Refusal
 
 VERSION = "2.0"
 Place = tuple[float, float, float]  # u, v, w; m
@@ -87,16 +96,69 @@ class Outgoing:
         return ET.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n"
 
 
+@dataclass(kw_only=True)
+class TrainOut(Outgoing):
+    """The REXS model of a train, with the ids of its components.
+
+    places: positions of members. unit, casing: ids. shafts, begins: id of the shaft of a member or
+    planet, and where it begins along u, m. materials: ids by their attributes.
+    ends: ids of the shafts behind the splines of suns, at which ports and joints act. gear_data:
+    ids by gear meshes of one half and gear. bearings: ids by bearing.
+    """
+
+    case: Case
+    flow: PowerFlow
+    places: dict[str, Place]
+    unit: int = 0
+    casing: int = 0
+    shafts: dict[str, int] = field(default_factory=dict)
+    begins: dict[str, float] = field(default_factory=dict)
+    ends: dict[str, int] = field(default_factory=dict)
+    gear_data: dict[tuple[GroupName, str], list[int]] = field(default_factory=dict)
+    bearings: dict[str, list[int]] = field(default_factory=dict)
+    materials: dict[tuple[tuple[str, Any], ...], int] = field(default_factory=dict)
+
+    def material(self, rating: GearRating) -> int:
+        """Id of the material of a gear, which gears of the same steel share. Strengths that the
+        case leaves to steel, grade and hardness are written as ISO 6336-5 has them."""
+        steel = table.STEELS.get((rating.steel or "").removesuffix("_carbon"))
+        attributes = {
+            **table.written(self.case.material, table.MATERIAL),
+            **table.written(rating, table.GEAR_STRENGTH),
+            **({table.STEEL[0]: steel} if steel else {}),
+        }
+        for place, row in zip(("flank", "root"), table.GEAR_STRENGTH, strict=False):
+            with suppress(Refusal):  # of a hardness that the standard has no strength for
+                strength = allowable_stress(rating, place)
+                attributes |= {} if strength is None else {row.names[0]: strength}
+        key = tuple(attributes.items())
+        if key not in self.materials:
+            self.materials[key] = self.add("material", rating.steel or "steel", **attributes)
+        return self.materials[key]
+
+    def shaft(self, member: str, place: Place, whole: int) -> int:
+        """Add the shaft of a member or planet that begins at ``place``; returns its id."""
+        port = self.case.port_at(member)
+        defines = None if port is None else port.speed is not None
+        number = self.part(whole, "shaft", member, **located(place), defines_speed=defines)
+        self.shafts[member], self.begins[member] = number, place[0]
+        return number
+
+    def end(self, member: str) -> int:
+        """Id of the shaft of a member at which ports and joints act."""
+        return self.ends.get(member, self.shafts[member])
+
+
 def _in_units(attributes: Mapping[str, Written | None]) -> Attributes:
     """Attributes that are not None, converted from SI to the schema's units."""
     present = {key: value for key, value in attributes.items() if value is not None}
     for key, value in present.items():
-        scale = from_si(SCHEMA_UNITS.get(key, "none"))
+        scale = table.from_si(table.SCHEMA_UNITS.get(key, "none"))
         if isinstance(value, tuple) and not key.endswith("_axis_vector"):  # a unit vector
             x, y, z = value
             present[key] = (x * scale, y * scale, z * scale)
         elif isinstance(value, float) and scale != 1.0:
-            present[key] = without_rounding(value * scale)
+            present[key] = table.without_rounding(value * scale)
     return present
 
 
@@ -105,7 +167,7 @@ def _component(
 ) -> None:
     element = ET.SubElement(parent, "component", id=str(number), type=kind, name=name)
     for key, value in attributes.items():
-        unit = SCHEMA_UNITS.get(key, "none")
+        unit = table.SCHEMA_UNITS.get(key, "none")
         attribute = ET.SubElement(element, "attribute", id=key, unit=unit)
         if isinstance(value, tuple):
             array = ET.SubElement(attribute, "array")

@@ -254,7 +254,11 @@ class PortWriter:
                 if suffice and port in loaded:
                     derives = port is output or port not in chosen
                     port.take_torque(section, speeds[port.member.name] if derives else None)
-                self._end(section, port)
+                self.sections[port.member] = section
+                if port.member in self.shafts:
+                    self.shafts[port.member].write_port_body(section, port.masses)
+                else:
+                    section.take(INERTIA.key, port.inertia)
         if output is None:
             return
         if output.drives is True:
@@ -313,18 +317,6 @@ class PortWriter:
         torques.sort(key=lambda p: (not p.defines_torque, p.drives is False))
         driven = _independent(train, [port.member for port in speeds])
         return [p for p in speeds if p.member in driven], torques[: len(self.ports) - mobility]
-
-    def _end(self, section: Section, port: Port) -> None:
-        """Write the inertia of a port.
-
-        The port of a sun on a shaft is a separate body, which also has a mass and bearings.
-        """
-        self.sections[port.member] = section
-        shaft = self.shafts.get(port.member)
-        if shaft is None:
-            section.take(INERTIA.key, port.inertia)
-        else:
-            shaft.write_port_body(self.case, section, port.masses)
 
     def _output(self, loaded: list[Port]) -> Port:
         """The port where most power leaves the train; without such, the last port without load."""

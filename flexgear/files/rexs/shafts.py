@@ -15,11 +15,10 @@ from flexgear.files.rexs.assembly import Assembly, ShaftSection, sections_of
 from flexgear.files.rexs.document import Component, Document, mean, value
 from flexgear.files.rexs.stages import Member, axial_place
 from flexgear.files.rexs.supports import Scale, SupportWriter
-from flexgear.files.rexs.tables import PORT_BODY, SHAFT_SECTION, SPRINGS
+from flexgear.files.rexs.tables import MATERIAL, PORT_BODY, SHAFT_SECTION, SPRINGS
 
 _MIN_LENGTH = 0.1  # mm, of a cylinder, and of a gap between sections
 _CYLINDERS = 4  # that replace a cone
-_STEEL_DENSITY = 7850.0  # kg/m³
 _TILT = ("bending_stiffness", "N m / rad")
 _DIRECTIONS = tuple(row.field for row in SPRINGS)
 
@@ -112,15 +111,15 @@ class SunShaft:
             return
         for row in SPRINGS:
             why = "rigid: no coupling at the end of the shaft"
-            case.assume(spline, row.key, scale.limit(row.field), why)
+            spline.assume(row.key, scale.limit(row.field), why)
 
-    def write_port_body(self, case: CaseText, section: Section, masses: list[Component]) -> None:
+    def write_port_body(self, section: Section, masses: list[Component]) -> None:
         """Write mass and inertia of the body behind the spline of a port.
 
         They are those of additional masses, or else of a short steel cylinder.
         """
         d = 1e-3 * self.pieces[-1].outer_diameter
-        stub = _STEEL_DENSITY * pi / 4 * d**3
+        stub = MATERIAL[2].usual * pi / 4 * d**3
         sizes = {"mass": stub, "tilt_inertia": stub * d**2 * 7 / 48, "inertia": stub * d**2 / 8}
         for row in PORT_BODY:
             data = [x for mass in masses if (x := mean([mass], row.names, row.unit)) is not None]
@@ -131,7 +130,7 @@ class SunShaft:
                 section.put(row.key, total, " + ".join(datum.source for datum in data))
             else:
                 why = "not in the file; a cylinder of steel as long and wide as the shaft's end"
-                case.assume(section, row.key, sizes[row.field], why)
+                section.assume(row.key, sizes[row.field], why)
 
     def write_bearings(self, port: Section, supports: SupportWriter, scale: Scale) -> None:
         """Write the bearing of the body behind the spline of a port.

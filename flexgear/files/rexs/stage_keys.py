@@ -89,7 +89,7 @@ class StageWriter:
         flanks = self.gears.flanks(every)
         tools = self.gears.tools(every)
         pressure = number([*flanks, *tools], "normal_pressure_angle", "deg")
-        degrees = self.case.take(self.section, "pressure_angle_deg", pressure, 20.0, "usual")
+        degrees = self.section.take_or_assume("pressure_angle_deg", pressure, 20.0, "usual")
         if pressure is not None and not 0 < pressure.value < 45:
             raise self._wrong(pressure, "deg is no pressure angle", "; 20 deg is usual")
         helix = self._helix()
@@ -103,7 +103,7 @@ class StageWriter:
         for half in (h for s in self.stage.roles for h in self.stage.halves[s]):
             number(half, key, "deg")  # marks the angle as used; hands are compared below
         if datum is None:
-            self.case.assume(self.section, "helix_angle_deg", 0, "no helix angle in the file: spur")
+            self.section.assume("helix_angle_deg", 0, "no helix angle in the file: spur")
             return 0.0
         if abs(datum.value) >= 90.0:
             raise self._wrong(datum, "deg is no helix angle", "; most are below 35 deg")
@@ -145,7 +145,7 @@ class StageWriter:
                 why = f"{right.source} and of its left half, less the face width"
                 self.section.put("half_gap_mm", max(gap, 0.0), why)
             else:
-                self.case.assume(self.section, "half_gap_mm", self.rack.normal_module, "one module")
+                self.section.assume("half_gap_mm", self.rack.normal_module, "one module")
 
     def _distance(self) -> Datum | None:
         """Write the centre distance, or else the distance of two gears; None without both."""
@@ -200,7 +200,7 @@ class StageWriter:
             self.section.put("planet_positions_deg", relative, why)
         elif round(sun + ring_teeth) % count:
             why = f"({sun:g} + {ring_teeth:g})/{count} is not whole"
-            self.case.assume(self.section, "allow_unassemblable", True, why)
+            self.section.assume("allow_unassemblable", True, why)
 
     def _offset(self, first: Component, second: Component) -> complex | None:
         """Offset v + i w from one gear's axis to another's, mm; None if a position is unknown.
@@ -238,7 +238,7 @@ class StageWriter:
             degrees = stated.value + (0.0 if gear_mesh.gears[0] is pinion else 180.0)
             self.section.put("position_deg", math.remainder(degrees, 360.0), stated.source)
         else:
-            self.case.assume(self.section, "position_deg", 0, "no positions of the shafts")
+            self.section.assume("position_deg", 0, "no positions of the shafts")
 
     def _backlash(self, shifts: dict[str, Datum]) -> None:
         """Write the normal backlash of each gear mesh that the case adds to that of the shifts.
@@ -268,7 +268,7 @@ class StageWriter:
                     1e-3 * self.distance.value, 1e-3 * self.rack.normal_module
                 )
                 overlap = f"teeth overlap by {-of_shifts:.4g} mm at the file's centre distance"
-                self.case.assume(self.section, key, least - of_shifts, f"{overlap}; and {RULE}")
+                self.section.assume(key, least - of_shifts, f"{overlap}; and {RULE}")
 
     def _allowances(self, gear_meshes: list[RexsGearMesh]) -> Datum | None:
         """Normal backlash due to the mean tooth-thickness allowances of a gear mesh, mm.

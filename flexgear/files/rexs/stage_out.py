@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from flexgear.files.rexs import tables as table
-from flexgear.files.rexs.outgoing import Place, Written, located
-from flexgear.files.rexs.train_out import TrainOut
+from flexgear.files.rexs.outgoing import Place, TrainOut, Written, located
 from flexgear.gears.bearings.basic_life import thrust_factors
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.paths import tooth_sides
@@ -299,19 +298,20 @@ class StageOut:
         supports = self.stage.member(part).supports
         for number, (key, support) in enumerate(supports.items(), 1):
             which = f" {number}" if len(supports) > 1 else ""
-            if not held:
-                if support.matrix.any():
-                    name = f"{member} bearing{which}"
-                    component = self._bearing(shaft, casing, name, support, (u, v, w), copies)
-                    names = self.view.support_names(part, key)
-                    self.train.bearings |= {each: [component] for each in names if copies == 1}
-                continue
-            springs = springs_out(support, copies)
-            torsion = torsion_out(support, self.geometry, part)
-            if torsion > 0:  # a coupling without this attribute is rigid
-                springs["rotational_stiffness"] = torsion * copies
-            place = located((u + support.z, v, w))
-            self.train.side("coupling", shaft, casing, f"{member} held{which}", **place, **springs)
+            if held:
+                springs = springs_out(support, copies)
+                torsion = torsion_out(support, self.geometry, part)
+                if torsion > 0:  # a coupling without this attribute is rigid
+                    springs["rotational_stiffness"] = torsion * copies
+                place = located((u + support.z, v, w))
+                self.train.side(
+                    "coupling", shaft, casing, f"{member} held{which}", **place, **springs
+                )
+            elif support.matrix.any():
+                name = f"{member} bearing{which}"
+                component = self._bearing(shaft, casing, name, support, (u, v, w), copies)
+                names = self.view.support_names(part, key)
+                self.train.bearings |= {each: [component] for each in names if copies == 1}
 
     def _bearing(
         self, inner: int, outer: int, name: str, springs: Bearing, place: Place, share: float

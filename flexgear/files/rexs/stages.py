@@ -190,8 +190,7 @@ def _parallel(gear_meshes: list[RexsGearMesh], assembly: Assembly) -> RexsStage:
     if any(is_internal(gear) for gear_mesh in gear_meshes for gear in gear_mesh.gears):
         raise UnsupportedError("an internal gear pair with fixed axes")
     first, second = ([gear_mesh.gears[k] for gear_mesh in gear_meshes] for k in (0, 1))
-    teeth = [number(gears, "number_of_teeth", "none") for gears in (first, second)]
-    if None not in teeth and teeth[0].value > teeth[1].value:  # type: ignore[union-attr]
+    if value(first[0], "number_of_teeth", "none") > value(second[0], "number_of_teeth", "none"):
         first, second = second, first
     halves = {
         role: [[gear] for gear in _sorted_along_axis(gears, assembly)]

@@ -143,12 +143,12 @@ class SupportWriter:
             key = _SPRINGS[direction].key
             if sources and sources[0].startswith(_ASSUMED):
                 why = "; ".join(source.removeprefix(_ASSUMED) for source in sources)
-                self.case.assume(section, key, total / halves, f"{why}{note}")
+                section.assume(key, total / halves, f"{why}{note}")
             elif total > 0:
                 section.put(key, total / halves, f"{' + '.join(sources)}{note}")
             elif direction in needs:
                 why = "no support in the file; about the stiffness of a gear mesh"
-                self.case.assume(section, key, scale.guess(direction) / halves, f"{why}{note}")
+                section.assume(key, scale.guess(direction) / halves, f"{why}{note}")
 
     def _spread(self, section: Section, radial: list[tuple[float, float]]) -> float:
         """Tilt stiffness of radial springs by their distances, N m/rad.
@@ -217,7 +217,7 @@ class SupportWriter:
         type_text = text(bearings, "bearing_type")
         kind = "ball" if type_text is not None and "ball" in type_text else "roller"
         if type_text is None:
-            self.case.assume(section, "rolling", kind, "bearing_type is not in the file")
+            section.assume("rolling", kind, "bearing_type is not in the file")
         else:
             section.put("rolling", kind, f"{bearings[0].label}, bearing_type {type_text}")
         if len(bearings) > 1:
@@ -305,7 +305,7 @@ class SupportWriter:
             elements.put("rows", len(rows[0]), f"rows of {bearings[0].label}")
         _take_clearance(elements, bearings)
         if not ball:
-            self.case.assume(elements, "profile", "logarithmic", "that of ISO/TS 16281")
+            elements.assume("profile", "logarithmic", "that of ISO/TS 16281")
         for part in (*every, *rolling):
             part.role = "rolling elements"
         return True

@@ -198,7 +198,8 @@ class Row:
 
     suffix: unit of the case's key, "" for a number. names: names of the attribute; the first is
     written, the first that a file has is read. positive: whether only values above 0 are read.
-    both: whether all names are written, those of both ends or transverse axes.
+    both: whether all names are written, those of both ends or transverse axes. usual: assumed in a
+    file without the attribute.
     """
 
     field: str
@@ -206,6 +207,7 @@ class Row:
     names: tuple[str, ...]
     positive: bool = False
     both: bool = False
+    usual: float = 0.0
 
     @property
     def key(self) -> str:
@@ -229,10 +231,10 @@ def written(section: Section, rows: Iterable[Row], sign: int = 1) -> dict[str, A
     }
 
 
-MATERIAL = (
-    Row("young_modulus", "gpa", ("elastic_modulus",), positive=True),
-    Row("poisson_ratio", "", ("poisson_ratio",), positive=True),
-    Row("density", "kg_per_m3", ("density",), positive=True),
+MATERIAL = (  # usual: steel
+    Row("young_modulus", "gpa", ("elastic_modulus",), positive=True, usual=210.0),
+    Row("poisson_ratio", "", ("poisson_ratio",), positive=True, usual=0.3),
+    Row("density", "kg_per_m3", ("density",), positive=True, usual=7850.0),
 )
 GEAR_STRENGTH = (  # of the material of a gear
     Row("flank_strength", "mpa", ("allowable_stress_number_contact_iso_6336_2016",

@@ -72,7 +72,6 @@ def left_out(document: Document) -> list[str]:
     return lines + list(document.other)
 
 
-_STEEL = {"young_modulus_gpa": 210.0, "poisson_ratio": 0.3, "density_kg_per_m3": 7850.0}
 _GRAVITY = 9.80665
 
 
@@ -137,8 +136,8 @@ class _Conversion:
         self._top(top, racks)
         self.joints.write(self.case, self.scales)
         damping = self.case.section("[damping]")
-        self.case.assume(damping, "kind", "modal", "damping is not in REXS")
-        self.case.assume(damping, "ratio", 0.02, "usual for roller bearings and bolted housings")
+        damping.assume("kind", "modal", "damping is not in REXS")
+        damping.assume("ratio", 0.02, "usual for roller bearings and bolted housings")
         try:
             ports.write()
         except InputError as fault:  # the case is written all the same, for the user to correct
@@ -192,8 +191,8 @@ class _Conversion:
         materials += [m for shaft in shafts for m in self.document.references(shaft, "material")]
         section = self.case.section("[material]")
         for row in MATERIAL:
-            datum, usual = read(materials, row), _STEEL[row.key]
-            self.material[row.key] = self.case.take(section, row.key, datum, usual, "steel")
+            datum = read(materials, row)
+            self.material[row.key] = section.take_or_assume(row.key, datum, row.usual, "steel")
         for material in materials:
             material.role = "the material"
 
@@ -241,13 +240,12 @@ class _Conversion:
     def _gear_mesh(self, modified: bool) -> None:
         gear_mesh = self.case.section("[stages.gear_mesh]")
         if modified:
-            why = "modified flanks need contact of each tooth pair"
-            self.case.assume(gear_mesh, "model", "per_pair", why)
-            self.case.assume(gear_mesh, "contact_law", "one-sided", "gaps open and close")
+            gear_mesh.assume("model", "per_pair", "modified flanks need contact of each tooth pair")
+            gear_mesh.assume("contact_law", "one-sided", "gaps open and close")
             return
         why = "mean of ISO 6336-1; gear-mesh stiffness is not carried over"
-        self.case.assume(gear_mesh, "model", "constant", why)
-        self.case.assume(gear_mesh, "contact_law", "linear", "as the constant stiffness")
+        gear_mesh.assume("model", "constant", why)
+        gear_mesh.assume("contact_law", "linear", "as the constant stiffness")
 
     def _scale(self, stage: RexsStage, rack: PlainRack) -> Scale:
         names = ("face_width", "common_face_width")
@@ -303,7 +301,7 @@ class _Conversion:
         kinematics = "axial" if helical else "planar"
         if self.joints.has_flexible_shafts:
             kinematics, why = "spatial", "a shaft between members is flexible"
-        self.case.assume(top, "kinematics", kinematics, why)
+        top.assume("kinematics", kinematics, why)
         if self.held:
             names = [member.name for member in self.held]
             top.put("held", names, "; ".join(self.held.values()))
