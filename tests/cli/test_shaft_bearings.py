@@ -206,7 +206,10 @@ def test_thrust_that_is_left_out_leaves_no_verdict(tmp_path):
     assert parts["stage_1.pinion_support_2"].holds is None
     assert "radial load alone" in parts["stage_1.pinion_support_2"].factors[0]["L_10"].source
     assert row("pinion_support_2", "P") is None
-    (reliability,) = (v for v in rating_verdicts(rating) if v.subject == "Reliability")
+    verdicts = {verdict.subject: verdict for verdict in rating_verdicts(rating)}
+    lives, reliability = verdicts["Bearing life, stage 1"], verdicts["Reliability"]
+    names = "stage 1 pinion support 2, stage 1 gear support 2"
+    assert (lives.level, names in lives.sentence) == ("note", True)
     assert reliability.sentence.endswith("h; 2 without a verdict count by their estimates.")
 
 

@@ -40,7 +40,12 @@ def rating_verdicts(rating: Rating) -> list[Verdict]:
         subject = titled_by_stage(LIMITS[part.kind], part.stage)
         beside = equal_parts(rating, equal[part.alike])
         sentence = f"{words(part.alike)}: {beside}{_sentence(rating, part)}"
-        verdicts.append(Verdict(LEVELS[part.holds], subject, _figure(part), sentence, RATING))
+        level, group = LEVELS[part.holds], (part.stage, part.kind)
+        unjudged = {p.alike: 0 for p in rating.ranked if p.estimates and (p.stage, p.kind) == group}
+        if level == "good" and unjudged:  # which may be weaker than by their estimates
+            level = "note"
+            sentence += f" Without a verdict: {', '.join(map(words, unjudged))}."
+        verdicts.append(Verdict(level, subject, _figure(part), sentence, RATING))
     if rating.reliability is not None:
         figure = with_unit(rating.reliability, "share")
         text = f"Probability that no assessed part fails within {number(rating.hours)} h"
