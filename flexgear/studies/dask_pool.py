@@ -11,6 +11,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import pickle
+import re
 from collections.abc import Callable, Generator, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -65,6 +66,8 @@ def _client(address: str) -> Iterator[Client]:
     """A client connected to a scheduler that has workers."""
     from distributed import Client
 
+    if not re.search(r":\d+$", address):
+        raise InputError("--scheduler", address, "names no port", "e.g. tcp://host:8786")
     _require_certificates(address)
     with _silent():
         try:

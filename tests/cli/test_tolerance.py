@@ -78,7 +78,10 @@ def test_json_is_the_summary(flexgear, tmp_path):
         (["wind-5mw", "--samples", "1"], ["samples"]),
         (["wind-5mw", "--seed", "x"], ["seed"]),
         (["no-such-case"], ["neither a file nor a bundled case"]),
-        (["lin-parker", "--set", PIN, "--scheduler", "nowhere"], ["--scheduler", "nowhere"]),
+        (
+            ["lin-parker", "--set", PIN, "--scheduler", "nowhere"],
+            ["--scheduler: nowhere: names no port -- e.g. tcp://host:8786"],
+        ),
         (["lin-parker", "--set", PIN, *LOOSE], []),  # no equilibrium
     ],
 )
