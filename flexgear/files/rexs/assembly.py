@@ -88,10 +88,8 @@ class Frames:
             along = None if shaft is None else number([component], name, "mm")
             local = None if along is None else Frame(np.array((along.value, 0.0, 0.0)), np.eye(3))
             return shaft, local
-        named, axes = (
-            number([component], "reference_component_for_position", "none"),
-            _axes(component),
-        )
+        axes = _axes(component)
+        named = number([component], "reference_component_for_position", "none")
         other = None if named is None else self.document.components.get(round(named.value))
         if other is component or (other is not None and other.kind == "gear_unit"):
             other = None

@@ -140,12 +140,9 @@ def model_of_case(case: Case, rated: BinResults | None = None) -> Outgoing:
         torque = {} if case.output is None else train.flow.torque
         _add_state(train, ports, train.flow.speed, torque)
     bins = bins_of_load_cases(case) if rated is None else rated.bins
-    forces: dict[str, list[int]] = {}
-    for load in filter(_is_written, case.loads):
-        _add_forces(train, forces, load.member, load.first)
-    for load in filter(_is_written, [load for load_bin in bins for load in load_bin.loads]):
-        if load.member not in forces:
-            _add_forces(train, forces, load.member, np.zeros(6))
+    of_bins = [load for load_bin in bins for load in load_bin.loads]
+    loaded = dict.fromkeys(load.member for load in (*case.loads, *of_bins) if _is_written(load))
+    forces = {member: _add_forces(train, member) for member in loaded}
     for b, load_bin in enumerate(bins):
         _add_load_case(train, load_bin, ports, forces)
         for number, attributes in _results(train, rated) if rated else ():
@@ -215,35 +212,32 @@ def _add_port(train: TrainOut, port: Input | Output) -> int:
     return number
 
 
-def _add_forces(train: TrainOut, forces: dict[str, list[int]], member: str, load: Array) -> None:
-    """Add an external load (6,) on a member and append its id to ``forces``."""
+def _add_forces(train: TrainOut, member: str) -> int:
+    """Add an external load with the forces of the case on a member; returns its id."""
     begins_here = member in train.ends  # the shaft behind a spline
     at = 0.0 if begins_here else train.places[member][0] - train.begins[member]
-    number = train.part(
+    return train.part(
         train.end(member),
         "external_load",
         f"force on {member}",
         u_coordinate_on_shaft=at,
         transmits_torque=False,
-        **_force_attributes(load),
+        **_force_attributes(train.case.loads, member),
     )
-    forces.setdefault(member, []).append(number)
 
 
 def _add_load_case(
-    train: TrainOut, load_bin: LoadBin, ports: dict[str, int], forces: dict[str, list[int]]
+    train: TrainOut, load_bin: LoadBin, ports: dict[str, int], forces: dict[str, int]
 ) -> None:
     """Add a load case with speeds, torques, powers and loads of a load bin. ports, forces: ids of
     external loads by member. Loads equal to those of the case are not repeated."""
     train.begin_load_case(load_bin.name)
     train.result(train.unit, operating_time=HOUR * load_bin.hours)
     _add_state(train, ports, load_bin.speed, load_bin.torque)
-    for member, numbers in forces.items():
-        loads = [load for load in load_bin.loads if load.member == member]
-        if loads != [load for load in train.case.loads if load.member == member]:
-            total = sum((load.first for load in filter(_is_written, loads)), np.zeros(6))
-            for k, number in enumerate(numbers):
-                train.result(number, **_force_attributes(np.zeros(6) if k else total))
+    for member, number in forces.items():
+        attributes = _force_attributes(load_bin.loads, member)
+        if attributes != _force_attributes(train.case.loads, member):
+            train.result(number, **attributes)
 
 
 def _add_state(
@@ -263,9 +257,12 @@ def _is_written(load: MemberLoad) -> bool:
     return not load.is_history and load.frame == "fixed" and load.moment[2] == 0
 
 
-def _force_attributes(load: Array) -> dict[str, float]:
-    """Attributes of a load (6,): forces along and moments about x, y, z; N, N m, the last 0."""
-    return dict(zip((*table.FORCES, *table.MOMENTS), map(float, load), strict=False))
+def _force_attributes(loads: Iterable[MemberLoad], member: str) -> dict[str, float]:
+    """Attributes of the sum of those loads on a member that REXS can hold: forces along x, y, z and
+    moments about x and y; N, N m."""
+    of_member = [load.first for load in loads if load.member == member and _is_written(load)]
+    total = np.sum([np.zeros(6), *of_member], axis=0)
+    return dict(zip((*table.FORCES, *table.MOMENTS), total.tolist(), strict=False))
 
 
 def places(case: Case) -> dict[str, Place]:

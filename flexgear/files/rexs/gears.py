@@ -24,9 +24,13 @@ from flexgear.model.errors import echo
 from flexgear.model.member import Gear
 from flexgear.model.section import limits_of
 
-FLANKS = ("cylindrical_gear_flank", "flank_geometry")
 TOOLS = ("rack_shaped_tool", "cutter_wheel_tool")
 SETTINGS = "cylindrical_gear_manufacturing_settings"
+_PROFILE = {  # attributes of a tool by coefficient of the tooth
+    "dedendum": ("addendum_coefficient_reference_profile", "addendum_reference_profile"),
+    "root_fillet": ("tip_corner_radius_factor_reference_profile", "tip_radius_factor",
+                    "tip_corner_radius_reference_profile", "tip_radius"),
+}  # fmt: skip
 _TOLERANCE = 1e-9  # of positions on a shaft, mm
 _STEEL_OF_WORD = {word: steel for steel, word in table.STEELS.items()}
 
@@ -91,10 +95,9 @@ class GearReader:
             )
             for circle, sign in ((tip, out), (root, -out))
         ]
-        self._coefficient(section, "addendum", heights[0])
-        root_height = self._or_tool(heights[1], "dedendum", tools, rack)
-        dedendum = self._coefficient(section, "dedendum", root_height)
-        self._coefficient(section, "root_fillet", self._or_tool(None, "root_fillet", tools, rack))
+        self._coefficient(section, "addendum", heights[0], tools, rack)
+        dedendum = self._coefficient(section, "dedendum", heights[1], tools, rack)
+        self._coefficient(section, "root_fillet", None, tools, rack)
         self._tool(section, tools, gears, root is not None)
         self._mass(section, gears, internal)
         root_circle = reference - out * 2 * rack.normal_module * (dedendum - shift)
@@ -130,22 +133,15 @@ class GearReader:
                 " out, as if the root were ground, too"
             )
 
-    def _or_tool(
-        self, datum: Datum | None, key: str, tools: list[Component], rack: Rack
-    ) -> Datum | None:
-        """``datum`` if its value is valid for the key, else the value from the tool's profile."""
-        if datum is not None and _within(key, datum.value):
-            return datum
-        names = {
-            "dedendum": ("addendum_coefficient_reference_profile", "addendum_reference_profile"),
-            "root_fillet": ("tip_corner_radius_factor_reference_profile", "tip_radius_factor",
-                            "tip_corner_radius_reference_profile", "tip_radius"),
-        }[key]  # fmt: skip
-        of_tool = _over_module(tools, names, rack)
-        return datum if of_tool is None else Datum(of_tool.value, f"{of_tool.source} of the tool")
-
-    def _coefficient(self, section: Section, key: str, datum: Datum | None) -> float:
-        """Write a coefficient of the tooth, assumed if the file has no valid value; returns it."""
+    def _coefficient(
+        self, section: Section, key: str, datum: Datum | None, tools: list[Component], rack: Rack
+    ) -> float:
+        """Write a coefficient of the tooth, that of the tool's profile if ``datum`` is not valid,
+        assumed if the file has no valid value; returns it."""
+        if datum is None or not _within(key, datum.value):
+            of_tool = _over_module(tools, _PROFILE.get(key, ()), rack)
+            if of_tool is not None:
+                datum = Datum(of_tool.value, f"{of_tool.source} of the tool")
         if datum is not None and _within(key, datum.value):
             section.put(key, datum.value, datum.source)
             return datum.value

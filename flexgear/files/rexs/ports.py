@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Self
 
@@ -145,8 +145,8 @@ def _member_of(assembly: Assembly, load: Component, members: list[Member]) -> Me
     return min(lengths, key=lambda member: lengths[member], default=None)
 
 
-def forces_of(ports: PortWriter) -> Iterator[tuple[Component, Member, list[float]]]:
-    """External loads with forces or moments, each with its member and components (5,).
+def forces_of(ports: PortWriter) -> dict[Member, tuple[Array, str]]:
+    """Sum (5,) of the external loads with forces or moments on each member, and its source.
 
     Components are forces along x, y, z (v, w, u), N, and moments about x and y, N m, in fixed axes
     at the middle of the member, of a sun on a shaft at the end of its shaft. Moments include
@@ -154,6 +154,7 @@ def forces_of(ports: PortWriter) -> Iterator[tuple[Component, Member, list[float
     axes than the gear unit are ignored.
     """
     assembly, shafts = ports.assembly, ports.shafts
+    sums: dict[Member, tuple[Array, str]] = {}
     for load in assembly.document.kind("external_load"):
         shaft = assembly.frames.shaft(load)
         frame = None if shaft is None else assembly.frames.of(shaft)
@@ -172,13 +173,15 @@ def forces_of(ports: PortWriter) -> Iterator[tuple[Component, Member, list[float
             values[3] -= lever * values[1]
             values[4] += lever * values[0]
         if {*names} & load.attributes.keys():
-            yield load, member, values
+            total, source = sums.get(member, (np.zeros(len(values)), ""))
+            sums[member] = total + values, f"{source} + {load.label}" if source else load.label
+    return sums
 
 
-def put_forces(section: Section, values: list[float], source: str) -> None:
-    """Write force and transverse moments of a member; torques are written with the ports."""
-    section.put("force_n", values[:3], f"{source}: v, w, u directions")
-    section.put("moment_nm", [*values[3:], 0.0], f"{source}: about v and w")
+def put_forces(section: Section, load: Array, source: str) -> None:
+    """Write force and transverse moments (5,) on a member; torques are written with the ports."""
+    section.put("force_n", load[:3].tolist(), f"{source}: v, w, u directions")
+    section.put("moment_nm", [*load[3:].tolist(), 0.0], f"{source}: about v and w")
 
 
 def _signed(datum: Datum | None, sense: float) -> Datum | None:
@@ -263,14 +266,14 @@ class PortWriter:
             return
         if output.drives is True:
             self.case.warn(f"{output.loads[0].label}: by its signs it drives, as all other loads")
-        for load, member, values in forces_of(self):
-            if any(values):
+        for member, (total, source) in forces_of(self).items():
+            if total.any():
                 section = self.case.section("[[loads]]")
-                section.put("member", member.name, load.label)
-                put_forces(section, values, load.label)
+                section.put("member", member.name, source)
+                put_forces(section, total, source)
                 place = "behind the shaft" if member in self.shafts else "in the middle"
                 self.case.warn(
-                    f"{load.label}: its force acts {place} of {member.name} in the case, with the"
+                    f"{source}: its force acts {place} of {member.name} in the case, with the"
                     " moment of its distance"
                 )
 
@@ -305,7 +308,7 @@ class PortWriter:
 
     def _choose(self, train: Members, mobility: int) -> tuple[list[Port], list[Port]]:
         """Ports whose speeds are used (``mobility`` of them, if so many are independent), and ports
-        whose torques are used (all but ``mobility``)."""
+        whose torques are used (all but ``mobility``). Power at zero speed gives no torque."""
         speeds = sorted(
             self.ports,
             key=lambda p: (
@@ -313,7 +316,9 @@ class PortWriter:
                 p.speed is None or p.speed.source == _DERIVED,
             ),
         )
-        torques = [p for p in speeds if p.torque is not None or p.power is not None]
+        torques = [
+            p for p in speeds if p.torque is not None or (p.power and p.speed and p.speed.value)
+        ]
         torques.sort(key=lambda p: (not p.defines_torque, p.drives is False))
         driven = _independent(train, [port.member for port in speeds])
         return [p for p in speeds if p.member in driven], torques[: len(self.ports) - mobility]

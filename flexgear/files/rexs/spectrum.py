@@ -10,9 +10,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from flexgear.arrays import Array
 from flexgear.files.case_text import Datum, Section
 from flexgear.files.rexs.document import LoadCase, number
 from flexgear.files.rexs.ports import (
@@ -112,15 +109,10 @@ class _Train:
 
     def _write_forces(self, sections: dict[str, Section]) -> None:
         """Write forces on members; zeros only on members with a load in the rated load case."""
-        sums: dict[str, tuple[Array, list[str]]] = {}
-        for load, on, values in forces_of(self.ports):
-            total, labels = sums.get(on.name, (np.zeros(len(values)), []))
-            sums[on.name] = total + values, [*labels, load.label]
         loaded = {load["member"] for load in self.written.get("loads", ())}
-        for member, (total, labels) in sums.items():
-            if member in loaded or total.any():
-                source = " + ".join(labels)
-                put_forces(self._section(sections, member, source), total.tolist(), source)
+        for member, (total, source) in forces_of(self.ports).items():
+            if member.name in loaded or total.any():
+                put_forces(self._section(sections, member.name, source), total, source)
 
     def _section(self, sections: dict[str, Section], member: str, why: str) -> Section:
         """The section of a member in the load case that is being written, created if missing."""

@@ -200,18 +200,17 @@ class _Conversion:
         """Write the first lubricant with a viscosity at 40 °C, and the temperature of the oil in
         the casing, a gear mesh or a bearing."""
         oiled = self.document.kind("gear_casing", "cylindrical_stage", *BEARINGS)
-        for lubricant in self.document.kind("lubricant"):
-            viscosities = [read([lubricant], row) for row in VISCOSITIES]
-            if viscosities[0] is None:
-                continue
-            section = self.case.section("[lubricant]")
-            for row, datum in zip(VISCOSITIES, viscosities, strict=True):
-                section.take(row.key, datum)
-            section.take(OIL.key, read(sorted(oiled, key=lambda c: c.kind != "gear_casing"), OIL))
-            lubricant.role = "the lubricant"
-            for part in oiled:
-                self.document.references(part, "lubricant")  # marks relations as used
+        lubricants = self.document.kind("lubricant")
+        lubricant = next((c for c in lubricants if read([c], VISCOSITIES[0])), None)
+        if lubricant is None:
             return
+        section = self.case.section("[lubricant]")
+        for row in VISCOSITIES:
+            section.take(row.key, read([lubricant], row))
+        section.take(OIL.key, read(sorted(oiled, key=lambda c: c.kind != "gear_casing"), OIL))
+        lubricant.role = "the lubricant"
+        for part in oiled:
+            self.document.references(part, "lubricant")  # marks relations as used
 
     def _stages(self, gears: GearReader, named: dict[str, RexsStage]) -> dict[str, PlainRack]:
         """Write all stages with their supports; returns racks by stage."""
