@@ -94,6 +94,15 @@ def test_load_and_speed_on_different_shafts(imported):
     assert imported(m)[0].output.member == "low.carrier"
 
 
+def test_power_at_zero_speed_gives_no_torque(imported):
+    m = planetary()
+    m.set(m.drive, rotational_speed=(0.0, RPM))
+    m.set(m.load, torque_around_u_axis=None, power=(100.0, "kW"))
+    case, conversion = imported(m)
+    assert case.output is None
+    assert any("torques of the file do not suffice" in line for line in conversion.assumed)
+
+
 def test_without_loads_it_is_a_case_of_free_vibration(imported):
     m = planetary()
     m.set(m.load, torque_around_u_axis=None)
