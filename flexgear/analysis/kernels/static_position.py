@@ -82,7 +82,7 @@ class PositionWork(NamedTuple):
     space: LawSpace  # linearised laws
     memory: Array  # (places, 2, r) motion about which they are linearised
     delta: Array  # (2, R) δ of the solution, and zero rate
-    channels: Array  # (3, n_c) motion and forces of the solution, work space
+    channels: Array  # (3, n_c) of the solution: motion of the loaded blocks, forces; work space
     local: tuple[Ints, Ints, Ints]  # place, blocks, reach: see ``local_blocks``
 
 
@@ -121,16 +121,38 @@ def position_work(pairs: PairData, train: Held, ports: int, rates: Array) -> Pos
 def _row_motions(n, port_torques, train, work):
     """Compute in ``work.contact`` δ* of n rows under given torques (P,), N·m, and δ* − δ under unit
     row forces."""
-    rows, flex, channel_force = work.rows, train.flexibility, work.channels[0]
+    rows, flex, motion = work.rows, train.flexibility, work.channels[0]
     first = flex.shape[0] - port_torques.shape[0]
     m = local_blocks(rows, n, work.local)
     row_products(rows, n, flex, work.local, work.channels[2], work.contact.motion)
     add_neighbours(rows, n, work.contact.motion)
+    for b in work.local[1][:m]:
+        for c in range(6 * b, 6 * b + 6):
+            motion[c] = dot(port_torques, flex[c, first:])
     release(work.local, m)
-    for c in range(flex.shape[0]):
-        channel_force[c] = dot(port_torques, flex[c, first:])
     for i in range(n):
-        work.contact.free[i] = of_blocks(rows, i, channel_force) + rows.row[i].offset
+        work.contact.free[i] = of_blocks(rows, i, motion) + rows.row[i].offset
+
+
+@njit(**INNER, fastmath=FAST)
+def _block_motions(n, train, work, unknowns):
+    """Motion, in ``work.channels[0]``, of the blocks on which n rows act, by the forces on these
+    blocks and the torques on the ports in ``work.channels[1]`` and by the amplitudes ``unknowns``
+    (r,) of the rigid motions. Of thousands of channels only few are loaded."""
+    motion, forces, blocks = work.channels[0], work.channels[1], work.local[1]
+    m = local_blocks(work.rows, n, work.local)
+    ports = 6 * work.local[0].shape[0]
+    for b in blocks[:m]:
+        for c in range(6 * b, 6 * b + 6):
+            flexibility = train.flexibility[c]
+            total = dot(flexibility[ports:], forces[ports:])
+            for other in blocks[:m]:
+                for d in range(6 * other, 6 * other + 6):
+                    total += flexibility[d] * forces[d]
+            for e in range(unknowns.shape[0]):
+                total += train.motions[c, e] * unknowns[e]
+            motion[c] = total
+    release(work.local, m)
 
 
 @njit(**INNER)
@@ -201,9 +223,9 @@ def _law_imbalance(count, rows, space, delta, x):
 def _closure(n, count, port_torques, train, work, x):
     """Largest residual of a solution in laws and equilibrium, by substitution, over the largest
     load of ``_law_imbalance``."""
-    flex, balance, reactions, rows = train.flexibility, train.balance, train.reactions, work.rows
+    balance, reactions, rows = train.balance, train.reactions, work.rows
     motion, forces, delta, space = work.channels[0], work.channels[1], work.delta[0], work.space
-    nc, ports, free = flex.shape[0], port_torques.shape[0], reactions.shape[0]
+    nc, ports, free = balance.shape[0], port_torques.shape[0], reactions.shape[0]
     first, r = nc - ports, balance.shape[1] - free
     fill(forces, 0.0)
     for i in range(n):
@@ -212,10 +234,7 @@ def _closure(n, count, port_torques, train, work, x):
         forces[first + q] = port_torques[q]
     for f in range(free):
         forces[first + reactions[f]] -= x[n + r + f]
-    for c in range(nc):
-        motion[c] = dot(flex[c], forces)
-        for e in range(r):
-            motion[c] += train.motions[c, e] * x[n + e]
+    _block_motions(n, train, work, x[n : n + r])
     for i in range(n):
         delta[i] = of_blocks(rows, i, motion) + rows.row[i].offset
     yield_to_neighbours(rows, n, x, delta)
