@@ -130,11 +130,11 @@ def _central_energy(body: Body, mass: Array, shapes: Array, planets: int) -> Arr
     """Energy (N // 2 + 1, m) of a central body by nodal index: by the waves of its nodes round the
     axis; for a rigid body, or without such nodes, by transverse (k = 1) and other motions (k = 0).
     """
-    energy = np.einsum("im,ij,jm->m", shapes, mass, shapes)
+    energy = np.einsum("im,im->m", shapes, mass @ shapes)
     nodes = _largest_circle(body)
     if body.rigid or nodes is None:
         part = _transverse_projector(body) @ shapes
-        transverse = np.einsum("im,ij,jm->m", part, mass, part)
+        transverse = np.einsum("im,im->m", part, mass @ part)
         out = np.zeros((planets // 2 + 1, shapes.shape[1]))
         out[0] += energy - transverse
         out[1 % planets] += transverse

@@ -46,7 +46,9 @@ class FlankCycle:
 
     def harmonic_force(self, order: int) -> NDArray[np.complex128]:
         """Harmonic l = ``order`` of the force (d,) on all coordinates at the mean motion, N."""
-        return np.asarray(harmonics(self.load)[order] @ self.blocks)
+        load = harmonics(self.load)[order]
+        cosine, sine = np.stack([load.real, load.imag]) @ self.blocks
+        return np.asarray(cosine + 1j * sine)
 
 
 def harmonics(values: Array) -> NDArray[np.complex128]:

@@ -52,7 +52,7 @@ class RowSprings:
     @property
     def stiffness(self) -> Array:
         """Stiffness matrix Rᵀ K R (d, d) of all coordinates."""
-        return np.asarray(self.rows.T @ self.matrix @ self.rows)
+        return np.asarray(self.rows.T @ (self.matrix @ self.rows))
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,9 @@ class ContactSprings:
     @cached_property
     def stiffness(self) -> Array:
         """Stiffness matrix (d, d) of all springs."""
-        return np.asarray(sum(s.stiffness for s in (*self.gear_meshes, *self.others.values())))
+        springs = (*self.gear_meshes, *self.others.values())
+        rows = np.vstack([s.rows for s in springs])
+        return RowSprings(rows, linalg.block_diag(*(s.matrix for s in springs))).stiffness
 
 
 def springs_at(system: System, input_angles: Array | float = 0.0) -> ContactSprings:
@@ -222,7 +224,7 @@ def classify(
     FlexgearError where the mass matrix couples bodies, so that energy cannot be assigned.
     """
     f = np.asarray(frequencies, dtype=float)
-    parts = _projections(mass, bodies)
+    parts = _motions(mass, bodies, shapes)
     n_rigid = _rigid_count(f, rigid)
     groups = repeated(f, n_rigid)
     shapes = shapes.copy()
@@ -230,13 +232,15 @@ def classify(
         if len(group) == 1:
             continue
         at = list(group)
-        separated = _separated(parts, shapes[:, at])
+        of_group = {part: motion[:, at] for part, motion in parts.items()}
+        basis = _separated(of_group)
+        separated = {part: motion @ basis for part, motion in of_group.items()}
         # a planet mode mixed into a rotational one looks like two rotational modes
-        if Counter(_kinds(_shares(parts, separated))) != Counter(
-            _kinds(_shares(parts, shapes[:, at]))
-        ):
-            shapes[:, at] = separated
-    shares = _shares(parts, shapes)
+        if Counter(_kinds(_shares(separated))) != Counter(_kinds(_shares(of_group))):
+            shapes[:, at] = shapes[:, at] @ basis
+            for part, motion in separated.items():
+                parts[part][:, at] = motion
+    shares = _shares(parts)
     kinds = _kinds(shares)
     kinds[:n_rigid] = ["rigid"] * n_rigid
     energies = body_energies(mass, bodies, shapes)
@@ -297,37 +301,32 @@ def _rigid_count(f: Array, rigid: int | None) -> int:
     return int(np.sum(f <= RIGID * f.max(initial=0.0))) if rigid is None else rigid
 
 
-def _projections(mass: Array, bodies: Sequence[Body]) -> dict[str, Array]:
-    """Rows Q (k, d) by part, such that |Q φ|² is the part's share of φᵀ M φ."""
-    rows: dict[str, list[Array]] = {p: [] for p in PARTS}
+def _motions(mass: Array, bodies: Sequence[Body], shapes: Array) -> dict[str, Array]:
+    """Motions y (k, m) by part of modes φ (d, m): |y|² is the share of the part in φᵀ M φ."""
+    motions: dict[str, list[Array]] = {p: [np.zeros((0, shapes.shape[1]))] for p in PARTS}
     for body, at in _placed_bodies(bodies):
         lower = linalg.cholesky(mass[at, at], lower=True)
-        rest = np.eye(lower.shape[0])  # projector in y = Lᵀ q, where qᵀ M q = |y|²
+        rest = lower.T @ shapes[at]  # y = Lᵀ q, where qᵀ M q = |y|²
         if body.name.part == "planet":
-            rows["planet"].append(_placed(lower.T, at, len(mass)))
+            motions["planet"].append(rest)
             continue
+        bases = np.zeros((len(lower), 0))
         for motion in MOTIONS:  # translation first, so that rotations are about the centre of mass
-            basis = _basis(rest, lower.T @ body.rigid_motions[:, _DOFS[motion]])
-            rows[motion].append(_placed(basis.T @ lower.T, at, len(mass)))
-            rest = rest - basis @ basis.T
-        rows["elastic"].append(_placed(rest @ lower.T, at, len(mass)))
-    return {p: np.vstack(r) if r else np.zeros((0, len(mass))) for p, r in rows.items()}
+            basis = _basis(bases, lower.T @ body.rigid_motions[:, _DOFS[motion]])
+            motions[motion].append(basis.T @ rest)
+            rest, bases = rest - basis @ (basis.T @ rest), np.hstack([bases, basis])
+        motions["elastic"].append(rest)
+    return {p: np.vstack(y) for p, y in motions.items()}
 
 
-def _basis(rest: Array, motion: Array) -> Array:
-    """Orthonormal basis of the motions (d_b, k) after projection by ``rest`` (d_b, d_b)."""
-    u, size, _ = np.linalg.svd(rest @ motion, full_matrices=False)
+def _basis(others: Array, motion: Array) -> Array:
+    """Orthonormal basis of the motions (d_b, k) after projection beside ``others`` (d_b, n)."""
+    u, size, _ = np.linalg.svd(motion - others @ (others.T @ motion), full_matrices=False)
     return u[:, size > 1e-9 * max(float(np.linalg.norm(motion)), np.finfo(float).tiny)]
 
 
-def _placed(rows: Array, at: slice, size: int) -> Array:
-    out = np.zeros((len(rows), size))
-    out[:, at] = rows
-    return out
-
-
-def _shares(parts: Mapping[str, Array], shapes: Array) -> dict[str, Array]:
-    return {p: np.sum((rows @ shapes) ** 2, axis=0) for p, rows in parts.items()}
+def _shares(parts: Mapping[str, Array]) -> dict[str, Array]:
+    return {p: np.sum(motion**2, axis=0) for p, motion in parts.items()}
 
 
 def _kinds(shares: Mapping[str, Array]) -> list[str]:
@@ -351,24 +350,24 @@ def _kind(shares: Mapping[str, float]) -> str:
     return "mixed"
 
 
-def _separated(parts: Mapping[str, Array], shapes: Array) -> Array:
-    """Basis (d, g) of the space of modes (d, g) of one frequency, of one type each if possible.
+def _separated(parts: Mapping[str, Array]) -> Array:
+    """Basis (g, g) of the space of g modes of one frequency with motions (k, g) by part, of one
+    type each if possible.
 
     In this space the energy of each part is a quadratic form. These forms are diagonalised one
     after the other: first the central energy, whose null space are planet modes, then deformation,
     pairs of motions, and single motions.
     """
-    groups = [PARTS[:-1], ("elastic",), *PAIRS, *((p,) for p in MOTIONS)]
-    spaces = [shapes]
-    for group in groups:
-        rows = np.vstack([parts[p] for p in group])
-        spaces = [part for space in spaces for part in _split(space, rows)]
+    forms = {part: motion.T @ motion for part, motion in parts.items()}
+    spaces = [np.eye(len(forms["planet"]))]
+    for group in (PARTS[:-1], ("elastic",), *PAIRS, *((p,) for p in MOTIONS)):
+        form = sum((forms[p] for p in group[1:]), forms[group[0]])
+        spaces = [part for space in spaces for part in _split(space, form)]
     return np.hstack(spaces)
 
 
-def _split(shapes: Array, rows: Array) -> list[Array]:
-    """Subspaces of modes (d, g) with equal energy |rows φ|², by rising energy."""
-    motion = rows @ shapes
-    values, vectors = np.linalg.eigh(motion.T @ motion)
+def _split(space: Array, form: Array) -> list[Array]:
+    """Subspaces of a space (g, n) with equal energy by a form (g, g), by rising energy."""
+    values, vectors = np.linalg.eigh(space.T @ form @ space)
     edges = np.flatnonzero(np.diff(values) > 1e-6) + 1
-    return np.split(shapes @ vectors, edges, axis=1)
+    return np.split(space @ vectors, edges, axis=1)

@@ -12,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.kernels.samples import all_forces
@@ -66,9 +67,11 @@ class Output:
 
 
 def output_of(modal: ModalSystem, rows: Array) -> Output:
-    """The output with rows (k, d) on physical coordinates."""
-    basis = modal.modes
-    return Output(basis, rows @ basis, rows @ modal.residual_motion, rows @ modal.system.rolling)
+    """The output with rows (k, d) on physical coordinates, most of whose entries are zero."""
+    sparse, basis = csr_array(rows), modal.modes
+    return Output(
+        basis, sparse @ basis, sparse @ modal.residual_motion, sparse @ modal.system.rolling
+    )
 
 
 class Recovery:

@@ -10,6 +10,7 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import linalg
 
 from flexgear.analysis.error_sets import no_errors
 from flexgear.analysis.gear_mesh_cycle import (
@@ -117,7 +118,8 @@ class Model:
         stiffness = system.stiffness + self.mean_springs.stiffness
         size = np.trace(stiffness) / np.trace(system.mass)
         stiffness = stiffness + size * balance @ momenta.T
-        motion = np.linalg.solve(stiffness, load - balance @ (rolling.T @ load))
+        free = load - balance @ (rolling.T @ load)
+        motion = linalg.solve(stiffness, free, assume_a="sym")
         out = np.zeros(len(self.gear_meshes.names))
         for g, m in enumerate(self.gear_meshes.carrying):
             if int(m) in cycles:
