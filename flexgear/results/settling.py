@@ -211,6 +211,9 @@ def _earlier(at: Array, time: Array, x: Array) -> tuple[Array, Array, Array]:
     return (1.0 - weight) * x[after - 1] + weight * x[after], low, high
 
 
+RECORDED = 2**16  # samples of sensors in a piece
+
+
 class SensorRanges(DatasetSink):
     """A sink for ranges of the signals of sensors by window."""
 
@@ -256,3 +259,14 @@ class SensorRanges(DatasetSink):
             }
             for k, (name, unit) in enumerate(self._units.items())
         }
+
+
+def sensor_levels(data: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """``SensorRanges.figures`` of all samples of a transient, which are read in pieces; empty
+    without sensors or samples."""
+    count = data.sizes.get(SENSOR_TIME, 0)
+    levels = SensorRanges(np.array([-np.inf]))
+    levels.begin(RunSize(data, 0))
+    for first in range(0, count, RECORDED):
+        levels.append(data.isel({SENSOR_TIME: slice(first, first + RECORDED)}))
+    return levels.figures(-np.inf)

@@ -83,6 +83,13 @@ KEYS: tuple[Figure, ...] = (
     *below("transient", WINDOW),
     Figure("transient.steps", "1", "time steps", ALWAYS),
     *below("transient", TRANSIENT),
+    Figure("sensors.<sensor>.unit", "", "unit of what the sensor measures, 1 of strain"),
+    *below("sensors.<sensor>", (
+        Figure("mean", "", "mean over the window of the transient, SI"),
+        Figure("rms_about_mean", "", "root mean square about it"),
+        Figure("min", "", "least value"),
+        Figure("max", "", "largest value"),
+    )),
     Figure("motion_um_max.<member>", "µm", "largest displacement of a member from the axis, or of "
            "the teeth of an FE ring, in equilibria and in the transient"),
     *below("harmonic", (

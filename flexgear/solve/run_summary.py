@@ -16,7 +16,7 @@ from flexgear.model.machine import machines_of
 from flexgear.results.face_load import edge_warnings
 from flexgear.results.quantities import values
 from flexgear.results.report.wording import words
-from flexgear.results.settling import settled, window_of
+from flexgear.results.settling import sensor_levels, settled, window_of
 from flexgear.results.sinks import between, ranges_of
 from flexgear.results.stage_figures import STAGE_FIGURES, StageRun, flow_summary
 from flexgear.results.summary import build_summary, modes_summary, sharing_summary_of
@@ -103,6 +103,7 @@ def run_summary(analyses: Analyses) -> dict[str, Any]:
         timing_s=analyses.seconds,
         realtime_factor=transient.realtime_factor,  # by CPU time, as several runs are concurrent
         **({"face_load": analyses.face_load} if analyses.face_load else {}),
+        **({"sensors": sensor_levels(settled(transient.data))} if case.sensors else {}),
         **_of_flexible_stages(analyses),
     )
     summary["neglected"] = neglected(case, model.flow, summary)

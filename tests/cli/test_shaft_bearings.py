@@ -59,11 +59,15 @@ def test_two_bearings_of_every_shaft_carry_what_statics_says(
 
 
 @pytest.mark.slow
-def test_a_run_reports_the_bearings_of_shafts(flexgear, tmp_path):
-    path, out = write(tmp_path, text()), tmp_path / "out"
+def test_a_run_reports_the_bearings_of_shafts_and_levels_of_sensors(flexgear, tmp_path):
+    """The pinion moves by its thrust over the axial stiffness, 2e8 N/m."""
+    sensor = '[[sensors]]\nname = "along"\non = "stage_1.pinion"\nmeasures = "displacement"\n'
+    path, out = write(tmp_path, text(more=sensor + 'direction = "z"')), tmp_path / "out"
     quick = ["--set", "solver.settle_s=0.01", "--set", "solver.duration_s=0.03"]
     summary = flexgear.json("run", path, *quick, "--out", out)
     loads, thrust = by_hand()
+    level = summary["sensors"]["along"]
+    assert abs(level["mean"]) == pytest.approx(thrust / 2e8, rel=1e-3) and level["unit"] == "m"
     left_out = summary["stages"]["stage_1"]["not_in_bearing_life"]
     shares = {f"{part}_support_2": thrust / radial[1] for part, radial in loads.items()}
     assert left_out == pytest.approx(shares, rel=1e-3)
@@ -73,7 +77,8 @@ def test_a_run_reports_the_bearings_of_shafts(flexgear, tmp_path):
             assert figures["bearing_force_n"][name] == pytest.approx(of_bearing, rel=1e-4)
             hours = life(of_bearing, SPEEDS[part])
             assert figures["bearing_life_h"][name] == pytest.approx(hours, rel=1e-3)
-    assert "pinion support 2" in (out / "report.html").read_text(encoding="utf-8")
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "pinion support 2" in page and "along, root mean square about it" in page
 
 
 CASES = {  # data of the bearing with thrust; P and P_0 over the radial load, by F_a/F_r

@@ -69,6 +69,7 @@ def tables(case: Case, flow: PowerFlow, summary: Summary) -> list[Table]:
         _bearings(case, flow, summary),
         deflection_tables(summary),
         _expected(case, flow),
+        _sensors(summary),
         _drops(summary),
         _modes(summary),
         _accuracy(summary),
@@ -174,6 +175,15 @@ def _expected(case: Case, flow: PowerFlow) -> Iterator[Table]:
         title = titled_by_stage("expected lines of a sensor on the housing", stage.name)
         figures = line_rows(lines, stage.name)
         yield Table("dynamics", title, rows_of(figures, "Hz"))
+
+
+def _sensors(summary: Summary) -> Iterator[Table]:
+    lines = list[Row]()
+    for name, level in summary.get("sensors", {}).items():
+        unit = "strain" if level["unit"] == "1" else level["unit"]
+        lines.append(Row(f"{name}, mean", level["mean"], unit))
+        lines.append(Row(f"{name}, root mean square about it", level["rms_about_mean"], unit))
+    yield Table("dynamics", "sensors", lines, window=window_words(summary["transient"]))
 
 
 def _drops(summary: Summary) -> Iterator[Table]:
