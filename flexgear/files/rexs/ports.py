@@ -229,11 +229,11 @@ class PortWriter:
     def write(self) -> None:
         """Write inputs, output and forces on members at the end of the case. Raises InputError for
         a train that cannot turn, or has redundant joints."""
+        written = case_of_toml(tomllib.loads(self.case.text()), self.where, "imported")
+        train = members_of(written)
         if not self.ports:
             self.case.warn(f"no external load transmits torque: {_WITHOUT_LOADS}")
             return
-        written = case_of_toml(tomllib.loads(self.case.text()), self.where, "imported")
-        train = members_of(written)
         mobility = require_free_ties(train)
         speeds = self._speeds(train, mobility)
         if speeds is None or len(self.ports) < mobility:

@@ -114,9 +114,12 @@ def test_case_that_cannot_run_is_written_for_mending(tmp_path):
     m = planetary()
     for number in m.of("cylindrical_stage"):
         m.set(number, center_distance=(ARM + 12.0, MM))
-    path = m.write(tmp_path / "far.rexs")
-    conversion = case_of_document(read_rexs(path), str(path))
-    assert any("cannot run before this is corrected" in line for line in conversion.assumed)
+    for transmits in (True, False):  # without loads, too
+        for load in m.of("external_load"):
+            m.set(load, transmits_torque=(transmits, "none"))
+        path = m.write(tmp_path / "far.rexs")
+        conversion = case_of_document(read_rexs(path), str(path))
+        assert any("cannot run before this is corrected" in line for line in conversion.assumed)
 
 
 SPOILT = ["0", "-1", "many", "1e30", "nan", "", ("1", "2"), None]
