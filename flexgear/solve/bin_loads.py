@@ -41,6 +41,7 @@ from flexgear.gears.load_bins import LoadBin, case_in_bin
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.gears.slices import factor_along
 from flexgear.model.case import Case
+from flexgear.model.machine import Machine, machines_of
 from flexgear.model.names import GroupName, MemberName
 from flexgear.model.train import MemberLoad, varying
 from flexgear.results.face_load import sharing_factor
@@ -58,7 +59,7 @@ from flexgear.solve.stresses import (
     group_stresses,
     held_roots,
 )
-from flexgear.solve.transient import simulate
+from flexgear.solve.transient import RATED_DRIVE, simulate
 
 REVERSE = 1e-9  # gear-mesh force over the rated one of the other sense, above which it is reversed
 POSITIONS, SPUR_POSITIONS = 8, 32  # in a gear-mesh cycle; of spur gears with load along the face
@@ -327,6 +328,21 @@ def _face_factors(flanks: xr.Dataset, per_cycle: int) -> Array:
     return np.array([[factor_along(w, s) for w, s in zip(c, section, strict=True)] for c in load])
 
 
+def _steadily_driven(case: Case) -> Case:
+    """The case with machines that keep its rated state, that of a bin: brakes have the torque of
+    statics. A member that gives power has constant torque in place of a brake, and then the first
+    one that takes power brakes."""
+    power, machines = power_flow(case).power, machines_of(case)
+    by_member = dict(zip((port.member for port in case.ports), machines, strict=True))
+    brakes = {m: x for m, x in by_member.items() if x is not None and x.law == "brake"}
+    by_member |= {m: x.model_copy(update={"brake_torque": None}) for m, x in brakes.items()}
+    if driving := [member for member in brakes if power[member] > 0.0]:
+        by_member |= dict.fromkeys(driving, Machine())
+        by_member[min(by_member, key=lambda m: power[m] >= 0.0)] = Machine(law="brake")
+    ports = [p.model_copy(update={"machine": by_member[p.member]}) for p in case.ports]
+    return case.model_copy(update={"inputs": tuple(ports[:-1]), "output": ports[-1]})
+
+
 PERIODS = 40.0  # of the slowest gear mesh, over which K_v is evaluated
 MAX_PERIODS = 800.0  # before them, with weak damping
 
@@ -335,7 +351,7 @@ def dynamic_factors(case: Case, quasi_static: Mapping[GroupName, float]) -> dict
     """K_v by group of gear meshes, of those in ``quasi_static`` with their largest quasi-static
     forces, N; empty for a train at rest. Evaluated over the last ``PERIODS`` of a transient, after
     the settling time of the case, or as many periods and the decay of vibration from the start."""
-    model = assemble(case)
+    model = assemble(_steadily_driven(case))
     frequencies = [s.gear_mesh_frequency for s in model.flow.stages if s.gear_mesh_frequency]
     if not frequencies or not quasi_static:
         return {}
@@ -343,7 +359,7 @@ def dynamic_factors(case: Case, quasi_static: Mapping[GroupName, float]) -> dict
     before = case.solver.settle
     if before is None:
         before = min(decay_duration(model, evaluated, 0.0), MAX_PERIODS / min(frequencies))
-    data = simulate(model, duration=before + evaluated).data
+    data = simulate(model, duration=before + evaluated, drive=RATED_DRIVE).data
     force = abs(data["gear_mesh_force"].sel(time=slice(before, None)).to_numpy())
     return {
         group: float(force[:, at].max()) / quasi_static[group]
