@@ -187,10 +187,17 @@ def _words(run: Run, stage: str) -> dict[str, str]:
         "plain": plain,
         "of": of_stage(stage),
         "window": _window(run),
+        "windows": _windows(run),
     }
 
 
-def _window(run: Run) -> str:
-    """Window of the transient in words; empty without a transient."""
-    transient = run.datasets.get("transient")
+def _window(run: Run, name: str = "transient") -> str:
+    """Window of a transient in words; empty without this transient."""
+    transient = run.datasets.get(name)
     return "" if transient is None else window_words(window_of(transient).figures)
+
+
+def _windows(run: Run) -> str:
+    """Window of the transient in words, and that with rigid bodies where it is another."""
+    first, rigid = _window(run), _window(run, "transient_rigid")
+    return first if rigid in ("", first) else f"{first}; rigid bodies {rigid}"

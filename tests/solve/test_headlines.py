@@ -92,6 +92,18 @@ def test_a_factor_that_is_missing_in_time_has_its_reason():
     assert "settled: the planets carry no load at times." in verdict.sentence
 
 
+@pytest.mark.parametrize(
+    ("start", "words"), [(0.3, "1.200 in time."), (0.5, "time from 0.5 to 1 s,")]
+)
+def test_a_factor_of_rigid_bodies_has_its_window_where_it_is_another(start, words):
+    alike = {"quasi_static": {}, "transient": {
+        name: {"stage ring": shared(k), **WINDOW, "window_s": [begin, 1.0]}
+        for name, k, begin in (("flexible", 1.02, 0.3), ("rigid", 1.2, start))
+    }}  # fmt: skip
+    sentence = by_subject(load_sharing=alike)["Load sharing"].sentence
+    assert words in sentence[sentence.index("With rigid bodies K") :]
+
+
 def test_both_halves_of_a_double_helical_stage_are_looked_at():
     halves = {"stage ring left": shared(1.02), "stage ring right": shared(1.31)}
     both = {

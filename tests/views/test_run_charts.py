@@ -1,10 +1,12 @@
 """Pictures that a run gets, and lives of bearings as bars."""
 
+import xarray as xr
+
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.results.report.parts import SECTIONS
 from flexgear.results.run_folder import Run
-from flexgear.views.chart import planned
+from flexgear.views.chart import planned, rings
 from flexgear.views.run_charts import FLANK, RUN_CHARTS
 from flexgear.views.sharing_charts import bearing_life_chart
 
@@ -25,6 +27,23 @@ def test_a_case_that_is_not_solved_has_pictures_of_its_gears():
     assert drawings <= set(plan)
     assert {p.sentence for n, p in plan.items() if n not in drawings} <= {FLANK.sentence}
     assert not any("{" in p.caption for p in plan.values())
+
+
+def test_pictures_of_two_variants_name_the_windows_of_both():
+    """Settled from 1 s on, and with rigid bodies from 0.5 s on or from the same time on."""
+    case = load_case("wind-5mw")
+    titles = []
+    for start in (0.5, 1.0):
+        data = {
+            name: xr.Dataset(coords={"time": [2.0]}, attrs={"settle_s": begin, "settled": "yes"})
+            for name, begin in (("transient", 1.0), ("transient_rigid", start))
+        }
+        (ring,) = rings(Run(case, power_flow(case), data, {}, {}))
+        titles.append(ring.words["windows"])
+    assert titles == ["from 1 to 2 s, settled; rigid bodies from 0.5 to 2 s, settled",
+                      "from 1 to 2 s, settled"]  # fmt: skip
+    shown = [chart.caption for chart in CHARTS if "{windows}" in chart.caption]
+    assert len(shown) == 4 and any("of the sun" in caption for caption in shown)
 
 
 def test_a_bar_for_every_name_of_every_stage():

@@ -184,7 +184,7 @@ def _stage_sharing(findings: Findings, sharing: Sharing) -> Answer:
         sentences.append(f"K = {factor(k)} {window}.")
         if level == "good" and sharing.assumed is not None and k > sharing.assumed:
             level = "watch"
-    sentences.append(_rigid(findings, sharing.stage))
+    sentences.append(_rigid(findings, sharing))
     figure = f"K = {sharing.figure}"
     text = " ".join(filter(None, sentences))
     return Answer(level, sharing.stage, max(factors), figure, text, sharing.assumed, sharing.window)
@@ -208,14 +208,18 @@ def _halves(sharing: Sharing, transient: Mapping[str, Any]) -> str:
     return f"K within each half: {text}."
 
 
-def _rigid(findings: Findings, stage: str) -> str:
-    """Sentence with K in time of a stage with rigid bodies; "" if it is not computed."""
+def _rigid(findings: Findings, beside: Sharing) -> str:
+    """Sentence with K in time of a stage with rigid bodies, and its window where that is another;
+    "" if it is not computed."""
     rigid = findings.summary["load_sharing"]["transient"].get("rigid")
     if rigid is None or len(findings.summary["load_sharing"]["transient"]) < 2:
         return ""
     alone = sharings({"quasi_static": {}, "transient": {"rigid": rigid}})
-    k = next((s.in_time for s in alone if s.stage == stage), None)
-    return "" if k is None else f"With rigid bodies K = {factor(k)} in time."
+    same = next((s for s in alone if s.stage == beside.stage), None)
+    if same is None or same.in_time is None:
+        return ""
+    window = "" if same.window == beside.window else f" {same.window}"
+    return f"With rigid bodies K = {factor(same.in_time)} in time{window}."
 
 
 LARGEST_FORCE = Headline(
