@@ -152,7 +152,7 @@ Step = tuple[Link, int]  # a link and the index of the end at which the step arr
 
 class Assembly:
     """The bodies of a document: sets of components that rotate together. links: by the id of a
-    component, the steps that leave it."""
+    component, the steps that leave it. casings: bodies of the casing, which do not rotate."""
 
     def __init__(self, document: Document) -> None:
         self.document = document
@@ -167,6 +167,7 @@ class Assembly:
             if component.id not in self._body:
                 self._body |= dict.fromkeys(self._steps_from(component.id), component.id)
             self._members.setdefault(self.body(component), []).append(component)
+        self.casings = {self.body(casing) for casing in document.kind("gear_casing")}
 
     def body(self, component: Component) -> int:
         """Number of the component's body."""
@@ -178,8 +179,7 @@ class Assembly:
 
     def held(self, component: Component) -> bool:
         """Whether a component is connected to the casing and therefore does not rotate."""
-        body = self.body(component)
-        return any(self.body(c) == body for c in self.document.kind("gear_casing"))
+        return self.body(component) in self.casings
 
     def torsion(
         self, first: Component, second: Component, beyond: int = 0

@@ -139,10 +139,9 @@ class Joints:
 
     def _neighbours(self, members: list[Member]) -> Iterator[Pair]:
         """Pairs of members of the same body that are neighbours along the axis."""
-        casing = {self.assembly.body(c) for c in self.assembly.document.kind("gear_casing")}
         for body in dict.fromkeys(m.body for m in members):
             of_body = [m for m in members if m.body == body]
-            if body is not None and body not in casing:
+            if body is not None and body not in self.assembly.casings:
                 if all(m.z is not None for m in of_body):
                     of_body.sort(key=lambda m: m.z or 0.0)
                 yield from pairwise(of_body)

@@ -161,14 +161,14 @@ def sun_shafts(
 ) -> dict[Member, SunShaft]:
     """Shafts of suns, each up to the casing (of a held sun), the next member, or the load. Suns
     with several neighbours have none."""
-    casings = [c for c in assembly.document.kind("gear_casing") if assembly.held(c)]
     shafts = {}
     for sun in (m for m in members if m.role == "sun" and m.anchor is not None):
         others = [a if b is sun else b for a, b in joined if sun in (a, b)]
         z = others[0].z if others else None
         target = others[0].anchor if others else loads.get(sun)
         if sun in held:
-            target, z = next(iter(casings), None), None
+            of_body = assembly.members(sun.body)
+            target, z = next(c for c in of_body if c.kind == "gear_casing"), None
         shaft = None if len(others) > 1 else _sun_shaft(assembly, sun, target, z)
         if shaft is not None:
             shafts[sun] = shaft

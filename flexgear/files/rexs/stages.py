@@ -273,7 +273,7 @@ def assign_bearings(assembly: Assembly, members: list[Member]) -> list[str]:
     by_body = defaultdict(list)
     for member in members:
         by_body[member.body].append(member)
-    casing = {assembly.body(c) for c in assembly.document.kind("gear_casing")}
+    casing = assembly.casings
     of_planet: dict[int, list[Component]] = {}
     for stage in (m.stage for m in members if m.role == "carrier"):
         bodies_of_planets = map(assembly.body, stage.halves["planet"][0])

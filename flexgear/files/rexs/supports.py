@@ -101,13 +101,12 @@ class SupportWriter:
         first = bearings[0] if bearings else []
         if not first:
             self.case.warn("[stages.planet_bearing]: no bearing of a planet in the file")
-        for others in bearings[1:]:
-            for twin, bearing in zip(others, first, strict=False):
-                for row in _OF_BEARING:  # marks equal values as used
-                    read([bearing, twin], row)
-                for names in (CLEARANCES, *SIZES):
-                    number([bearing, twin], names, "mm")
-                text([bearing, twin], "bearing_type")
+        for pair in (p for others in bearings[1:] for p in zip(first, others, strict=False)):
+            for row in _OF_BEARING:  # marks equal values as used
+                read(pair, row)
+            for names in (CLEARANCES, *SIZES):
+                number(pair, names, "mm")
+            text(pair, "bearing_type")
         self.springs(section, first, scale, ("radial", "axial", "tilt"), needs, z)
         _take_clearance(section, first)
         self._rating(section, first, [twin for others in bearings[1:] for twin in others])
