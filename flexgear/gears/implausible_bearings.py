@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from flexgear.gears.bearings.basic_life import roller_bearing_stiffness
+from flexgear.gears.bearings.basic_life import LEAST_E, roller_bearing_stiffness
 from flexgear.gears.bearings.nominal import nominal_bearings
 from flexgear.gears.geometry import StageGeometry
 from flexgear.gears.power_flow import StageFlow
@@ -192,11 +192,22 @@ def without_tilt(view: StageView, g: StageGeometry) -> Iterator[str]:
 
 
 def _rating(view: StageView, stage: StageFlow) -> Iterator[str]:
-    """Warnings about dynamic ratings of bearings that do not fit their nominal load."""
+    """Warnings about dynamic ratings of bearings that do not fit their nominal load, and lives that
+    leave out thrust."""
     for nominal in nominal_bearings(view, stage).values():
         bearing, hours = nominal.place.bearing, nominal.life_hours
         if bearing.dynamic_rating is None or hours is None or not math.isfinite(hours):
             continue
+        if (
+            bearing.thrust is None
+            and bearing.elements is None
+            and nominal.axial > LEAST_E * nominal.radial
+        ):
+            yield (
+                f"{nominal.place.key}: its life counts none of the thrust, "
+                f"{100 * nominal.axial / nominal.radial:.3g} % of the radial load; give its thrust "
+                "(contact_angle_deg, or factors of the catalogue) or elements"
+            )
         ratio = bearing.dynamic_rating * bearing.count / nominal.equivalent
         if not 1.0 <= ratio <= FACTOR:
             yield (

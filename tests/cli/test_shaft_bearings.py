@@ -43,7 +43,10 @@ def test_two_bearings_of_every_shaft_carry_what_statics_says(
     """In check, static and run alike; rollers without a contact angle carry no thrust."""
     path = write(tmp_path, text(hand, position, torque))
     loads, thrust = by_hand(hand, torque)
-    running = flexgear.json("check", path)["running"]
+    checked = flexgear.json("check", path)
+    running = checked["running"]
+    shares = [f"none of the thrust, {100 * thrust / of[1]:.3g} %" for of in loads.values()]
+    assert all(any(share in warning for warning in checked["warnings"]) for share in shares)
     static = flexgear.json("static", path)["0 deg"]["bearing"]
     assert set(static) == {f"stage_1.{part}_support_{k}" for part in loads for k in (1, 2)}
     for part, radial in loads.items():
