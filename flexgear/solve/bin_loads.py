@@ -331,7 +331,7 @@ def _face_factors(flanks: xr.Dataset, per_cycle: int) -> Array:
 def _steadily_driven(case: Case) -> Case:
     """The case with machines that keep its rated state, that of a bin: brakes have the torque of
     statics. A member that gives power has constant torque in place of a brake, and then the first
-    one that takes power brakes."""
+    one that takes power brakes. Loads on members keep their value at t = 0, as in statics."""
     power, machines = power_flow(case).power, machines_of(case)
     by_member = dict(zip((port.member for port in case.ports), machines, strict=True))
     brakes = {m: x for m, x in by_member.items() if x is not None and x.law == "brake"}
@@ -340,7 +340,13 @@ def _steadily_driven(case: Case) -> Case:
         by_member |= dict.fromkeys(driving, Machine())
         by_member[min(by_member, key=lambda m: power[m] >= 0.0)] = Machine(law="brake")
     ports = [p.model_copy(update={"machine": by_member[p.member]}) for p in case.ports]
-    return case.model_copy(update={"inputs": tuple(ports[:-1]), "output": ports[-1]})
+    none: dict[str, Any] = {"times": (), "forces": (), "moments": (), "file": None}
+    loads = [
+        load.model_copy(update={**none, "force": tuple(first[:3]), "moment": tuple(first[3:])})
+        for load, first in ((load, load.first.tolist()) for load in case.loads)
+    ]
+    steady = {"inputs": tuple(ports[:-1]), "output": ports[-1], "loads": tuple(loads)}
+    return case.model_copy(update=steady)
 
 
 PERIODS = 40.0  # of the slowest gear mesh, over which K_v is evaluated
