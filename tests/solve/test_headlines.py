@@ -223,6 +223,7 @@ def test_the_shortest_life_is_the_headline():
 def test_deflections_are_held_to_what_is_small():
     """A tenth of the module of 18 mm."""
     assert by_subject()["Deflections"].level == "good"
+    assert by_subject(motion_um_max={"stage.sun": 1e-9})["Deflections"].figure == "0 of 1.8 mm"
     verdict = by_subject(motion_um_max={"stage.sun": 1900.0})["Deflections"]
     assert (verdict.level, verdict.figure) == ("bad", "1.9 mm of 1.8 mm")
     assert (

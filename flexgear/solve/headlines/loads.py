@@ -262,7 +262,7 @@ def _deflections(findings: Findings) -> Iterator[Answer]:
             sentence += f" Largest: {words(farthest.body)}, {with_unit(farthest.size, 'm')}."
         if worst.size > worst.limit:
             sentence += f" {CONSEQUENCE}"
-        figure = f"{with_unit(size, 'm')} of {with_unit(worst.limit, 'm')}"
+        figure = f"{with_unit(size, 'm') if size else '0'} of {with_unit(worst.limit, 'm')}"
         level: Level = "good" if size <= worst.limit else "bad"
         yield Answer(level, stage, 1e6 * size, figure, sentence, 1e6 * worst.limit, window)
 
