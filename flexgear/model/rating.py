@@ -132,25 +132,25 @@ class Rating(ForcedFactors):
     """Rules by which the gears of a case are rated.
 
     edition: of ISO 6336: 2006 with deviations of ISO 1328-1:1995, or 2019 with those of 2013.
-    application_factor: K_A; 1 if the load spectrum includes all overloads. limits: set of minimum
-    safeties and factors: "none" has 1 for all; "wind" has S_H 1.25, S_F 1.56, K_v 1.05 and K_Hβ
-    1.15, as literature quotes IEC 61400-4:2012. least_flank_safety: S_Hmin in place of that of the
-    set. least_root_safety: S_Fmin in place of that of the set. least_dynamic_factor: lowest K_v in
-    place of that of the set. least_face_load_factor: lowest K_Hβ in place of that of the set.
-    flank_long_life_factor, root_long_life_factor: Z_NT and Y_NT at 1e10 cycles, 0.85, or up to 1
-    for the best material, manufacture and experience. bounded_life_factors: whether these are the
-    least values, so that a stress below that of 1e10 cycles does no damage, in place of curves that
-    fall on. profile_modification_factor: f_ZCa of the
-    edition of 2019, in Z_B and Z_D of helical gears: 1.2 without profile modification, 1.07 with a
-    modification by experience, 1 with one that is verified by a computed load distribution, as
-    manuals of gear programs describe it; 1 if left out. pitch_deviation_share: share of the base
-    pitch deviation in K_Hα and K_Fα; 0.5 where profile modifications compensate deflections of the
-    teeth under load. limited_pitting: whether some pits are
-    allowed (not on nitrided flanks). static_factors: whether factors of lubricant, roughness, notch
-    and size hold for any number of cycles ("constant"), also on the curve beyond its first knee up
-    to the strength with the factors of static stress ("extended", as the example of ISO 6336-6,
-    annex C), or approach these below the knee of the curve ("interpolated", ISO 6336-2 and -3
-    method B).
+    application_factor: K_A of the teeth; 1 if the load spectrum includes all overloads. Bearings
+    take their loads without it. limits: set of minimum safeties and factors: "none" has 1 for all;
+    "wind" has S_H 1.25, S_F 1.56, K_v 1.05 and K_Hβ 1.15, as literature quotes IEC 61400-4:2012.
+    least_flank_safety: S_Hmin in place of that of the set. least_root_safety: S_Fmin in place of
+    that of the set. least_dynamic_factor: lowest K_v in place of that of the set.
+    least_face_load_factor: lowest K_Hβ in place of that of the set. flank_long_life_factor,
+    root_long_life_factor: Z_NT and Y_NT at 1e10 cycles, 0.85, or up to 1 for the best material,
+    manufacture and experience. bounded_life_factors: whether these are the least values, so that a
+    stress below that of 1e10 cycles does no damage, in place of curves that fall on.
+    profile_modification_factor: f_ZCa of the edition of 2019, in Z_B and Z_D of helical gears: 1.2
+    without profile modification, 1.07 with a modification by experience, 1 with one that is
+    verified by a computed load distribution, as manuals of gear programs describe it; 1 if left
+    out. pitch_deviation_share: share of the base pitch deviation in K_Hα and K_Fα; 0.5 where
+    profile modifications compensate deflections of the teeth under load. limited_pitting: whether
+    some pits are allowed (not on nitrided flanks). static_factors: whether factors of lubricant,
+    roughness, notch and size hold for any number of cycles ("constant"), also on the curve beyond
+    its first knee up to the strength with the factors of static stress ("extended", as the example
+    of ISO 6336-6, annex C), or approach these below the knee of the curve ("interpolated", ISO
+    6336-2 and -3 method B).
 
     deviations: manufacturing errors of the trains for which load factors are computed: "stated",
     only the case's errors; "worst", these and f_ma = √Σf_Hβ² of the gears' accuracy grades on
