@@ -62,6 +62,7 @@ from flexgear.solve.stresses import (
 from flexgear.solve.transient import RATED_DRIVE, simulate
 
 REVERSE = 1e-9  # gear-mesh force over the rated one of the other sense, above which it is reversed
+EQUAL_LOAD = 1e-3  # relative difference of load factors below which loads are equal
 POSITIONS, SPUR_POSITIONS = 8, 32  # in a gear-mesh cycle; of spur gears with load along the face
 PAIRS = ("pair_load", "pair_stiffness")
 NEEDED = (  # variables of the equilibria's dataset
@@ -78,7 +79,8 @@ class GroupLoads:
     NaN where the model does not give them. largest_share: largest K_γ of any planet and cycle.
     drive: whether the flanks of rated torque carry. largest_force: of one gear mesh, N. k_v: by the
     train's motion, NaN if not computed. stresses: over the teeth, for gear meshes with load along
-    the face. deviated: number of the train, if several with random deviations are rated.
+    the face. deviated: number of the train, if several with random deviations are rated. alike:
+    whether the largest K_γ K_Hβ of every planet differ by less than ``EQUAL_LOAD``.
     """
 
     k_gamma: float
@@ -92,6 +94,7 @@ class GroupLoads:
     k_v: float = math.nan
     stresses: GroupStresses | None = None
     deviated: int = 0
+    alike: bool = False
 
     @property
     def largest_line_load(self) -> float:
@@ -301,6 +304,7 @@ def _groups(
             along = _face_factors(flanks, per_cycle)
             stresses = group_stresses(flanks, view, group, per_cycle)
         cycle, planet = np.unravel_index(int(np.argmax(shares * along)), shares.shape)
+        largest = (shares * along).max(axis=0)
         k_h_alpha = math.nan
         if flanks is not None:
             window = slice(cycle * per_cycle, (cycle + 1) * per_cycle)
@@ -316,6 +320,7 @@ def _groups(
             drive=drive,
             largest_force=float(abs(force[:, at]).max()),
             stresses=stresses,
+            alike=bool(largest.min() > (1.0 - EQUAL_LOAD) * largest.max()),
         )
     return loads
 

@@ -25,7 +25,7 @@ from flexgear.gears.rating.damage import LifeCurve, Places, around_axis, pulsati
 from flexgear.gears.rating.pair import GearPair
 from flexgear.gears.rating.sheet import Sheet, sheet_of, value_of
 from flexgear.model.names import GroupName
-from flexgear.solve.bin_loads import BinLoads, SpectrumTrain, roots_in_bin
+from flexgear.solve.bin_loads import EQUAL_LOAD, BinLoads, SpectrumTrain, roots_in_bin
 from flexgear.solve.stresses import GroupStresses
 
 OTHER = {"sun": "ring", "ring": "sun"}
@@ -200,7 +200,7 @@ class DirectPath:
 
     def _where(self, b: int, place: int) -> dict[str, float]:
         """Position of a place on the tooth (s/g, z/b), and azimuth φ of the tooth, deg, or number
-        of the planet."""
+        of the planet where planets differ."""
         shape = self.stress(b).shape[1:]
         tooth, *at = np.unravel_index(place, shape)
         if self.kind == "flank":
@@ -209,7 +209,7 @@ class DirectPath:
             values = {"z/b": at[0] / (shape[1] - 1) - 0.5}
         if self._is_stationary:
             values["φ"] = 360.0 * float(tooth) / shape[0]
-        elif self._part == "planet" and self.pair.stage.kind == "planetary":
+        elif self._part == "planet" and max(of := self._weakest[0]) > (1.0 + EQUAL_LOAD) * min(of):
             values["planet"] = float(tooth) + 1.0
         return values
 

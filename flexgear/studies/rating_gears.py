@@ -40,7 +40,7 @@ from flexgear.model.names import GroupName
 from flexgear.model.stage_view import StageView
 from flexgear.results.load_sharing import ROUNDING
 from flexgear.results.rating import GearMeshRating, Kind, RatedPart
-from flexgear.solve.bin_loads import BinLoads, GroupLoads, SpectrumTrain
+from flexgear.solve.bin_loads import EQUAL_LOAD, BinLoads, GroupLoads, SpectrumTrain
 from flexgear.studies.rating_direct import LoadedState, direct_path
 
 STATIC_CYCLES = 1.0  # load cycles of an extreme load, or of a load at rest
@@ -53,7 +53,6 @@ REMEDIES = {  # keys that give a factor where neither model nor standard does
     "K_Hα": "K_Hα is not known: rating.k_h_alpha and k_f_alpha, or the same data",
 }
 UNTILTED = ", without tilt"  # in the source of a K_Hβ of gears whose kinematics has no tilting
-EQUAL_LOAD = 1e-3  # of K_γ, or a factor, above 1: less is an equal load
 NO_TEETH = "base diameters or working angles stand in place of gears"
 OTHER = {"sun": "ring", "ring": "sun", "drive": "coast"}  # the other flank of a tooth
 KEYS = {  # of [rating] by symbol
@@ -171,7 +170,6 @@ def _states(
 ) -> dict[_Place, LoadedState]:  # fmt: skip
     """Flanks and roots that a group of gear meshes loads in a bin."""
     view, states = case.view(group.stage), {}
-    alike = math.isnan(computed.k_h_beta) and computed.largest_share < 1.0 + EQUAL_LOAD
     rates = load_cycles(view, flow.stage(group.stage))
     rated = rate(pair, load, {symbol: line.value for symbol, line in factors.items()})
     for (part, kind), state in rated.items():
@@ -182,7 +180,7 @@ def _states(
         at = STATIC_CYCLES if load_bin.extreme or stands else cycles or ENDURANCE_CYCLES
         face = face if computed.drive else OTHER[face]
         place = _Place(group.stage, group.side, view.part(part), face, kind)
-        planet = 0 if alike else computed.planet
+        planet = 0 if computed.alike else computed.planet
         states[place] = LoadedState(state, factors, cycles, at, group, part, planet)
     return states
 

@@ -188,3 +188,27 @@ def test_a_hub_moment_that_stands_loads_one_sector_of_a_ring():
     for name in ("sun", "ring"):
         assert second[name]["S_direct"] == pytest.approx(first[name]["S_direct"], rel=0.02)
     assert {"s/g", "z/b", "φ"} <= set(first["ring"]) and "φ" not in first["sun"]
+
+
+def test_no_planet_is_named_where_all_are_loaded_alike(tmp_path):
+    """24 + 96 teeth over three planets: all of them mesh in phase, and their loads differ by
+    rounding alone, unless a pin stands off."""
+    stage = HELD_STAGE + '[stage.gear_mesh]\nmodel = "face_load"\nslices = 3\n'
+    few = {"rating.k_v": 1.1, "rating.gear_mesh_cycles": 2, "rating.positions_per_gear_mesh": 2}
+    state = (LoadCase(name="a", hours=20000.0, torque=9e3),)
+
+    def texts(more=""):
+        rating = rate(case_of(tmp_path, stage + more, load_cases=state, **few), workers=1)
+        every, direct = rating_tables(rating, parts=False)[:2]
+        assert direct.title == DIRECT
+        return [
+            [row.value for row in table.rows if row.label.startswith("planet ")]
+            for table in (every, direct)
+        ]
+
+    alike, places = texts()
+    assert len(alike) == 4 and all("; 3 planets alike; " in text for text in alike)
+    assert not any(", planet " in text for text in places)
+    uneven, places = texts("[stage.errors]\npin_tangential_um = [60, 0, 0]\n")
+    assert all("3 planets, worst is planet 1; " in text for text in uneven)
+    assert all(text.endswith(", planet 1") for text in places)
