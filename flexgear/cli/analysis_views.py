@@ -29,6 +29,7 @@ from flexgear.results.report.wording import (
     words,
 )
 from flexgear.results.sinks import Ranges
+from flexgear.results.stage_figures import StageRun
 from flexgear.results.stage_part import (
     GEARS,
     flank_names,
@@ -44,6 +45,7 @@ from flexgear.results.time_figures import (
     star_angle,
 )
 from flexgear.solve.campbell import LEAST, crossing_rows
+from flexgear.solve.headlines.ratings import radial_alone
 from flexgear.solve.headlines.solution import balance_sentence
 from flexgear.solve.model import Model
 from flexgear.solve.modes import top_shares
@@ -124,7 +126,16 @@ def equilibrium_warnings(
     for view in (model.case.view(stage.name) for stage in model.case.stages):
         notes += without_tilt(view, stage_geometry(view))
     kinds = [figures.get(kind, {}) for figures in positions.values() for kind in BEARINGS]
-    notes += [LIVES] * any("life_h" in row for rows in kinds for row in rows.values())
+    lives = {name for rows in kinds for name, row in rows.items() if "life_h" in row}
+    left_out = {
+        name: share
+        for stage in model.flow.stages
+        for label, share in StageRun(model.case.view(stage.name), stage, data, 0, 0.0, torque)
+        .not_in_life()
+        .items()
+        if (name := f"{stage.name}.{label}") in lives
+    }
+    notes += [LIVES] * bool(lives) + ([f"lives {radial_alone(left_out)}"] if left_out else [])
     return notes + large_motions(model.case, largest_motions(motion_histories(data)))
 
 

@@ -124,13 +124,15 @@ def _spring_force(data: xr.Dataset, spring: str) -> Array:
 @dataclass(frozen=True)
 class StageRun:
     """A stage in a run. equilibria: equilibria for loads of bearings; cycles: number of gear-mesh
-    cycles in the common period of the errors; least: force below which forces are rounding, N."""
+    cycles in the common period of the errors; least: force below which forces are rounding, N;
+    torque: that of the equilibria over that of ``flow``."""
 
     view: StageView
     flow: StageFlow
     equilibria: xr.Dataset
     cycles: int
     least: float
+    torque: float = 1.0
 
     def of_planets(self, value: float) -> Any:
         """``value`` for a planetary stage; absent for a parallel one."""
@@ -176,7 +178,8 @@ class StageRun:
         for place, label, spring, force in bearing_forces(self.view, self.equilibria):
             bearing, (radial, axial) = place.bearing, self._sizes(force)
             rating = (bearing.dynamic_rating or math.inf) * bearing.count
-            thrust, moment = blocked_loads(self.view, self.flow, place)
+            blocked = blocked_loads(self.view, self.flow, place)
+            thrust, moment = (self.torque * load for load in blocked)
             moments = self.equilibria["bearing_force"].sel(support=spring).to_numpy()[:, 3:5]
             about = moments - bearing.z * np.stack([-force[:, 1], force[:, 0]], axis=1)
             moment += float(np.hypot(*about.T).max())

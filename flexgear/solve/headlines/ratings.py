@@ -188,11 +188,11 @@ def _life(findings: Findings) -> Iterator[Answer]:
             without = ", ".join(words(n) for n, hours in required.items() if hours is None)
             beyond = figures.get("not_in_bearing_life", {})
             left_out = {n: share for n, share in beyond.items() if n in lives}
-            radial_alone = _radial_alone(left_out) if left_out else ""
+            alone = f"B{radial_alone(left_out)[1:]}." if left_out else ""
             not_required = "No required life given" + (f": {without}." if shares else ".")
             sentence = (
                 f"{words(name).capitalize()}, under the constant load of the same damage over "
-                f"{over}. {radial_alone} {not_required if without else ''}{nominal_text} {missing} "
+                f"{over}. {alone} {not_required if without else ''}{nominal_text} {missing} "
                 f"{film}"
             )
             life, limit = lives[name], required[name]
@@ -216,15 +216,15 @@ def _life(findings: Findings) -> Iterator[Answer]:
             yield Answer(level, stage, None, figure, f"{assessed}{film}".strip(), window=over)
 
 
-def _radial_alone(shares: Mapping[str, float]) -> str:
-    """Sentence on bearings whose life leaves out thrust or moment, with their shares of the radial
+def radial_alone(shares: Mapping[str, float]) -> str:
+    """Text on bearings whose life leaves out thrust or moment, with their shares of the radial
     load."""
     worst = max(shares, key=lambda n: shares[n])
     others = f" and {len(shares) - 1} more" if len(shares) > 1 else ""
     return (
-        f"By the radial load alone, without verdict: {words(worst)}{others}, on which thrust or "
+        f"by the radial load alone, without verdict: {words(worst)}{others}, on which thrust or "
         f"moment is {with_unit(shares[worst], 'share')} of it; `thrust` counts the former, "
-        "`flexgear rate` with `elements` both."
+        "`flexgear rate` with `elements` both"
     )
 
 
