@@ -345,7 +345,7 @@ RATING_QUANTITIES = ("load_reserve", "damage_sum", "life")
 LONGEST_LIFE = 1e7  # h; recorded for every longer life, too
 
 
-@measure("load reserve, damage and life under the case's load cases", LOADS)
+@measure("load reserve by safety, damage and life under the case's load cases", LOADS)
 def life(point: Point) -> MeasuredValues:
     """Load reserve, damage and life of the weakest flank, root and bearing of every stage."""
     rating = rate(point.case, workers=1)
@@ -379,8 +379,12 @@ def chosen_measures(case: Case, names: Sequence[str]) -> tuple[str, ...]:
     by_name = measures_of(case)
     for name in names:
         if name not in by_name:
-            problem = f"needs {MEASURES[name].needs}" if name in MEASURES else "is no measure"
-            raise InputError("--measure", name, problem, nearest(name, list(by_name)))
+            problem, remedy = "is no measure", nearest(name, list(by_name))
+            if name in MEASURES:
+                problem = f"needs {MEASURES[name].needs}"
+            elif alike := [n for n, m in MEASURES.items() if name.lower() in m.about]:
+                remedy = f"use {' or '.join(alike)}"
+            raise InputError("--measure", name, problem, f"{remedy}; see flexgear sweep -h")
     shared = any(stage.planets > 1 for stage in case.stages)
     usual = ("frequencies", "load_sharing" if shared else "speeds")
     return tuple(dict.fromkeys(names)) or usual

@@ -95,6 +95,10 @@ def test_json_holds_everything(flexgear, tmp_path):
         ),
         (["lin-parker", "stage.planets=3,4", "--measure", "frequency"], ["frequencies"]),
         (
+            ["lin-parker", "stage.planets=3,4", "--measure", "safety"],
+            ["use life; see flexgear sweep -h"],
+        ),
+        (
             ["lin-parker", "stage.planets=3,4", "--measure", "tooth_load"],
             ["needs a flexible ring"],
         ),
