@@ -28,6 +28,7 @@ from flexgear.gears.expected_lines import (
 )
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.model.faults import stage_of_fault
 from flexgear.model.names import SHAFT
 from flexgear.model.units import RPM
 from flexgear.results.dataset_file import reopened, write_netcdf
@@ -60,9 +61,8 @@ LOBE_FACTOR = 1.5  # of a line over the side lobes of all higher lines, at least
 RESOLUTION = 2.0  # lines of the transform between neighbours that a Hann window resolves
 MULTIPLE_TOLERANCE = 0.25  # lines of the transform between a peak and a multiple of a fault's line
 PASSES = {"+1 carrier turn": 1, "−1 carrier turn": -1}  # beside multiples of a fault's line
-MULTIPLE_SPACING = (
-    10.0  # lines of the transform between multiples; 1 peak in 20 is at one by chance
-)
+# lines of the transform between multiples, of which 1 peak in 20 is at one by chance
+MULTIPLE_SPACING = 10.0
 
 
 @dataclass(frozen=True)
@@ -164,7 +164,7 @@ def orders(analysis: OrderAnalysis) -> None:
         expected, rows = list[tuple[ExpectedLine, float]](), list[dict[str, Any]]()
         if "phase" not in result.dims:
             expected = _expected(case, result, member, against)
-            rows = list(strongest(result, _faults_first(case, expected)))
+            rows = list(strongest(result, faults_first(case, expected)))
         if out is not None:
             _write(out, case, result, expected)
         figures = {"of": analysis.of, "member": member, "against": against or None,
@@ -218,14 +218,19 @@ def _expected(
     return [(line, order) for line, order in lines if order <= highest]
 
 
-def _faults_first(case: Case, lines: Lines) -> Lines:
-    """Lines, those of the gears and races that are faulty in the case first."""
+def faults_first(case: Case, lines: Lines) -> Lines:
+    """Lines, those of the gears and of the parts of bearings that are faulty in the case first."""
+    faulty = list[tuple[str, str, str]]()
+    for fault in case.faults:
+        view = case.view(stage_of_fault(case, fault).name)
+        part, key = fault.kind.replace("roller", "spin of elements"), view.key(fault.bearing)
+        names = (f"{b.label}, {part}".replace("_", " ") for b in view.bearings if b.key == key)
+        faulty += [(view.name, BEARING, name) for name in names]
+        faulty += [] if fault.of_bearing else [(view.name, TOOTH_FAULT, fault.gear)]
 
     def sound(entry: tuple[ExpectedLine, float]) -> bool:
         line, _ = entry
-        faults = (f for f in case.faults if f.stage in ("", None, line.stage))
-        parts = (f.gear or f.kind.replace("_", " ") for f in faults)
-        return line.kind not in (TOOTH_FAULT, BEARING) or not any(p in line.label for p in parts)
+        return not any([line.stage, line.kind] == at and of in line.label for *at, of in faulty)
 
     return sorted(lines, key=sound)
 

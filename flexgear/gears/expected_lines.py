@@ -81,10 +81,6 @@ class ExpectedLine:
     turn_label: str = ""
     carrier_modulates: bool = False
 
-    def order(self, speed: float) -> float:
-        """Order of the line over the rotation of a member at ``speed``, rad/s."""
-        return TURN * self.frequency / abs(speed)
-
 
 def phasor_share(order: float, angles: Sequence[float]) -> float:
     """Share |Σ exp(j order φ_i)|/N of planets at angles φ (N,), rad."""

@@ -76,7 +76,6 @@ class Quantity:
         return (value - _OFFSET.get(suffix, 0.0)) * over / times
 
 
-DIMENSIONS = frozenset(SUFFIXES)
 ALL_SUFFIXES = frozenset(s for units in SUFFIXES.values() for s in units)
 
 _PRINTED = {  # parts of suffixes, "_per_" and "_" between them

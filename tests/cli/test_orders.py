@@ -9,10 +9,10 @@ import h5py
 import numpy as np
 import pytest
 import xarray as xr
-from trains import STAGE, write
+from trains import STAGE, spur_pair, write
 
 from flexgear.cli.entry import run
-from flexgear.cli.orders_command import strongest
+from flexgear.cli.orders_command import faults_first, strongest
 from flexgear.face import accessor as accessor  # gives datasets their ``fg``
 from flexgear.gears.expected_lines import expected_lines
 from flexgear.gears.power_flow import power_flow
@@ -366,6 +366,23 @@ def test_multiples_of_a_bearing_s_line_and_their_sidebands_are_named():
     history.name = "gear_mesh_force"
     names = [x for row in strongest(order_spectrum(history), lines) for x in row["expected"]]
     assert any(ring in name for name in names) and not any(passing in name for name in names)
+
+
+@pytest.mark.parametrize("kind", ["outer_race", "inner_race", "roller"])
+def test_the_faulty_one_of_bearings_alike_is_named_before_the_others(tmp_path, kind):
+    """Four equal bearings under two gears of the same speed have the same lines."""
+    seat = """{ radial_n_per_m = 3e8, rolling = "roller", rollers = { count = 16, length_mm = 20 },
+    elements = { diameter_mm = 10, pitch_diameter_mm = 60 }, z_mm = Z }""".replace("\n", "")
+    seats = f"[{seat.replace('Z', '-30')}, {seat.replace('Z', '30')}]"
+    gear = f"""teeth = 30, mass_kg = 2, inertia_kg_m2 = 0.01, tilt_inertia_kg_m2 = 0.006,
+    kinematics = "spatial", support = {seats}""".replace("\n", "")
+    text = spur_pair(gear, gear, 'model = "constant"', torque=2e3, output="brake_exponent = 0")
+    text += f'[[faults]]\nkind = "{kind}"\nbearing = "gear.support.1"\nwidth_mm = 3\ndepth_um = 6'
+    case = load_case(write(tmp_path, text))
+    lines = faults_first(case, expected_orders(case, "pinion"))
+    part = {"roller": "spin of elements"}.get(kind, kind.replace("_", " "))
+    assert lines[0][0].label == f"gear support 2, {part}"
+    assert sum(order == pytest.approx(lines[0][1]) for _, order in lines) == 4
 
 
 @pytest.mark.parametrize(

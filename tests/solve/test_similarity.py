@@ -13,7 +13,7 @@ from flexgear.cli.case_commands import derived
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.model.names import BodyName
-from flexgear.model.units import DIMENSIONS
+from flexgear.model.units import SUFFIXES
 from flexgear.results.stage_part import pairs_of
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.campbell import campbell
@@ -41,7 +41,7 @@ CHEAP = {
 
 
 def test_every_dimension_has_its_power():
-    assert set(POWERS) | {"6 x 6 matrix"} == set(DIMENSIONS)
+    assert set(POWERS) | {"6 x 6 matrix"} == set(SUFFIXES)
 
 
 @pytest.fixture(scope="module")
