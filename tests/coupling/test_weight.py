@@ -13,7 +13,9 @@ from flexgear.analysis.recovery import Recovery
 from flexgear.coupling.build import build_system
 from flexgear.coupling.loads import weight_rows
 from flexgear.coupling.modal import modal_system
+from flexgear.face.case import load_case
 from flexgear.model.names import BodyName
+from flexgear.solve.model import assemble
 from flexgear.structures.bodies import rigid_variant, rotation
 
 
@@ -67,11 +69,8 @@ def normals(system):
     return np.column_stack([pairs.normal * pairs.cos_b[:, None], pairs.sin_b])
 
 
-def test_springs_and_gear_meshes_hold_every_body_against_its_weight():
-    """The free body of sun, planets, ring and carrier: no force is left over beside m g."""
-    case = make_case(**SMALL, **{"inputs.0.torque_nm": "1e5"})
-    angle = 0.7
-    equilibrium = solved(case.with_(gravity=(0.0, -G, 0.0)), make_bodies(case), [angle])
+def unbalanced(equilibrium, angle):
+    """Force (3,) that gear meshes and springs leave on each body at the first position, N."""
     system, recovery = equilibrium.modal.system, Recovery(equilibrium)
     force = {link.name.removeprefix("stage."): recovery.link_force(link.name)[0, :3]
              for link in system.links}  # fmt: skip
@@ -94,10 +93,28 @@ def test_springs_and_gear_meshes_hold_every_body_against_its_weight():
         elif name.startswith("carrier"):
             rest["carrier"] -= rotation(angle) @ spring
     rest["shaft"] -= rotation(angle) @ force["spline"]
+    return rest
+
+
+def test_springs_and_gear_meshes_hold_every_body_against_its_weight():
+    """The free body of sun, planets, ring and carrier: no force is left over beside m g."""
+    case = make_case(**SMALL, **{"inputs.0.torque_nm": "1e5"})
+    equilibrium = solved(case.with_(gravity=(0.0, -G, 0.0)), make_bodies(case), [0.7])
+    rest = unbalanced(equilibrium, 0.7)
     assert len(rest) == 8
     for name, left in rest.items():
-        weight = body_mass(system.body(f"stage.{name}")) * G
+        weight = body_mass(equilibrium.modal.system.body(f"stage.{name}")) * G
         assert left == pytest.approx([0.0, weight, 0.0], abs=1e-8 * weight)
+
+
+def test_a_floating_sun_without_torque_rests_on_the_teeth():
+    """The shaft holds the sun so softly that springs of 1 N/m in open flanks moved it."""
+    case = load_case("wind-5mw", **{"inputs.0.torque_nm": 0, "gravity_m_per_s2": [0, -G, 0]})
+    model = assemble(case, ["all"])
+    rest = unbalanced(revolution(model.modal, np.array([0.4]), 0.0), 0.4)
+    for name in ("shaft", "planet_1", "planet_2", "planet_3", "planet_4", "planet_5"):
+        weight = body_mass(model.system.body(f"stage.{name}")) * G
+        assert rest[name] == pytest.approx([0.0, weight, 0.0], abs=1e-8 * weight)
 
 
 def test_dropped_modes_carry_weight_by_their_residual_flexibility():

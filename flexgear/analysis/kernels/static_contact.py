@@ -16,6 +16,7 @@ from flexgear.compiled import FAST, INNER, PART, njit
 MAX_SETS = 50  # sets of loaded rows before only one row is changed at a time
 SHARES = (1e-1, 1e-3, 1e-5, 1e-7, 1e-9, 0.0)  # shares of stiffness of open rows in a continuation
 EXACT, LOOSE = 5, 4  # indices of share 0 and of the smallest share above
+SOFTEST = 1e-12  # share that is soft even beside the support of a floating sun
 ROUNDING = 1e-11  # tension or overlap over the largest force
 ZERO, ONE, TWO, THREE, FOUR, WHOLE = (np.uint64(i) for i in (0, 1, 2, 3, 4, SIMD))
 LEAST_PIVOT = 0.5  # of elimination without exchange of rows
@@ -246,8 +247,10 @@ def solve_set(contact, n, extra, x, first, last):
 
 
 @njit(**INNER)
-def refine_set(contact, n, extra, leak, x):
-    """One step of iterative refinement of a solution x of ``solve_set`` with the share ``leak``."""
+def refine_set(contact, n, extra, leak, unload, x):
+    """One step of iterative refinement of a solution x of ``solve_set`` with the share ``leak``;
+    with ``unload`` to the solution in which the springs of open rows, now of this share, are
+    unloaded at the motion of x, and so exert almost no force."""
     matrix, right, active = contact.matrix, contact.right, contact.active
     total, work, spare = n + extra, contact.small, contact.spare
     for i in range(total):
@@ -255,7 +258,7 @@ def refine_set(contact, n, extra, leak, x):
         for c in range(total):
             left -= matrix[i, c] * x[c]
         if i < n and active[i] == 0 and leak > 0.0:
-            left -= (1.0 / leak - 1.0) * x[i]
+            left = -x[i] / leak if unload else left - (1.0 / leak - 1.0) * x[i]
         spare[i] = left
     _laid_out(matrix, spare, n, total, active, leak, work, spare)
     if solve_dense(work, spare, total):

@@ -8,7 +8,8 @@ torque. Where it leads to a singular problem (backlash, errors beyond the load, 
 found by continuation: open rows keep a share of their stiffness, which makes the solution unique,
 and the share is reduced in steps. Where the last set still leaves a body free, as between two
 flanks without load, the solution with the smallest share is used: the body is as near to touching
-all its flanks as possible. Each position is solved again until its coast flanks and nonlinear laws
+all its flanks as possible, and forces of the remaining stiffness, which move a floating sun, are
+removed at this position. Each position is solved again until its coast flanks and nonlinear laws
 are consistent with the solution.
 """
 
@@ -31,6 +32,7 @@ from flexgear.analysis.kernels.samples import note_loads
 from flexgear.analysis.kernels.static_contact import (
     EXACT,
     LOOSE,
+    SOFTEST,
     ContactSet,
     local_blocks,
     refine_set,
@@ -282,7 +284,9 @@ def solve_position(laws, theta, port_torques, forward, active_flanks, train, wor
         share = solve_set(contact, n, extra, out, first, last)
         if share < 0.0:
             continue
-        refine_set(contact, n, extra, share, out)
+        refine_set(contact, n, extra, share, False, out)
+        if share > 0.0:
+            refine_set(contact, n, extra, SOFTEST, True, out)
         for i in range(n):
             if rows.row[i].sided == 1 and (contact.active[i] == 0 or out[i] < 0.0):
                 out[i] = 0.0
