@@ -99,8 +99,16 @@ def test_rims_count_where_no_fe_body_has_them(tmp_path):
     case = case_of(tmp_path, PLANETARY)
     pair = pair_of(case, "ring")[0]
     assert pair.gears["ring"].rim_factor == pytest.approx(1.15 * math.log(8.324 * 4 / 12))
-    flexible = pair_of(load_case("wind-5mw"), "ring")[0]
-    assert flexible.gears["ring"].rim_factor == 1.0
+    wind = load_case("wind-5mw")
+    fe, stage = "stage.ring.fe", wind.stages[0]
+    assert pair_of(wind, "ring")[0].gears["ring"].rim_factor == 1.0
+    assert "FE body" in rate(*pair_of(wind, "ring"), {})["ring", "root"].factors["Y_B"].source
+    stated = wind.with_(**{"stage.ring.rating.rim_factor": 1.3})
+    assert pair_of(stated, "ring")[0].gears["ring"].rim_factor == 1.3
+    stiff = wind.with_(**{f"{fe}.flexible": False, f"{fe}.rim_thickness": 2 * stage.normal_module})
+    assert pair_of(stiff, "ring")[0].gears["ring"].rim_factor == pytest.approx(
+        1.15 * math.log(8.324 / 2)
+    )
     thin = pair_of(case.with_(**{"stage.planet.bore_diameter": 0.116}))[0].gears["planet"]
     rim, height = (4 * (36 - 2 * 1.45) - 116) / 2, 2.25 * 4
     assert thin.rim_factor == pytest.approx(1.6 * math.log(2.242 * height / rim))

@@ -52,8 +52,9 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from flexgear.gears.nominal_stress import contact_line_factor, flank_load_share, helix_factor
+from flexgear.gears.radii import gears_by_role
 from flexgear.gears.rating.damage import LifeCurve
-from flexgear.gears.rating.pair import GearPair, PairLoad, RatedGear
+from flexgear.gears.rating.pair import GearPair, PairLoad, RatedGear, rim_is_flexible
 from flexgear.gears.rating.sheet import BOTH_SENSES, Factor, Sheet, factor, sheet_of
 from flexgear.gears.rating.steels import (
     NITRIDED,
@@ -75,6 +76,7 @@ TEST_NOTCH = 1.2  # χ*_T of q_s = 2.5
 REVERSED_STRESS = 1.2  # −R of equal loads on both flanks
 ENDLESS = 1e30  # cycles up to which bounded life factors are constant
 SEVERAL_PAIRS = "of single contact, which ε_α ≥ 2 does not have: σ_H may be too low"
+FE_RIM = 'FE body, whose bending counts in the direct path alone: root_stress = "fe"'
 OIL = "lubricant"  # missing section, beside keys of gears
 Limit = Literal["flank", "root"]
 RATING_KEYS = {  # key of a gear's rating by symbol
@@ -308,6 +310,8 @@ def _root(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> Li
         "α_Fen": math.degrees(gear.root.load_angle),
     }
     lines = _load_lines(pair, load) | sheet_of(form | factors | stresses)
+    if rim_is_flexible(gears_by_role(stage)[gear.part]):
+        lines["Y_B"] = factor("Y_B", factors["Y_B"], FE_RIM)
     missing = missing_keys(pair, gear, "root")
     if missing or gear.data.steel is None:
         return _state("F", pair, lines, missing=missing)

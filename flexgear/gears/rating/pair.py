@@ -212,7 +212,7 @@ def gear_pair(view: StageView, g: StageGeometry, role: str) -> GearPair:
 
 
 def _gear(view: StageView, g: StageGeometry, role: str, part: str) -> RatedGear:
-    """Gear ``part`` of the pair ``role``; Y_B is 1 for the rim of a flexible FE body."""
+    """Gear ``part`` of the pair ``role``."""
     stage, tooth, gear_mesh = view.stage, g.gears[part], g.gear_meshes[role]
     member, name = gears_by_role(stage)[part], view.part(part)
     unit = 1.0 / (math.cos(base_helix_angle(stage)) * math.cos(transverse_angle(stage)))
@@ -234,9 +234,7 @@ def _gear(view: StageView, g: StageGeometry, role: str, part: str) -> RatedGear:
         root=root_stress(tooth, member, stage, gear_mesh, unit, view.case.rating.edition),
         flank_strength=strengths[0],
         root_strength=strengths[1],
-        rim_factor=_rim_factor(member, tooth, rim, stage.normal_module)
-        if stage.form(name) != "fe"
-        else 1.0,
+        rim_factor=_rim_factor(member, tooth, rim, stage.normal_module),
         inertia=_inertia(view, tooth, member, rim),
         turns=f"{stage.name}.{name}" not in view.case.held_members(),
         face_width=_root_width(view, member, f"{name}.rating.face_width_mm"),
@@ -267,14 +265,22 @@ def _rim(view: StageView, part: str, tooth: ToothGeometry, member: GearMember) -
     return view.ring.rim_thickness if view.stage.form("ring") == "fe" else member.rim_thickness
 
 
+def rim_is_flexible(member: GearMember) -> bool:
+    """Whether the rim is that of a flexible FE body."""
+    body = getattr(member, "fe", None)
+    return body is not None and body.flexible
+
+
 def _rim_factor(
     member: GearMember, tooth: ToothGeometry, rim: float | None, module: float
 ) -> float | None:
     """Rim thickness factor Y_B of ISO 6336-3, None for an unknown or thinner rim. External 1.6
     ln(2.242 h_t/s_R) for 0.5 < s_R/h_t < 1.2, internal 1.15 ln(8.324 m_n/s_R) for 1.75 < s_R/m_n <
-    3.5, 1 above."""
+    3.5, 1 above, and for the rim of a flexible FE body."""
     if member.rating.rim_factor is not None:
         return member.rating.rim_factor
+    if rim_is_flexible(member):
+        return 1.0
     if rim is None:
         return None
     if tooth.internal:
