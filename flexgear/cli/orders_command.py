@@ -290,9 +290,9 @@ def _labels(order: float, expected: Lines, turns: float, passes: Mapping[str, in
         if math.isclose(at, turn):
             faults.append((f"{times} × {carrier}", times * at))
         faults.append((f"{times} × {name}", times * at))
-        sides = list(_sides(line, at, turn, passes))
-        few = len(sides) <= 2 * at * turns / MULTIPLE_SPACING  # else peaks are near by chance
-        for text, side in sides if few else ():
+        most = 2 * at * turns / MULTIPLE_SPACING  # sides; of more, some are near peaks by chance
+        candidates = (list(_sides(line, at, turn, passes, far)) for far in (2, 1))
+        for text, side in next((sides for sides in candidates if len(sides) <= most), ()):
             times = round((order - side) / at)
             if times > 0:
                 beside.append((f"{times} × {name}{text}", times * at + side))
@@ -307,13 +307,14 @@ def _labels(order: float, expected: Lines, turns: float, passes: Mapping[str, in
 
 
 def _sides(
-    line: ExpectedLine, order: float, carrier: float, passes: Mapping[str, int]
+    line: ExpectedLine, order: float, carrier: float, passes: Mapping[str, int], far: int
 ) -> Iterator[tuple[str, float]]:
     """Names and distances, in orders, of the sidebands of the multiples of a fault's line at
-    ``order``: at turns of a bearing's defect, and of the carrier that modulates the line.
-    """
-    turn = line.turn * order / line.frequency
-    turns = {"": 0.0} | {f" {'+−'[s < 0]}1 {line.turn_label}": s * turn for s in (1, -1) if turn}
+    ``order``: at up to ``far`` turns of a bearing's defect, and at one of the carrier that
+    modulates the line."""
+    turns, turn = {"": 0.0}, line.turn * order / line.frequency
+    for n in (1, -1, 2, -2)[: 2 * far] if turn else ():
+        turns[f" {'+−'[n < 0]}{abs(n)} {line.turn_label}{'s' * (abs(n) > 1)}"] = n * turn
     carried = passes if line.carrier_modulates and carrier else {}
     carriers = {"": 0.0} | {f" {name}": s * carrier for name, s in carried.items()}
     for (first, x), (second, y) in product(turns.items(), carriers.items()):
@@ -360,8 +361,7 @@ def _write(folder: Path, case: Case, result: xr.DataArray, expected: Lines) -> N
         "title": f"flexgear {case.name}", "case": case.name,
         "parameters": as_json_text(case.to_dict()), "content_hash": case.content_hash(),
     }  # fmt: skip
-    of = words(str(result.attrs["of"]))
-    caption = f"{words(str(result.name)).capitalize()} over turns of {of}"
+    caption = f"{words(str(result.name)).capitalize()} over turns of {words(result.attrs['of'])}"
     text = f"{str(result.attrs.get('long_name', '')).capitalize()}."
     with staged_folder(folder, options.earlier(FILES)) as stage:
         data = result.to_dataset(name=str(result.name)).assign_attrs(about)
