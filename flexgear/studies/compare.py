@@ -55,8 +55,8 @@ def compare_sharing(
 def against(case: Case, reference: Case) -> Figures:
     """Speeds, torques, mean forces and bearing life of two trains, by name of the case.
 
-    Life ratios assume the same bearings in both trains; stages are matched by name. Lives in hours
-    need a dynamic rating of the bearings in the case.
+    Life ratios assume the same bearings where not both trains state dynamic ratings; stages are
+    matched by name. Lives in hours need a dynamic rating of the bearings in the case.
     """
     flow, other = power_flow(case), power_flow(reference)
     second = reference.name if reference.name != case.name else f"{reference.name}, reference"

@@ -205,7 +205,7 @@ def test_compare_two_trains(flexgear):
     text = flexgear.out("compare", "nrel-5mw", "--against", "wind-5mw")
     assert "bearing life of the first case" not in text  # they have no bearing of one name
     text = flexgear.out("compare", "double-rotor-5mw", "--against", "nrel-5mw")
-    assert "bearing life of the first case over that of the second, same bearings" in text
+    assert "bearing life of the first case over that of the second" in text
     assert "stage 1 planet bearing, of rollers" in text
     assert "stage 3 gear mesh force" in text and "stage 3 sun" not in text
     assert other["wind-5mw"]["stage_ring_gear_mesh_force_n"] == pytest.approx(788.28e3, rel=1e-4)

@@ -83,3 +83,8 @@ def test_bearings_of_a_shaft_last_as_long_as_their_loads_let_them():
     for place in ("pinion_support_1", "pinion_support_2", "gear_support_1", "gear_support_2"):
         assert ratio[f"stage_3_{place}_ball"] == pytest.approx(2**-3)
         assert ratio[f"stage_3_{place}_roller"] == pytest.approx(2 ** (-10 / 3))
+    # a pair of bearings of 5 500 kN each against four of 3 300 kN
+    bearing = "stages.stage_1.planet_bearing"
+    four = case.with_(**{f"{bearing}.count": 4, f"{bearing}.dynamic_rating": 3.3e6})
+    ratio = against(four, case)["bearing_life_ratio"]["stage_1_planet_bearing_roller"]
+    assert ratio == pytest.approx(1.2 ** (10 / 3))

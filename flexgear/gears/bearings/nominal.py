@@ -11,7 +11,7 @@ its rotation, and T the torque of the rest of the train on it:
 
 (double-helical: F_z = 0), at r_w from its axis; that on the gear is opposite, on the other side.
 
-Between two trains with the same bearings C cancels: L/L' = (ω'/ω) (P'/P)^p.
+Between two trains L/L' = (ω'/ω) (C P'/(C' P))^p.
 """
 
 import math
@@ -25,7 +25,6 @@ from flexgear.gears.bearings.basic_life import (
     bearing_life_hours,
     equivalent_load,
     paired_force,
-    rating_life_hours,
 )
 from flexgear.gears.power_flow import PowerFlow, StageFlow
 from flexgear.gears.radii import role_of, stage_radii
@@ -74,22 +73,28 @@ def bearing_life_ratios(
     case: Case, flow: PowerFlow, other: Case, other_flow: PowerFlow
 ) -> dict[str, dict[str, float]]:
     """Ratio of nominal lives of bearings to those of another train by kind and name, such as
-    "stage_1_planet_bearing"; only bearings that both trains have, turning under load."""
+    "stage_1_planet_bearing": (C₁P₂/(C₂P₁))^p ω₂/ω₁, with C₁ = C₂ where not both trains state a
+    dynamic rating; only bearings that both trains have, turning under load."""
     states = [
         {
-            f"{stage.name}_{label}": (bearing.equivalent, bearing_speed(bearing.place, stage))
+            f"{stage.name}_{label}": (
+                (place := nominal.place).bearing.count * (place.bearing.dynamic_rating or 0.0),
+                nominal.equivalent,
+                abs(bearing_speed(place, stage)),
+            )
             for stage in each.stages
-            for label, bearing in nominal_bearings(train.view(stage.name), stage).items()
+            for label, nominal in nominal_bearings(train.view(stage.name), stage).items()
         }
         for train, each in ((case, flow), (other, other_flow))
     ]
-    first, second = ({name: x for name, x in state.items() if all(x)} for state in states)
+    first, second = ({name: x for name, x in state.items() if all(x[1:])} for state in states)
+    factors = dict[str, tuple[float, float]]()  # of C/P, and of the time of a revolution
+    for name in (name for name in first if name in second):
+        (rating, load, speed), (other_rating, other_load, other_speed) = first[name], second[name]
+        stated = rating / other_rating if rating and other_rating else 1.0
+        factors[name] = stated * other_load / load, other_speed / speed
     return {
-        kind: {
-            name: rating_life_hours(1.0, *state, p) / rating_life_hours(1.0, *second[name], p)
-            for name, state in first.items()
-            if name in second
-        }
+        kind: {name: share**p * time for name, (share, time) in factors.items()}
         for kind, p in EXPONENTS.items()
     }
 
