@@ -150,8 +150,8 @@ _SHARE = "share"
 # labels of keys, {part} for the name of a gear or gear mesh; with units of keys without a suffix
 _WORDS: dict[str, str | tuple[str, str]] = {
     "planets": "number of planets",
-    "bearing_life_ratio": "bearing life of the first case over that of the second (of equal bearings "
-    "where a rating is missing)",
+    "bearing_life_ratio": "bearing life of the first case over that of the second (of equal "
+    "bearings where a rating is missing)",
     "{part}_ball": "{part}, of balls",
     "{part}_roller": "{part}, of rollers",
     "(z_sun + z_ring)/N": "sun and ring teeth over number of planets",
