@@ -10,8 +10,9 @@ bearing with defects they move with the cage,
 
     ψ_i = 2π i/Z + (R_i α_i + R_o α_o)/(R_i + R_o) ,
 
-α_i, α_o being the rotations of the races of radii R_i, R_o, for rolling without slip. A defect of
-width w and depth d, as long as the rollers, lowers a roller of radius r by
+α_i, α_o being the rotations of the races of radii R_i, R_o = R ∓ r cos α, with R of the circle of
+rollers and their contact angle α, for rolling without slip. A defect of width w and depth d, as
+long as the rollers, lowers a roller of radius r by
 
     drop = min(d, (w/2 − |a|)²/2ρ),   1/ρ = 1/r + 1/R_i or 1/r − 1/R_o ,
 
@@ -67,14 +68,11 @@ def roller_parameters(rollers: Rollers, radial: float, tilt: float) -> list[floa
 
 
 def with_defects(
-    parameters: Array,
-    elements: RollingElements,
-    rates: RaceRates,
-    faults: Sequence[Fault],
+    parameters: Array, elements: RollingElements, rates: RaceRates, faults: Sequence[Fault]
 ) -> Array:
     """Parameters of a bearing with defects, whose rollers move with the cage."""
-    roller = 0.5 * elements.diameter
-    inner, outer = (0.5 * elements.pitch_diameter + sign * roller for sign in (-1, 1))
+    roller, pitch = 0.5 * elements.diameter, 0.5 * elements.pitch_diameter
+    inner, outer = (pitch + sign * roller * math.cos(elements.contact_angle) for sign in (-1, 1))
     cage = (inner * rates.inner + outer * rates.outer) / (inner + outer)
     at_inner, at_outer = 0.5 * (1 / roller + 1 / inner), 0.5 * (1 / roller - 1 / outer)
     spin = outer / roller * (rates.outer - cage)
