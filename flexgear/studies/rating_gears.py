@@ -217,7 +217,7 @@ def load_factors(
     """K_A … K_Fα of a gear mesh, each with its source; the reasons if some are unknown."""
     rules, lines = case.rating, dict[str, Factor]()
     forced = rules.forced(group.stage, group.role)
-    of_planet = f"computed, planet {computed.planet}" if pair.stage.planets > 1 else "computed"
+    of_planet = "computed" if computed.alike else f"computed, planet {computed.planet}"
     of_planet += f", gear-mesh cycle {computed.cycle + 1}"
     train = computed.deviated + (rules.deviations == "drawn")  # without a train of the case alone
     of_planet += f", deviations {train}" if train else ""

@@ -201,6 +201,8 @@ def test_no_planet_is_named_where_all_are_loaded_alike(tmp_path):
         rating = rate(case_of(tmp_path, stage + more, load_cases=state, **few), workers=1)
         every, direct = rating_tables(rating, parts=False)[:2]
         assert direct.title == DIRECT
+        factors = rating.gear_meshes[0].factors[0]
+        assert ("planet" in factors["K_γ"].source) is bool(more)
         return [
             [row.value for row in table.rows if row.label.startswith("planet ")]
             for table in (every, direct)
