@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -219,7 +219,7 @@ def _expected(
 
 
 def faults_first(case: Case, lines: Lines) -> Lines:
-    """Lines, those of the gears and of the parts of bearings that are faulty in the case first."""
+    """Lines, those of gears and parts of bearings that are faulty in the case marked and first."""
     faulty = list[tuple[str, str, str]]()
     for fault in case.faults:
         view = case.view(stage_of_fault(case, fault).name)
@@ -228,11 +228,11 @@ def faults_first(case: Case, lines: Lines) -> Lines:
         faulty += [(view.name, BEARING, name) for name in names]
         faulty += [] if fault.of_bearing else [(view.name, TOOTH_FAULT, fault.gear)]
 
-    def sound(entry: tuple[ExpectedLine, float]) -> bool:
-        line, _ = entry
-        return not any([line.stage, line.kind] == at and of in line.label for *at, of in faulty)
+    def is_faulty(line: ExpectedLine) -> bool:
+        return any([line.stage, line.kind] == at and of in line.label for *at, of in faulty)
 
-    return sorted(lines, key=sound)
+    marked = [(replace(line, faulty=is_faulty(line)), order) for line, order in lines]
+    return sorted(marked, key=lambda entry: not entry[0].faulty)
 
 
 def strongest(result: xr.DataArray, expected: Lines) -> Iterator[dict[str, Any]]:
@@ -265,9 +265,9 @@ def strongest(result: xr.DataArray, expected: Lines) -> Iterator[dict[str, Any]]
 
 def _labels(order: float, expected: Lines, turns: float, passes: Mapping[str, int]) -> list[str]:
     """Labels of the nearest expected lines at an order in a spectrum of so many turns, or of the
-    nearest multiples of lines of faults and of a carrier's turn of the same order, else of their
-    sidebands, at turns of a bearing's defect and carrier turns by name in ``passes``; empty where
-    none is near."""
+    nearest multiples of lines of faults, or sidebands of those of the case, and of a carrier's turn
+    of the same order, else of other sidebands, at turns of a bearing's defect and carrier turns by
+    name in ``passes``; empty where none is near."""
     gear_meshes = [at for x, at in expected if x.kind == GEAR_MESH and x.share > CANCELLED]
     width = RESOLUTION / turns  # sidebands that are nearer to a gear mesh are one line with it
     expected = [
@@ -295,7 +295,8 @@ def _labels(order: float, expected: Lines, turns: float, passes: Mapping[str, in
         for text, side in next((sides for sides in candidates if len(sides) <= most), ()):
             times = round((order - side) / at)
             if times > 0:
-                beside.append((f"{times} × {name}{text}", times * at + side))
+                near = faults if line.faulty else beside
+                near.append((f"{times} × {name}{text}", times * at + side))
     for lines, within in (
         (named, MULTIPLE_TOLERANCE), (faults, MULTIPLE_TOLERANCE), (beside, MULTIPLE_TOLERANCE),
         (named, 1.0),

@@ -66,7 +66,7 @@ class ExpectedLine:
     table of lines of this kind, ``label`` if empty; bearing: name of the bearing of the line; turn:
     frequency at which a bearing's defect turns relative to the load, Hz, which is the distance of
     sidebands, 0 if it does not turn; turn_label: what turns with it; carrier_modulates:
-    whether sensors hear the fault change with the turn of a planet carrier.
+    whether sensors hear it change with a carrier's turn; faulty: whether the case has the fault.
     """
 
     stage: str
@@ -80,6 +80,7 @@ class ExpectedLine:
     turn: float = 0.0
     turn_label: str = ""
     carrier_modulates: bool = False
+    faulty: bool = False
 
 
 def phasor_share(order: float, angles: Sequence[float]) -> float:

@@ -376,7 +376,8 @@ def test_multiples_of_a_bearing_s_line_and_their_sidebands_are_named():
 
 @pytest.mark.parametrize("kind", ["outer_race", "inner_race", "roller"])
 def test_the_faulty_one_of_bearings_alike_is_named_before_the_others(tmp_path, kind):
-    """Four equal bearings under two gears of the same speed have the same lines."""
+    """Four equal bearings under two gears of the same speed have the same lines. A peak at 27 turns
+    is a sideband of an inner race, 16 (1 + 1/6)/2 passes a turn, before it is one of the gears."""
     seat = """{ radial_n_per_m = 3e8, rolling = "roller", rollers = { count = 16, length_mm = 20 },
     elements = { diameter_mm = 10, pitch_diameter_mm = 60 }, z_mm = Z }""".replace("\n", "")
     seats = f"[{seat.replace('Z', '-30')}, {seat.replace('Z', '30')}]"
@@ -389,6 +390,12 @@ def test_the_faulty_one_of_bearings_alike_is_named_before_the_others(tmp_path, k
     part = {"roller": "spin of elements"}.get(kind, kind.replace("_", " "))
     assert lines[0][0].label == f"gear support 2, {part}"
     assert sum(order == pytest.approx(lines[0][1]) for _, order in lines) == 4
+    turn = np.arange(0.0, 60.0, 1 / 200)
+    about = {"per_turn": 200, "highest_order": 75.0, "of": "pinion", "units": "N"}
+    peak = xr.DataArray(np.cos(54 * np.pi * turn), {"turn": turn}, "turn", "port_torque", about)
+    named = next(strongest(order_spectrum(peak), lines))["expected"][0]
+    sideband = "3 × stage 1 gear support 2, inner race −1 inner ring turn"
+    assert named == (sideband if kind == "inner_race" else "27 × stage 1 tooth of pinion")
 
 
 @pytest.mark.parametrize(
