@@ -82,6 +82,10 @@ class ExpectedLine:
     carrier_modulates: bool = False
     faulty: bool = False
 
+    def order(self, speed: float) -> float:
+        """Order of the line over the rotation of a member at ``speed``, rad/s."""
+        return TURN * self.frequency / abs(speed)
+
 
 def phasor_share(order: float, angles: Sequence[float]) -> float:
     """Share |Σ exp(j order φ_i)|/N of planets at angles φ (N,), rad."""

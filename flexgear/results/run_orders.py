@@ -114,7 +114,7 @@ def expected_orders(
     if turns == 0.0:
         raise InputError(SOURCE, member, "does not rotate", "name a member that rotates")
     lines = expected_lines(case, flow, **options)
-    return tuple((x, 2 * np.pi * x.frequency / abs(turns)) for x in lines)
+    return tuple((x, x.order(turns)) for x in lines)
 
 
 def _speed_of_axes(sensor: Sensor, speed: Mapping[str, float]) -> float:
