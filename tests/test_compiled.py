@@ -31,8 +31,8 @@ with warnings.catch_warnings(record=True) as heard:
     folder = code_folder()
     {call}
 own = [str(w.message) for w in heard if w.category.__name__ == "FlexgearWarning"]
-kept = folder is not None and any(folder.rglob("*.nbi"))
-print(value, kept, len(own), numba.config.CACHE_DIR)
+cached = folder is not None and any(folder.rglob("*.nbi"))
+print(value, cached, len(own), numba.config.CACHE_DIR)
 """
 SLICES = """
     from flexgear.coupling.laws.coupled_slices import forces_of

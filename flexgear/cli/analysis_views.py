@@ -135,7 +135,7 @@ def equilibrium_warnings(
         .items()
         if (name := f"{stage.name}.{label}") in lives
     }
-    notes += [LIVES] * bool(lives) + ([f"lives {radial_alone(left_out)}"] if left_out else [])
+    notes += [LIVES] * bool(lives) + ([f"lives by {radial_alone(left_out)}"] if left_out else [])
     return notes + large_motions(model.case, largest_motions(motion_histories(data)))
 
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -28,7 +28,6 @@ from flexgear.gears.expected_lines import (
 )
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.faults import stage_of_fault
 from flexgear.model.names import SHAFT
 from flexgear.model.units import RPM
 from flexgear.results.dataset_file import reopened, write_netcdf
@@ -164,7 +163,7 @@ def orders(analysis: OrderAnalysis) -> None:
         expected, rows = list[tuple[ExpectedLine, float]](), list[dict[str, Any]]()
         if "phase" not in result.dims:
             expected = _expected(case, result, member, against)
-            rows = list(strongest(result, faults_first(case, expected)))
+            rows = list(strongest(result, faults_first(expected)))
         if out is not None:
             _write(out, case, result, expected)
         figures = {"of": analysis.of, "member": member, "against": against or None,
@@ -218,21 +217,9 @@ def _expected(
     return [(line, order) for line, order in lines if order <= highest]
 
 
-def faults_first(case: Case, lines: Lines) -> Lines:
-    """Lines, those of gears and parts of bearings that are faulty in the case marked and first."""
-    faulty = list[tuple[str, str, str]]()
-    for fault in case.faults:
-        view = case.view(stage_of_fault(case, fault).name)
-        part, key = fault.kind.replace("roller", "spin of elements"), view.key(fault.bearing)
-        names = (f"{b.label}, {part}".replace("_", " ") for b in view.bearings if b.key == key)
-        faulty += [(view.name, BEARING, name) for name in names]
-        faulty += [] if fault.of_bearing else [(view.name, TOOTH_FAULT, fault.gear)]
-
-    def is_faulty(line: ExpectedLine) -> bool:
-        return any([line.stage, line.kind] == at and of in line.label for *at, of in faulty)
-
-    marked = [(replace(line, faulty=is_faulty(line)), order) for line, order in lines]
-    return sorted(marked, key=lambda entry: not entry[0].faulty)
+def faults_first(lines: Lines) -> Lines:
+    """The lines, those of faults that the case has before those of sound gears and bearings."""
+    return sorted(lines, key=lambda entry: not entry[0].faulty)
 
 
 def strongest(result: xr.DataArray, expected: Lines) -> Iterator[dict[str, Any]]:

@@ -65,8 +65,9 @@ class ModeErrors:
         return max((float(np.linalg.eigvalsh(p @ p.T)[-1]) for p in dropped), default=0.0)
 
     def fewest(self, accuracy: float) -> NDArray[np.bool_]:
-        """Modes (m,) to keep for an error of at most ``accuracy``, equal ones together: those with
-        ω² < 2w², and others by their share in the error."""
+        """Mask (m,) of the modes to keep: all with ω² < 2w², w being the band, and of the others
+        those with the largest share in the error, until it is at most ``accuracy``. Modes of equal
+        frequency are kept or dropped together."""
         ratio = self.omega / self.band
         rising = np.argsort(ratio, kind="stable")
         new = np.diff(ratio[rising], prepend=-np.inf) > SAME_FREQUENCY * ratio[rising]
@@ -103,9 +104,9 @@ class ModeChoice:
 def choose_modes(
     errors: ModeErrors, *, accuracy: float | None = None, limit_hz: float | None = None
 ) -> NDArray[np.bool_]:
-    """Modes (m,) to keep: few with an error of at most ``accuracy``, or all up to ``limit_hz``.
-    With both options ``limit_hz`` is an upper bound; raises FlexgearError if the accuracy needs
-    higher modes."""
+    """Mask (m,) of the modes to keep: the fewest with an estimated error of at most ``accuracy``;
+    without an accuracy all up to ``limit_hz``. With both, FlexgearError if the accuracy needs modes
+    above the limit."""
     hz, limit = errors.omega / (2 * np.pi), np.inf if limit_hz is None else limit_hz
     if accuracy is None:
         return np.asarray(hz <= limit)

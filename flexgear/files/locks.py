@@ -73,8 +73,8 @@ def _release(file: int) -> None:
 
 
 def if_stale(file: Path, remove: Callable[[], object]) -> None:
-    """Call ``remove`` while holding a lock file, unless another process holds it, the file does not
-    exist, or the file system has no locks."""
+    """Lock a file and call ``remove``. Nothing is done where another process holds the lock, the
+    file does not exist, or the file system has no locks."""
     with contextlib.suppress(OSError):  # BlockingIOError from a lock that is held
         lock = os.open(file, os.O_RDWR)
         try:

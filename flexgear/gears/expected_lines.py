@@ -33,7 +33,7 @@ inner ring, on the pin. A defect of an element strikes both rings, so at twice i
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass
 from functools import partial
 
@@ -43,6 +43,7 @@ from flexgear.gears.bearings.nominal import bearing_speed
 from flexgear.gears.power_flow import PowerFlow, StageFlow, power_flow
 from flexgear.gears.radii import role_of
 from flexgear.model.case import Case
+from flexgear.model.faults import stage_of_fault
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT
 from flexgear.model.stage import Stage
 from flexgear.model.stage_view import BearingPlace, StageView
@@ -115,16 +116,20 @@ def _of_stage(
     view: StageView, flow: StageFlow, harmonics: int, sensor: float
 ) -> Iterator[ExpectedLine]:
     teeth = _parallel if view.stage.kind == "parallel" else _planetary
-    yield from teeth(view.stage, flow, harmonics, sensor)
+    faults = [f for f in view.case.faults if stage_of_fault(view.case, f).name == view.name]
+    gears = {fault.gear for fault in faults if not fault.of_bearing}
+    yield from teeth(view.stage, flow, harmonics, sensor, gears)
     for place in view.bearings:
+        defects = {f.kind for f in faults if f.of_bearing and view.key(f.bearing) == place.key}
         speed = abs(bearing_speed(place, flow))
         turns = speed > SAME_SPEED * abs(flow.carrier_speed)  # else the stage turns as one piece
-        yield from _bearing(view.name, place, speed / TURN if turns else 0.0)
+        yield from _bearing(view.name, place, speed / TURN if turns else 0.0, defects)
 
 
 def _planetary(
-    stage: Stage, flow: StageFlow, harmonics: int, sensor: float
+    stage: Stage, flow: StageFlow, harmonics: int, sensor: float, faulty: Set[str]
 ) -> Iterator[ExpectedLine]:
+    """Lines of a planetary stage; faulty: gears with a faulty tooth in the case."""
     assert stage.ring is not None
     rolling = flow.carrier_speed - flow.ring_speed
     if abs(rolling) <= SAME_SPEED * max(abs(flow.carrier_speed), abs(flow.ring_speed)):
@@ -140,7 +145,7 @@ def _planetary(
     yield from shaft_lines(stage, flow, sensor)
     if not on_planet:
         yield from pass_lines(stage, flow, sensor)
-    yield from _tooth_faults(stage, abs(gear_mesh))
+    yield from _tooth_faults(stage, abs(gear_mesh), faulty)
 
 
 def shaft_lines(stage: Stage, flow: StageFlow, sensor: float = 0.0) -> Iterator[ExpectedLine]:
@@ -200,26 +205,27 @@ def _orders_of_planets(stage: Stage) -> Iterator[tuple[int, float]]:
             yield order, share
 
 
-def _tooth_faults(stage: Stage, gear_mesh: float) -> Iterator[ExpectedLine]:
+def _tooth_faults(stage: Stage, gear_mesh: float, faulty: Set[str]) -> Iterator[ExpectedLine]:
     assert stage.sun is not None and stage.ring is not None and stage.planet is not None
     line = partial(ExpectedLine, stage.name, TOOTH_FAULT, carrier_modulates=True)
     for part, gear in (("sun", stage.sun), ("ring", stage.ring)):
+        of_case = part in faulty
         for order, share in _orders_of_planets(stage):
             row = part if order == stage.planets else f"{part}, order {order}"
             frequency = order * gear_mesh / gear.teeth
-            yield line(f"tooth of {row}", frequency, share, row=row)
+            yield line(f"tooth of {row}", frequency, share, row=row, faulty=of_case)
         if stage.planets > 1:
             row = f"{part} at one gear mesh"
-            yield line(f"tooth of {row}", gear_mesh / gear.teeth, row=row)
+            yield line(f"tooth of {row}", gear_mesh / gear.teeth, row=row, faulty=of_case)
     for times, label in ((1, "flank of a planet"), (2, "tooth root of a planet")):
-        yield line(label, times * gear_mesh / stage.planet.teeth)
+        yield line(label, times * gear_mesh / stage.planet.teeth, faulty="planet" in faulty)
 
 
 def _parallel(
-    stage: Stage, flow: StageFlow, harmonics: int, sensor: float
+    stage: Stage, flow: StageFlow, harmonics: int, sensor: float, faulty: Set[str]
 ) -> Iterator[ExpectedLine]:
     """Lines of a parallel stage: gear mesh with sidebands at the rotation of both shafts, which is
-    also the frequency of a faulty tooth."""
+    also the frequency of a faulty tooth. faulty: gears with one in the case."""
     speeds = {"pinion": flow.sun_speed, "gear": flow.planet_speed}
     for harmonic in range(1, harmonics + 1):
         centre = harmonic * flow.gear_mesh_frequency
@@ -230,16 +236,19 @@ def _parallel(
                 yield _order(stage, harmonic, frequency, sideband=f"{text}{part}")
     yield from shaft_lines(stage, flow, sensor)
     for part, speed in speeds.items():
-        fault = abs(speed) / TURN
-        yield ExpectedLine(stage.name, TOOTH_FAULT, f"tooth of {part}", fault, row=part)
+        fault, label = abs(speed) / TURN, f"tooth of {part}"
+        of_case = part in faulty
+        yield ExpectedLine(stage.name, TOOTH_FAULT, label, fault, row=part, faulty=of_case)
 
 
-def _bearing(stage: str, place: BearingPlace, turns: float) -> Iterator[ExpectedLine]:
+def _bearing(
+    stage: str, place: BearingPlace, turns: float, defects: Set[str]
+) -> Iterator[ExpectedLine]:
     """Lines of a bearing, none without its elements.
 
     turns: relative speed of both rings, 1/s. Relative to the load the inner ring of a planet
     bearing is stationary, of other bearings the outer ring. A defect of an element turns with the
-    cage.
+    cage. defects: kinds of the bearing's defects in the case.
     """
     elements, rollers = place.bearing.elements, place.bearing.rollers
     if elements is None:
@@ -251,15 +260,27 @@ def _bearing(stage: str, place: BearingPlace, turns: float) -> Iterator[Expected
     cage = 0.5 * turns * (1 + g if place.part == "planet" else 1 - g)
     of_planet, name = place.part == "planet", place.label.replace("_", " ")
     turning = {"outer": turns if of_planet else 0.0, "inner": 0.0 if of_planet else turns}
-    for part, frequency, turn, what_turns in (
-        ("outer race", 0.5 * count * turns * (1 - g), turning["outer"], "outer ring turn"),
-        ("inner race", 0.5 * count * turns * (1 + g), turning["inner"], "inner ring turn"),
-        ("spin of elements", 0.5 * turns * (1 - g**2) / ratio, cage, "cage turn"),
-        ("cage", cage, 0.0, ""),
+    for defect, part, frequency, turn, what_turns in (
+        (
+            "outer_race",
+            "outer race",
+            0.5 * count * turns * (1 - g),
+            turning["outer"],
+            "outer ring turn",
+        ),
+        (
+            "inner_race",
+            "inner race",
+            0.5 * count * turns * (1 + g),
+            turning["inner"],
+            "inner ring turn",
+        ),
+        ("roller", "spin of elements", 0.5 * turns * (1 - g**2) / ratio, cage, "cage turn"),
+        ("", "cage", cage, 0.0, ""),
     ):
         yield ExpectedLine(
             stage, BEARING, f"{name}, {part}", frequency, row=part, bearing=name, turn=turn,
-            turn_label=what_turns, carrier_modulates=of_planet,
+            turn_label=what_turns, carrier_modulates=of_planet, faulty=defect in defects,
         )  # fmt: skip
 
 

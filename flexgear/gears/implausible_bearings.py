@@ -72,8 +72,8 @@ def _stiffness(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[
 
 
 def _span(view: StageView, g: StageGeometry) -> float:
-    """Length over all bearings of a planet, m, above which it is implausible: gear width plus tip
-    diameter, as a planet may be one with a shaft that runs in bearings beside the gear."""
+    """Largest plausible distance between the outer ends of a planet's bearings, m: gear width plus
+    tip diameter, as a planet may be cut on a shaft that runs in bearings beside the gear."""
     return view.stage.gear_width + 2.0 * g.planet.tip_radius
 
 

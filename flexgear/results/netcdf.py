@@ -102,8 +102,8 @@ class NewFile:
         self.set_attributes(data.attrs)
 
     def _stored(self, name: str, variable: xr.Variable) -> h5py.Dataset:
-        """Create a variable with its attributes. Its values are written too, unless one of its axes
-        is in ``lengths`` and its samples come later."""
+        """Create a variable in the file, with its attributes. Its values are written at once, but
+        for a variable over an axis of ``lengths``, whose samples are written later by ``put``."""
         values, options = variable.to_numpy(), dict(self._encoding.get(name, {}))
         text, boolean = values.dtype.kind in "UO", values.dtype.kind == "b"
         dtype = options.pop("dtype", "i1" if boolean else values.dtype)

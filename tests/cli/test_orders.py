@@ -386,7 +386,7 @@ def test_the_faulty_one_of_bearings_alike_is_named_before_the_others(tmp_path, k
     text = spur_pair(gear, gear, 'model = "constant"', torque=2e3, output="brake_exponent = 0")
     text += f'[[faults]]\nkind = "{kind}"\nbearing = "gear.support.1"\nwidth_mm = 3\ndepth_um = 6'
     case = load_case(write(tmp_path, text))
-    lines = faults_first(case, expected_orders(case, "pinion"))
+    lines = faults_first(expected_orders(case, "pinion"))
     part = {"roller": "spin of elements"}.get(kind, kind.replace("_", " "))
     assert lines[0][0].label == f"gear support 2, {part}"
     assert sum(order == pytest.approx(lines[0][1]) for _, order in lines) == 4

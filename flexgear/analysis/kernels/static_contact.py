@@ -9,14 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexgear.analysis.kernels.vectors import SIMD, padded
+from flexgear.analysis.kernels.vectors import SIMD, dot, padded
 from flexgear.arrays import Array, Ints
 from flexgear.compiled import FAST, INNER, PART, njit
 
 MAX_SETS = 50  # sets of loaded rows before only one row is changed at a time
 SHARES = (1e-1, 1e-3, 1e-5, 1e-7, 1e-9, 0.0)  # shares of stiffness of open rows in a continuation
 EXACT, LOOSE = 5, 4  # indices of share 0 and of the smallest share above
-SOFTEST = 1e-12  # share that is soft even beside the support of a floating sun
+SOFTEST = 1e-12  # share below soft supports, as of floating suns; chosen: 1e-13 is rounding
 ROUNDING = 1e-11  # tension or overlap over the largest force
 ZERO, ONE, TWO, THREE, FOUR, WHOLE = (np.uint64(i) for i in (0, 1, 2, 3, 4, SIMD))
 LEAST_PIVOT = 0.5  # of elimination without exchange of rows
@@ -331,3 +331,25 @@ def row_products(rows, n, matrix, local, y, out):
                     total += rows.coef[i, a, p] * y[at + p]
             out[i, j] = total
             out[j, i] = total
+
+
+@njit(**INNER, fastmath=FAST)
+def block_motions(rows, n, local, train, unknowns, channels):
+    """Motion, in ``channels[0]`` (n_c,), of the blocks on which n rows act, by the forces on these
+    blocks and the torques on the ports in ``channels[1]``, and by the amplitudes ``unknowns`` (r,)
+    of the rigid motions. Of thousands of channels only few are loaded. train: ``Held``; local: see
+    ``local_blocks``."""
+    motion, forces, blocks = channels[0], channels[1], local[1]
+    m = local_blocks(rows, n, local)
+    ports = 6 * local[0].shape[0]
+    for b in blocks[:m]:
+        for c in range(6 * b, 6 * b + 6):
+            flexibility = train.flexibility[c]
+            total = dot(flexibility[ports:], forces[ports:])
+            for other in blocks[:m]:
+                for d in range(6 * other, 6 * other + 6):
+                    total += flexibility[d] * forces[d]
+            for e in range(unknowns.shape[0]):
+                total += train.motions[c, e] * unknowns[e]
+            motion[c] = total
+    release(local, m)

@@ -34,6 +34,7 @@ from flexgear.analysis.kernels.static_contact import (
     LOOSE,
     SOFTEST,
     ContactSet,
+    block_motions,
     local_blocks,
     refine_set,
     release,
@@ -136,27 +137,6 @@ def _row_motions(n, port_torques, train, work):
         work.contact.free[i] = of_blocks(rows, i, motion) + rows.row[i].offset
 
 
-@njit(**INNER, fastmath=FAST)
-def _block_motions(n, train, work, unknowns):
-    """Motion, in ``work.channels[0]``, of the blocks on which n rows act, by the forces on these
-    blocks and the torques on the ports in ``work.channels[1]`` and by the amplitudes ``unknowns``
-    (r,) of the rigid motions. Of thousands of channels only few are loaded."""
-    motion, forces, blocks = work.channels[0], work.channels[1], work.local[1]
-    m = local_blocks(work.rows, n, work.local)
-    ports = 6 * work.local[0].shape[0]
-    for b in blocks[:m]:
-        for c in range(6 * b, 6 * b + 6):
-            flexibility = train.flexibility[c]
-            total = dot(flexibility[ports:], forces[ports:])
-            for other in blocks[:m]:
-                for d in range(6 * other, 6 * other + 6):
-                    total += flexibility[d] * forces[d]
-            for e in range(unknowns.shape[0]):
-                total += train.motions[c, e] * unknowns[e]
-            motion[c] = total
-    release(work.local, m)
-
-
 @njit(**INNER)
 def _extra_unknowns(n, port_torques, train, work):
     """Compute the columns of rigid motions and reactions in the rows' motion; and equilibrium and
@@ -236,7 +216,7 @@ def _closure(n, count, port_torques, train, work, x):
         forces[first + q] = port_torques[q]
     for f in range(free):
         forces[first + reactions[f]] -= x[n + r + f]
-    _block_motions(n, train, work, x[n : n + r])
+    block_motions(rows, n, work.local, train, x[n : n + r], work.channels)
     for i in range(n):
         delta[i] = of_blocks(rows, i, motion) + rows.row[i].offset
     yield_to_neighbours(rows, n, x, delta)

@@ -80,8 +80,8 @@ class Frames:
         return next((w for w in self.document.wholes(part) if w.kind == "shaft"), None)
 
     def _placed(self, component: Component) -> tuple[Component | None, Frame | None]:
-        """The component in whose frame a position is stated, None for the gear unit's, and the
-        component's frame there, None if the file does not state it."""
+        """Where the file states the position of a component: the component in whose axes it is,
+        None for those of the gear unit; and the frame there, None without a stated position."""
         place = vector(component, "support_vector")
         if place is None:
             shaft, name = self._seat(component)

@@ -86,7 +86,8 @@ def not_written(case: Case) -> list[str]:
 
 
 def _written_sections(path: str, section: Section) -> Iterator[tuple[str, Section]]:
-    """A section and those nested in it that REXS holds, each behind the path of its keys."""
+    """Pairs of the path of keys and the section, for a section of a case and all sections nested
+    in it that REXS can hold."""
     yield path, section
     for key in _all_but(type(section), *_unwritten_keys(section), *_OF_FE_BODIES):
         parts = getattr(section, key)

@@ -137,7 +137,8 @@ class TrainOut(Outgoing):
         return self.materials[key]
 
     def shaft(self, member: str, place: Place, whole: int) -> int:
-        """Add the shaft of a member or planet that begins at ``place``; returns its id."""
+        """Write a REXS shaft of a member or planet, which begins at ``place``; returns the id of
+        this component."""
         port = self.case.port_at(member)
         defines = None if port is None else port.speed is not None
         number = self.part(whole, "shaft", member, **located(place), defines_speed=defines)

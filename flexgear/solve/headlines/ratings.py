@@ -188,7 +188,7 @@ def _life(findings: Findings) -> Iterator[Answer]:
             without = ", ".join(words(n) for n, hours in required.items() if hours is None)
             beyond = figures.get("not_in_bearing_life", {})
             left_out = {n: share for n, share in beyond.items() if n in lives}
-            alone = f"B{radial_alone(left_out)[1:]}." if left_out else ""
+            alone = f"By {radial_alone(left_out)}." if left_out else ""
             not_required = "No required life given" + (f": {without}." if shares else ".")
             sentence = (
                 f"{words(name).capitalize()}, under the constant load of the same damage over "
@@ -217,12 +217,12 @@ def _life(findings: Findings) -> Iterator[Answer]:
 
 
 def radial_alone(shares: Mapping[str, float]) -> str:
-    """Text on bearings whose life leaves out thrust or moment, with their shares of the radial
-    load."""
+    """Words that follow "by" in a sentence on lives without thrust or moment. shares: of thrust or
+    moment in the radial load, by bearing."""
     worst = max(shares, key=lambda n: shares[n])
     others = f" and {len(shares) - 1} more" if len(shares) > 1 else ""
     return (
-        f"by the radial load alone, without verdict: {words(worst)}{others}, on which thrust or "
+        f"the radial load alone, without verdict: {words(worst)}{others}, on which thrust or "
         f"moment is {with_unit(shares[worst], 'share')} of it; `thrust` counts the former, "
         "`flexgear rate` with `elements` both"
     )
