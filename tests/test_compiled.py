@@ -49,8 +49,8 @@ NO_ROOM = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (256, 256)
 
 
 def ran(place, cache, limit="pass", call=SLICES):
-    """What the program prints with the package in ``place``: value, kept or not, warnings, numba's
-    own folder."""
+    """What the program prints with the package in ``place``: value, cached or not, warnings, and
+    numba's own folder."""
     code = CALLER.format(limit=limit, call=call.strip())
     out = subprocess.run(
         [sys.executable, "-B", "-c", code], cwd=place, check=True,

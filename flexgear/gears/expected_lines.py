@@ -259,22 +259,10 @@ def _bearing(
     g = ratio * math.cos(elements.contact_angle)
     cage = 0.5 * turns * (1 + g if place.part == "planet" else 1 - g)
     of_planet, name = place.part == "planet", place.label.replace("_", " ")
-    turning = {"outer": turns if of_planet else 0.0, "inner": 0.0 if of_planet else turns}
+    races, (outer, inner) = 0.5 * count * turns, (turns, 0.0) if of_planet else (0.0, turns)
     for defect, part, frequency, turn, what_turns in (
-        (
-            "outer_race",
-            "outer race",
-            0.5 * count * turns * (1 - g),
-            turning["outer"],
-            "outer ring turn",
-        ),
-        (
-            "inner_race",
-            "inner race",
-            0.5 * count * turns * (1 + g),
-            turning["inner"],
-            "inner ring turn",
-        ),
+        ("outer_race", "outer race", races * (1 - g), outer, "outer ring turn"),
+        ("inner_race", "inner race", races * (1 + g), inner, "inner ring turn"),
         ("roller", "spin of elements", 0.5 * turns * (1 - g**2) / ratio, cage, "cage turn"),
         ("", "cage", cage, 0.0, ""),
     ):

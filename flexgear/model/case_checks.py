@@ -123,7 +123,8 @@ def _check_held(case: Case) -> None:
 
 def _check_behind_shafts(case: Case) -> None:
     """Check keys of ports at suns with a beam shaft: such a port is a body behind the spline of the
-    shaft, which needs inertia, mass and tilt_inertia. Raises Missing or Refusal."""
+    shaft, which needs inertia, mass and tilt_inertia, while other ports have no mass of their own.
+    Raises Missing or Refusal."""
     for (key_of_member, _), port in zip(_ports(case), case.ports, strict=True):
         at, member = key_of_member.removesuffix(".member"), MemberName.parse(port.member)
         beam = case.stage(member.stage).form(member.part) == "beam"
