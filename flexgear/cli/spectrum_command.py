@@ -58,6 +58,7 @@ def spectrum(
         typer.echo(
             f"\ndamage of the bins of series over that of their samples: {', '.join(ratios)}"
         )
+        typer.echo(f"torque of series changes its sense {series.changes:.4g} times in the life")
     if out is not None:
         typer.echo(f"\nwrote {out} and {picture}")
 
@@ -81,6 +82,7 @@ def _plain(case: Case, bins: tuple[LoadBin, ...], series: SeriesBins | None) -> 
         ],
         "damage_of_bins": {} if series is None else
         {f"{exponent:.3g}": ratio for exponent, ratio in _damage(series).items()},
+        "changes_of_sense": None if series is None else series.changes,
     }  # fmt: skip
 
 

@@ -56,11 +56,12 @@ class Samples(NamedTuple):
 class SeriesBins:
     """Sums of samples by bin, and extreme samples.
 
-    hours, turns, energy: sums over all samples; duration: turns by number k of an interval of
-    torque from k to k + 1 times ``fine_step``, N·m; damage: Σ n |T / T_rated|^p of all samples, by
-    exponent p; bins: by the numbers of the lower edges of torque, speed and loads the sums of
-    hours, turns n, n |T / T_rated|^p, w |T / T_rated|^p, s and s · load, s the weight of a sample
-    in the means of loads; extremes: size and load case, by name.
+    hours, turns, energy: sums over all samples; changes: of the sense of torque in the life;
+    duration: turns by number k of an interval of torque from k to k + 1 times ``fine_step``, N·m;
+    damage: Σ n |T / T_rated|^p of all samples, by exponent p; bins: by the numbers of the lower
+    edges of torque, speed and loads the sums of hours, turns n, n |T / T_rated|^p, w |T /
+    T_rated|^p, s and s · load, s the weight of a sample in the means of loads; extremes: size and
+    load case, by name.
     """
 
     def __init__(self, series: LoadSeries, torque: float, speed: float, source: str) -> None:
@@ -74,7 +75,7 @@ class SeriesBins:
             *[moment] * 2,
         ])  # fmt: skip
         self.fine_step = float(self.steps[0]) / FINE
-        self.hours = self.turns = self.energy = 0.0
+        self.hours = self.turns = self.energy = self.changes = 0.0
         self.duration = defaultdict[int, float](float)
         self.damage = dict.fromkeys(EXPONENTS, 0.0)
         self.bins: dict[tuple[int, ...], Array] = {}
@@ -93,6 +94,9 @@ class SeriesBins:
         self.hours += float(samples.weight.sum())
         self.turns += float(turns.sum())
         self.energy += float((samples.weight * samples.torque * samples.speed).sum())
+        repeats = HOUR * float(samples.weight.sum()) / float(np.ptp(samples.time))
+        senses = np.sign(samples.torque[samples.torque != 0.0])
+        self.changes += repeats * np.count_nonzero(np.diff(senses))
         for exponent in EXPONENTS:
             self.damage[exponent] += float((turns * relative**exponent).sum())
         fine = np.floor(samples.torque / self.fine_step).astype(int)

@@ -255,6 +255,18 @@ def test_an_extended_curve_goes_on_to_the_static_strength(tmp_path):
     assert float(flank.curve.cycles_at(1.0001 * static)) == 0.0
     notch = 0.44 * root.factors["Y_S"].value + 0.12
     assert root.curve.stress_at(1.0) == pytest.approx(2.5 * 425e6 * 2.0 * notch)
+    # the sheet of a static load has the factors of which its strength is the product
+    idler = states["planet", "root"]
+    for state, y_m in ((root, 1.0), (idler, 1 / (1 + 1.2 * 0.3 / 1.7))):
+        sheet, lasting = ({s: f.value for s, f in state.sheet(n).items()} for n in (1.0, 1e6))
+        notch = 0.44 * sheet["Y_S"] + 0.12
+        factors = [sheet[s] for s in ("Y_NT", "Y_δrelT", "Y_RrelT", "Y_X", "Y_M")]
+        assert factors == pytest.approx([2.5, notch, 1.0, 1.0, y_m])
+        permissible = math.prod(factors) * 425 * 2.0
+        assert sheet["σ_FP"] * sheet["S_Fmin"] == pytest.approx(permissible)
+        assert lasting["Y_δrelT"] != pytest.approx(notch, rel=0.01)
+    factors = [flank.sheet(1.0)[s].value for s in ("Z_NT", "Z_L", "Z_v", "Z_R", "Z_W")]
+    assert factors == pytest.approx([1.6, 1.0, 1.0, 1.0, 1.0])
     spectrum = Spectrum.of([flank.curve] * 2, [between, 1e8], [lasts, 1e3])
     assert float(spectrum.damages()[0]) == pytest.approx(1.0)
     assert float(spectrum.safety) == pytest.approx(1.0, rel=1e-3)

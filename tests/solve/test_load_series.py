@@ -365,3 +365,17 @@ def test_a_bin_lasts_as_long_as_its_turns_take(case_with, tmp_path):
     assert hours == pytest.approx(sums.hours, rel=1e-12)
     assert turns == pytest.approx(sums.turns, rel=1e-12)
     assert sum(sums.duration.values()) == pytest.approx(sums.turns, rel=1e-12)
+    assert sums.changes == 0.0
+
+
+def test_changes_of_the_sense_of_torque_are_those_of_all_repetitions_of_a_series(
+    case_with, tmp_path
+):
+    """A file of 100 s is repeated 60 000 h · 36 / h times; a zero between two senses changes it
+    once, one within a sense does not."""
+    columns = series()
+    columns["RotTorq"] = np.where(np.arange(2001) // 300 % 2, -0.4, 0.7)  # changes 6 times
+    columns["RotTorq"][[100, 299, 1000]] = 0.0
+    write_outb(tmp_path / "a.outb", columns, form=3)
+    sums = bins_of_series(case_with())
+    assert sums.changes == pytest.approx(6 * 60_000 * 36, rel=1e-9)

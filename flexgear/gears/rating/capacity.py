@@ -48,14 +48,14 @@ If data are missing, a ``LimitState`` has no curve, and ``missing`` names their 
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from flexgear.gears.nominal_stress import contact_line_factor, flank_load_share, helix_factor
 from flexgear.gears.radii import gears_by_role
 from flexgear.gears.rating.damage import LifeCurve
 from flexgear.gears.rating.pair import GearPair, PairLoad, RatedGear, rim_is_flexible
-from flexgear.gears.rating.sheet import BOTH_SENSES, Factor, Sheet, factor, sheet_of
+from flexgear.gears.rating.sheet import Factor, Sheet, factor, sheet_of
 from flexgear.gears.rating.steels import (
     NITRIDED,
     SURFACE_HARDENED,
@@ -74,6 +74,7 @@ HB_OVER_HV = 0.95  # ISO 18265, unalloyed and low-alloy steels
 STRESS_CORRECTION = 2.0  # Y_ST of the test gears
 TEST_NOTCH = 1.2  # χ*_T of q_s = 2.5
 REVERSED_STRESS = 1.2  # −R of equal loads on both flanks
+LEAST_MEAN_STRESS = 0.99  # Y_M above which R is not remarked
 ENDLESS = 1e30  # cycles up to which bounded life factors are constant
 SEVERAL_PAIRS = "of single contact, which ε_α ≥ 2 does not have: σ_H may be too low"
 FE_RIM = 'FE body, whose bending counts in the direct path alone: root_stress = "fe"'
@@ -94,7 +95,8 @@ class LimitState:
     """Flank ("H") or root ("F") of one gear under one load.
 
     factors: lines that do not depend on cycles, without load factors; curve: σ_HG or σ_FG over
-    cycles, Pa, None if data are missing; reference: σ_G with a life factor of 1, Pa; missing: as of
+    cycles, Pa, None if data are missing; reference: σ_G with a life factor of 1, Pa; static: those
+    factors that differ where static strength limits the curve, by symbol; missing: as of
     ``missing_keys``; yield_strength: σ_0.2 of a root, Pa, if the case gives it.
     """
 
@@ -102,6 +104,7 @@ class LimitState:
     factors: Sheet
     curve: LifeCurve | None = None
     reference: float = math.nan
+    static: Mapping[str, float] = field(default_factory=dict)
     missing: tuple[str, ...] = ()
     yield_strength: float | None = None
 
@@ -122,21 +125,27 @@ class LimitState:
         return self.curve.stress_at(cycles) / self.stress if self.stress else math.inf
 
     def sheet(self, cycles: float) -> Sheet:
-        """Lines of ``factors``, N_L, life factor, permissible stress and safety; of a root under
-        static load also safety against yield."""
+        """Lines of ``factors``, or of static stress where its strength governs, N_L, life factor,
+        permissible stress and safety; of a root under static load also safety against yield."""
         if self.curve is None:
             return self.factors
         strength, letter = self.curve.stress_at(cycles), self.letter
+        static = self.static if strength == self.curve.limit else {}
+        lines, reference = dict(self.factors), self.reference
+        for symbol, value in static.items():
+            line = lines[symbol]
+            lines[symbol] = replace(line, value=value, source=f"{line.source}, static stress")
+            reference *= value / line.value
         values = {
             "N_L": cycles,
-            "Z_NT" if letter == "H" else "Y_NT": strength / self.reference,
+            "Z_NT" if letter == "H" else "Y_NT": strength / reference,
             f"σ_{letter}P": strength / self.least_safety / 1e6,
             f"S_{letter}": self.safety(cycles),
         }
         if self.yield_strength is not None and self.stress and cycles <= self.curve.cycles[0]:
             safety = self.yield_strength / self.stress
             values |= {"σ_0.2": self.yield_strength / 1e6, "S_0.2": safety}
-        return {**self.factors, **sheet_of(values)}
+        return {**lines, **sheet_of(values)}
 
 
 def rate(
@@ -202,7 +211,7 @@ def _flank(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> L
     if missing or gear.data.steel is None:
         return _state("H", pair, lines, missing=missing)
     strength = _flank_strength(pair, gear, load)
-    static = strength["σ_Hlim"] * _static_hardening(pair, gear) * strength["Z_X"]
+    static = {"Z_L": 1.0, "Z_v": 1.0, "Z_R": 1.0, "Z_W": _static_hardening(pair, gear)}
     knees = flank_knees(gear.data.steel, rules.flank_long_life_factor, rules.limited_pitting)
     return _state("H", pair, lines, strength, knees, static)
 
@@ -316,15 +325,13 @@ def _root(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> Li
     if missing or gear.data.steel is None:
         return _state("F", pair, lines, missing=missing)
     strength = _root_strength(pair, gear)
-    static = strength["σ_Flim"] * strength["Y_ST"] * _static_notch(gear)
-    static *= _mean_stress_factor(gear, static=True)
+    static = {"Y_δrelT": _static_notch(gear), "Y_RrelT": 1.0, "Y_X": 1.0}
+    static["Y_M"] = _mean_stress_factor(gear, static=True)
     knees = root_knees(gear.data.steel, rules.root_long_life_factor)
     state = _state("F", pair, lines, strength, knees, static)
-    if gear.reversal and not gear.idler:
-        ratio = -REVERSED_STRESS * gear.reversal
-        line = state.factors["Y_M"]
-        line = replace(line, source=f"{line.source}, {BOTH_SENSES}, R = {ratio:.3g}")
-        state = replace(state, factors={**state.factors, "Y_M": line})
+    if not gear.idler and strength["Y_M"] < LEAST_MEAN_STRESS:
+        ratio = sheet_of({"R": -REVERSED_STRESS * gear.reversal})
+        state = replace(state, factors={**state.factors, **ratio})
     return replace(state, yield_strength=gear.data.yield_strength)
 
 
@@ -372,12 +379,12 @@ def mean_stress_influence(gear: RatedGear, static: bool = False) -> float:
 
 def _state(
     letter: str, pair: GearPair, lines: dict[str, Factor], strength: Mapping[str, float] = {},
-    knees: Knees = (), static: float = 0.0, missing: tuple[str, ...] = (),
+    knees: Knees = (), static: Mapping[str, float] = {}, missing: tuple[str, ...] = (),
 ) -> LimitState:  # fmt: skip
     """Limit state with its life curve. The curve is σ_lim times its factors ``strength`` times the
-    life factor at ``knees``. The strength ``static``, MPa, times the life factor of the first knee,
-    but not below the second knee, is that of the first knee or ends the extended curve, by the rule
-    ``static_factors``. No curve if keys are ``missing``."""
+    life factor at ``knees``. The same with the factors ``static`` and the life factor of the first
+    knee, but not below the second knee, is the strength at the first knee or ends the extended
+    curve, by the rule ``static_factors``. No curve if keys are ``missing``."""
     rules = pair.rules
     safety = rules.least("flank_safety" if letter == "H" else "root_safety")
     required = {f"S_{letter}min": safety}
@@ -387,10 +394,13 @@ def _state(
     if rules.bounded_life_factors:
         knees = (*knees, (ENDLESS, knees[-1][1]))
     stresses = [1e6 * reference * life for _, life in knees]
-    limit = max(1e6 * static * knees[0][1], stresses[1])
+    limit = 1e6 * math.prod({**strength, **static}.values()) * knees[0][1]
+    if rules.static_factors == "constant" or limit < stresses[1]:
+        static = {}
+    limit = max(limit, stresses[1])
     if rules.static_factors == "interpolated":
         stresses[0] = limit
     extended = limit if rules.static_factors == "extended" else None
     curve = LifeCurve(tuple(n for n, _ in knees), tuple(stresses), extended)
     lines = {**lines, **sheet_of({**strength, **required})}
-    return LimitState(letter, lines, curve, 1e6 * reference)
+    return LimitState(letter, lines, curve, 1e6 * reference, static)

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 LOADS, STEEL, KEY, TEETH = "ISO 6336-1", "ISO 6336-5:2003, table 1", "[rating]", "ISO 21771"
 COMPUTED, BEYOND = "computed, equilibria", "beyond ISO 6336"
 BASIC, ROWS, REV = "ISO 281", "ISO/TS 16281", "10⁶ rev"
-BOTH_SENSES = "loads of both senses"  # in the source of Y_M of gears other than planets
 CAUSE = "part of σ_direct/σ"  # of a factor that explains the difference
 SYMBOLS = {  # unit, meaning, source
     "F_t": ("N", "force at the reference circle", LOADS),
@@ -71,6 +70,7 @@ SYMBOLS = {  # unit, meaning, source
     "Y_RrelT": ("", "relative surface factor", "ISO 6336-3, clause 14"),
     "Y_X": ("", "size factor", "ISO 6336-3, clause 15"),
     "Y_M": ("", "mean stress factor", "ISO 6336-3, annex B"),
+    "R": ("", "stress ratio of Y_M", "load cases of both senses, changes not counted"),
     "S_Fmin": ("", "least safety", KEY),
     "Y_NT": ("", "life factor", "ISO 6336-3, clause 12"),
     "σ_FP": ("MPa", "permissible stress", "ISO 6336-3, clause 5"),

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flexgear.gears.rating.sheet import BOTH_SENSES, CAUSE, Sheet
+from flexgear.gears.rating.sheet import CAUSE, Sheet, value_of
 from flexgear.model.units import RPM
 from flexgear.results.rating import LIMITS, RatedPart, Rating
 from flexgear.results.report.parts import Level, Row, Table, Verdict
@@ -132,12 +132,14 @@ def _sentence(rating: Rating, part: RatedPart) -> str:
             row = int(part.of_rows.argmax())
             texts.append(f"row {row + 1} of {part.of_rows.size} alone {rounded(part.of_rows[row])}")
         texts += [] if part.kind == "bearing" else [f"life {life_text(part.life)}"]
-    mean_stress = part.factors[part.worst_bin].get("Y_M")
-    if mean_stress is not None and BOTH_SENSES in mean_stress.source:
-        texts.append(f"Y_M {number(mean_stress.value, 3)} by {BOTH_SENSES}")
+    if {"R", "Y_M"} <= (lines := part.factors[part.worst_bin]).keys():
+        mean_stress = number(lines["Y_M"].value, 3)
+        texts.append(f"Y_M {mean_stress} by loads of both senses, whose changes are not counted")
     static = [s for s in part.safety.tolist() if math.isfinite(s)]
     if part.kind == "bearing" and static:
         texts.append(f"static safety {number(min(static), 3)}")
+    if part.kind == "bearing" and (k_a := rating.case.rating.application_factor) != 1.0:
+        texts.append(f"loads without K_A {number(k_a)}")
     if part.kind == "bearing" and not any(
         {"L_nmr", "L_nm"} & sheet.keys() for sheet in part.factors
     ):
