@@ -36,6 +36,7 @@ from flexgear.studies import tolerance as tolerances
 from flexgear.views.report import saved_picture, write_study
 from flexgear.views.study_charts import rating_charts, tolerance_chart
 
+LEAST_CHANGE = 1e-4  # of load factors with half of the positions, that has a digit
 SAMPLES_SENTENCE = "Distribution over sets of parts. Left: number; right: share up to a value."
 
 
@@ -85,7 +86,11 @@ def _lead(rating: Rating) -> str:
     rules = rating.case.rating
     worst = {"worst": 5, "drawn": rules.deviation_samples}
     trains = f" of {worst[rules.deviations]} trains" if rules.deviations in worst else ""
-    return f"{count}{hours}; in each equilibria{trains} at {where}."
+    halves = ""
+    if positions:
+        change = f"{100.0 * max(rating.halving, LEAST_CHANGE):.2g} % at most"
+        halves = f"; half of them, or of gear-mesh cycles, changes K_γ K_Hβ by {change}"
+    return f"{count}{hours}; in each equilibria{trains} at {where}{halves}."
 
 
 def _show_rating(rating: Rating) -> None:

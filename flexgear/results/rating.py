@@ -150,7 +150,9 @@ class Rating:
 
     variant: description of flexible bodies. reliability: probability that no assessed part fails
     within ``hours``, None if no part has a life. not_assessed: reasons by part. positions: number
-    of equilibria by stage. closure: largest relative imbalance of equilibria.
+    of equilibria by stage. halving: largest relative change of the largest computed K_γ K_Hβ of a
+    gear mesh with every second position or gear-mesh cycle. closure: largest relative imbalance of
+    equilibria.
     """
 
     case: Case
@@ -161,6 +163,7 @@ class Rating:
     reliability: float | None
     not_assessed: Mapping[str, str]
     positions: Mapping[str, int]
+    halving: float
     closure: float
 
     @property

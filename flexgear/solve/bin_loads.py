@@ -33,6 +33,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium, revolution
 from flexgear.arrays import Array
@@ -80,7 +81,8 @@ class GroupLoads:
     drive: whether the flanks of rated torque carry. largest_force: of one gear mesh, N. k_v: by the
     train's motion, NaN if not computed. stresses: over the teeth, for gear meshes with load along
     the face. deviated: number of the train, if several with random deviations are rated. alike:
-    whether the largest K_γ K_Hβ of every planet differ by less than ``EQUAL_LOAD``.
+    whether the largest K_γ K_Hβ of every planet differ by less than ``EQUAL_LOAD``. halving: larger
+    relative change of the largest K_γ K_Hβ with every second position, and with every second cycle.
     """
 
     k_gamma: float
@@ -95,6 +97,7 @@ class GroupLoads:
     stresses: GroupStresses | None = None
     deviated: int = 0
     alike: bool = False
+    halving: float = 0.0
 
     @property
     def largest_line_load(self) -> float:
@@ -293,8 +296,7 @@ def _groups(
             continue
         drive = bool(means.sum() > 0)
         together = [k for g, ks in by_group.items() if (g.stage, g.kind) == key for k in ks]
-        of_all = force[:, together].reshape(-1, per_cycle, len(together)).mean(axis=(1, 2))
-        shares = means / of_all[:, None]
+        shares = _shares(force, at, together, per_cycle)
         flanks, along, stresses = None, np.ones_like(shares), None
         if gear_mesh.model in ("per_pair", "face_load"):
             # with linear contact the drive flanks also carry reversed loads
@@ -304,7 +306,12 @@ def _groups(
             along = _face_factors(flanks, per_cycle)
             stresses = group_stresses(flanks, view, group, per_cycle)
         cycle, planet = np.unravel_index(int(np.argmax(shares * along)), shares.shape)
-        largest = (shares * along).max(axis=0)
+        largest, fewer = (shares * along).max(axis=0), [(shares * along)[::2]]
+        if per_cycle % 2 == 0:
+            fewer.append(_shares(force[::2], at, together, per_cycle // 2))
+            if flanks is not None and gear_mesh.model == "face_load":
+                every_second = flanks.isel(position=slice(None, None, 2))
+                fewer[1] *= _face_factors(every_second, per_cycle // 2)
         k_h_alpha = math.nan
         if flanks is not None:
             window = slice(cycle * per_cycle, (cycle + 1) * per_cycle)
@@ -321,8 +328,17 @@ def _groups(
             largest_force=float(abs(force[:, at]).max()),
             stresses=stresses,
             alike=bool(largest.min() > (1.0 - EQUAL_LOAD) * largest.max()),
+            halving=max(abs(float(x.max() / largest.max()) - 1.0) for x in fewer),
         )
     return loads
+
+
+def _shares(force: Array, at: NDArray[np.int64], together: list[int], per_cycle: int) -> Array:
+    """K_γ (cycles, N) of the gear meshes ``at`` that share a load with all ``together``; force: of
+    all gear meshes at ``per_cycle`` positions in each cycle, N."""
+    means = force[:, at].reshape(-1, per_cycle, len(at)).mean(axis=1)
+    of_all = force[:, together].reshape(-1, per_cycle, len(together)).mean(axis=(1, 2))
+    return np.asarray(means / of_all[:, None])
 
 
 def _face_factors(flanks: xr.Dataset, per_cycle: int) -> Array:

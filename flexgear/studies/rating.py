@@ -48,7 +48,7 @@ from flexgear.studies.tolerance_samples import (
     with_sample,
 )
 
-FORMAT = 7  # of the files, and of the numerics behind them; raise it when either changes
+FORMAT = 8  # of the files, and of the numerics behind them; raise it when either changes
 CLOSED_FORM = "flanks, roots and bearings"  # label of progress
 NO_SPECTRUM = "no load case has a duration, so that there is neither"
 
@@ -103,6 +103,7 @@ def rate(
             **NOT_COVERED,
         },
         positions={stage: len(s.angles) for stage, s in samples.items()},
+        halving=max((g.halving for x in loads for g in x.groups.values()), default=0.0),
         closure=max(x.closure for x in loads),
     )
     if not keep_bins:

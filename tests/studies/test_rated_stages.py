@@ -157,11 +157,15 @@ def test_positions_are_enough_as_doubling_them_shows():
             case.with_(**{f"rating.{key}": value for key, value in keys.items()}), workers=1
         )
         factors = [gear_mesh.factors[0] for gear_mesh in rating.gear_meshes]
-        return [lines["K_γ"].value * lines["K_Hβ"].value for lines in factors]
+        products = [lines["K_γ"].value * lines["K_Hβ"].value for lines in factors]
+        return np.array(products), rating.halving
 
-    usual = largest()
-    assert largest(gear_mesh_cycles=14) == pytest.approx(usual, rel=0.02)
-    assert largest(positions_per_gear_mesh=16) == pytest.approx(usual, rel=0.02)
+    usual, halving = largest()
+    for doubled in ("gear_mesh_cycles", 14), ("positions_per_gear_mesh", 16):
+        change = abs(largest(**dict([doubled]))[0] / usual - 1).max()
+        assert change < 0.02 and change < halving < 0.05
+    four, eight = (largest(gear_mesh_cycles=1, positions_per_gear_mesh=n) for n in (4, 8))
+    assert eight[1] == pytest.approx(abs(four[0] / eight[0] - 1).max(), rel=1e-3)
 
 
 def test_halves_that_share_the_load_unevenly_have_it_in_their_factor():
