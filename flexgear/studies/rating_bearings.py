@@ -242,9 +242,13 @@ def _in_bin(
     force = force + load_factor * blocked[0] * np.eye(6)[2]
     load = bearing_load(force, turned, place.exponent, place.section.z, least)
     if load.vector.any():  # of axial forces on a radius: about the tangential load
-        load.vector[3] += load_factor * blocked[1]
+        load = load._replace(vector=load.vector + load_factor * blocked[1] * np.eye(5)[3])
     radial, _, axial, *moment = load.vector.tolist()
     how = COMPUTED if load_factor == 1.0 else f"computed, times {load_factor:.4g} by key k_gamma"
+    how += "" if case.rating.application_factor == 1.0 else ", without K_A"
+    elements = place.section.elements
+    if place.section.rollers is not None and elements is not None and elements.contact_angle:
+        how += ", from a model with cylindrical rollers"
     loads_of = {"F_r": radial, "F_a": axial, "M": math.hypot(*moment), "F_r,max": load.largest}
     loads_of |= dict(zip(("M_x", "M_y"), moment, strict=True)) | {"σ_My": load.spread}
     factors = sheet_of(loads_of, how)

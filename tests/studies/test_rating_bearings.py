@@ -135,6 +135,12 @@ def test_static_safety_is_that_of_the_largest_load(monkeypatch):
     middle = ROLLERS | PAIR | {"z_mm": "0"}
     part = _part(_rated(planet=middle), "stage.planet_bearing_1")
     assert part.safety == pytest.approx(5 / 4.08 * 9000 / 2000, rel=0.01)
+    overloaded = _rated(planet=middle, **{"rating.application_factor": "1.2"})
+    by_teeth = _part(overloaded, "stage.planet_bearing_1")
+    assert by_teeth.safety == part.safety and "without K_A" in by_teeth.factors[0]["F_r"].source
+    assert "K_A" not in part.factors[0]["F_r"].source
+    rows = [row.value for row in rating_tables(overloaded)[0].rows if "bearings" in row.label]
+    assert all("loads without K_A 1.2" in text for text in rows)
     sheet = part.factors[0]
     assert sheet["S_0"].value == part.safety[0] and sheet["C_0"].value == 9e6
     assert "ring stationary" in sheet["L_10r"].source
