@@ -52,7 +52,6 @@ REMEDIES = {  # keys that give a factor where neither model nor standard does
     "K_v": "K_v is not known: rating.k_v, or data of both gears for method B",
     "K_Hα": "K_Hα is not known: rating.k_h_alpha and k_f_alpha, or the same data",
 }
-UNTILTED = ", without tilt"  # in the source of a K_Hβ of gears whose kinematics has no tilting
 NO_TEETH = "base diameters or working angles stand in place of gears"
 OTHER = {"sun": "ring", "ring": "sun", "drive": "coast"}  # the other flank of a tooth
 KEYS = {  # of [rating] by symbol
@@ -143,7 +142,8 @@ def rate_gears(
             largest = tuple(math.nan if x is None else x.largest_share for x in computed)
             groups.append(GearMeshRating(group, tuple(sheets), planets, largest, safety, reasons))
             missing |= {str(group): "; ".join(reasons)} if reasons else {}
-            missing |= _uneven(group, bins, flows, loads) | _without_tilt(case, group, sheets)
+            missing |= _uneven(group, bins, flows, loads)
+            missing |= _without_tilt(group, _untilted(case, group)) if any(sheets) else {}
     parts = []
     for place, history in histories.items():
         pair = pairs[place.stage, next(iter(history.values())).group.role]
@@ -202,13 +202,17 @@ def _uneven(
     return {f"{group}, {names[0]}{others_text}": "its planets do not carry the load together there"}
 
 
-def _without_tilt(case: Case, group: GroupName, sheets: Sequence[Sheet | None]) -> dict[str, str]:
-    """Remark on a group of gear meshes whose K_Hβ is of gears that cannot tilt."""
-    if not any(UNTILTED in sheet["K_Hβ"].source for sheet in sheets if sheet):
-        return {}
-    keys = untilted(case.view(group.stage), group.role)
+def _untilted(case: Case, group: GroupName) -> list[str]:
+    """Keys of gears whose tilting a computed K_Hβ leaves out; empty if it has all, or is stated."""
+    view, stated = case.view(group.stage), case.rating.forced(group.stage, group.role).k_h_beta
+    computed = view.gear_mesh.model == "face_load" and stated is None
+    return untilted(view, group.role) if computed else []
+
+
+def _without_tilt(group: GroupName, keys: Sequence[str]) -> dict[str, str]:
+    """Remark on a group of gear meshes with gears, by their keys, that cannot tilt."""
     remedy = " and ".join(f'{key}.kinematics = "spatial"' for key in keys)
-    return {f"{group}, tilting": f"it does not count in K_Hβ: {remedy}"}
+    return {f"{group}, tilting": f"it does not count in K_Hβ: {remedy}"} if keys else {}
 
 
 def load_factors(
@@ -241,7 +245,7 @@ def load_factors(
     take("K_A", ("key application_factor", rules.application_factor))
     take("K_γ", (of_planet, computed.k_gamma))
     k_v, resonance = dynamic_factor(pair, load, product("K_A", "K_γ"))
-    tilt = UNTILTED if untilted(case.view(group.stage), group.role) else ""
+    tilt = ", without tilt" if _untilted(case, group) else ""
     along = (of_planet + tilt, computed.k_h_beta)
     take("K_Hβ", along, least=rules.least("face_load_factor"))
     by_rule = (f"{METHOD_B}, N = {resonance:.3g}", k_v)
@@ -288,8 +292,8 @@ def _part(case: Case, place: _Place, history: History, bins: Sequence[LoadBin]) 
         damage[lasting], whole = spectrum.damages(), float(spectrum.safety)
         total = float(damage.sum())
         life = sum(b.hours for b in bins) / total if total else math.inf
-    straight = any(UNTILTED in x.factors["K_Hβ"].source for x in history.values())
-    estimates = {"K_Hβ without tilt": UNTILTED} if straight else {}
+    straight = any(_untilted(case, x.group) for x in history.values())
+    estimates = {"K_Hβ without tilt": "as kinematics of its gears has none"} if straight else {}
     part = RatedPart(
         name=place.name, alike=place.alike, stage=place.stage, kind=place.kind, side=place.side,
         count=stage.planets if of_planets else 1, planets=tuple(planets) if of_planets else (),
