@@ -137,11 +137,18 @@ class RatedPart:
         return float((self.least_safety / self.required) ** (1.0 / self.exponent))
 
     @property
+    def is_below_directly(self) -> bool:
+        """Whether the safety by computed stresses, beyond the standard, is below the required."""
+        return value_of(self.direct, "S_direct") < self.required
+
+    @property
     def holds(self) -> bool | None:
-        """Whether the part is within its limits; None if that is unknown."""
+        """Whether the part is within its limits; None if that is unknown, or doubtful by computed
+        stresses."""
         if self.missing or self.estimates or not self.reserve > 0.0:
             return None
-        return self.reserve >= 1.0
+        within = self.reserve >= 1.0
+        return None if within and self.is_below_directly else within
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.implausible_bearings import untilted
 from flexgear.gears.load_bins import HOUR, LoadBin
 from flexgear.gears.power_flow import PowerFlow
-from flexgear.gears.rating.capacity import LOAD_FACTORS, OIL, Limit, missing_keys, rate
+from flexgear.gears.rating.capacity import FE_RIM, LOAD_FACTORS, OIL, Limit, missing_keys, rate
 from flexgear.gears.rating.damage import Spectrum
 from flexgear.gears.rating.load_factors import (
     SLOPE_SIGNS,
@@ -151,6 +151,9 @@ def rate_gears(
         direct = direct_path(trains, pair, place.kind, history, loads)
         if direct is not None:
             part = replace(part, direct=direct.sheet(), of_teeth=direct.safety_of_teeth)
+        elif place.kind == "root" and pair.gears[next(iter(history.values())).part].rim_left_out:
+            part = replace(part, estimates={**part.estimates, "Y_B of the thin FE rim": "as 1"})
+            missing[f"{place.alike}, bending of the rim"] = FE_RIM
         parts.append(part)
     return tuple(groups), tuple(parts), missing
 

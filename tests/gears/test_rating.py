@@ -105,6 +105,10 @@ def test_rims_count_where_no_fe_body_has_them(tmp_path):
     assert "FE body" in rate(*pair_of(wind, "ring"), {})["ring", "root"].factors["Y_B"].source
     stated = wind.with_(**{"stage.ring.rating.rim_factor": 1.3})
     assert pair_of(stated, "ring")[0].gears["ring"].rim_factor == 1.3
+    for rim, left_out in ((3.51, False), (3.4, True), (1.5, True)):
+        keys = {f"{fe}.rim_thickness": rim * stage.normal_module}
+        ring = pair_of(wind.with_(**keys), "ring")[0].gears["ring"]
+        assert (ring.rim_factor, ring.rim_left_out) == (1.0, left_out)
     stiff = wind.with_(**{f"{fe}.flexible": False, f"{fe}.rim_thickness": 2 * stage.normal_module})
     assert pair_of(stiff, "ring")[0].gears["ring"].rim_factor == pytest.approx(
         1.15 * math.log(8.324 / 2)

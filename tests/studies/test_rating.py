@@ -8,14 +8,18 @@ import numpy as np
 import pytest
 
 from flexgear.cli.compare_command import lines_of
+from flexgear.gears.rating.pair import gear_pair
+from flexgear.gears.rating.sheet import sheet_of
 from flexgear.model.bearings import RollingElements
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import load_case
 from flexgear.model.load_cases import LoadCase
 from flexgear.results.rating_files import rating_rows, rating_summary
 from flexgear.results.report.study_tables import rating_tables, rating_verdicts
+from flexgear.results.report.wording import words
 from flexgear.solve.bin_loads import loads_in_bin
 from flexgear.studies import rating as study
+from flexgear.studies import rating_gears
 from flexgear.studies.compare import lives
 from flexgear.studies.measures import chosen_measures, measured
 from flexgear.studies.rating import rate
@@ -338,6 +342,43 @@ def test_damage_rises_by_the_slopes_of_the_curves():
             assert slope == pytest.approx(slopes[one.kind], rel=1e-6)
     assert flank == pytest.approx(16.3, abs=0.05)
     assert root == pytest.approx(50.0, abs=0.1)
+
+
+def test_a_part_within_its_limits_has_no_verdict_where_computed_stress_is_above_them():
+    """Nor has its stage, whichever part of it is the weakest by the standard."""
+    rating = _frozen(("a", 50000.0, 0.5))
+    before = {v.subject: v for v in rating_verdicts(rating)}["Tooth bending, stage 1"]
+    roots = [p for p in rating.ranked if (p.stage, p.kind) == ("stage_1", "root")]
+    safe = roots[-1].required + 0.01
+    assert before.level == "good" and all(p.holds for p in roots)
+    for part in (roots[0], roots[-1]):
+        for direct, level in ((safe, "good"), (safe - 0.02, "watch")):
+            other = replace(part, direct=sheet_of({"S_direct": direct, "σ_direct/σ": 1.0}))
+            parts = tuple(other if p is part else p for p in rating.parts)
+            doubtful = replace(rating, parts=parts)
+            verdict = {v.subject: v for v in rating_verdicts(doubtful)}["Tooth bending, stage 1"]
+            assert verdict.level == level and other.holds is (True if level == "good" else None)
+            assert (f"ISO 6336: {words(part.alike)} {direct:.3g}" in verdict.sentence) is (
+                level == "watch"
+            )
+            rows = {row.label: row.value for row in rating_tables(doubtful, parts=False)[0].rows}
+            assert f"{direct:.3g} by the direct path" in str(rows[words(part.alike)])
+
+
+def test_a_thin_fe_rim_that_nothing_counts_leaves_no_verdict(monkeypatch):
+    """Y_B is 1 of flexible FE bodies, whose bending the direct path has, if it is computed."""
+
+    def of_thin_ring(*stage):
+        pair = gear_pair(*stage)
+        gears = {n: replace(g, rim_left_out=n == "ring") for n, g in pair.gears.items()}
+        return replace(pair, gears=gears)
+
+    monkeypatch.setattr(rating_gears, "gear_pair", of_thin_ring)
+    rating = rate(_train().with_(load_cases=_cases(("a", 50000.0, 0.5)), **FROZEN), workers=1)
+    parts = {p.name: p for p in rating.parts}
+    root, flank = (parts[f"stage_1.ring {kind}"] for kind in ("root", "flank"))
+    assert root.holds is None and root.reserve > 1.0 and flank.holds
+    assert 'root_stress = "fe"' in rating.not_assessed["stage_1.ring root, bending of the rim"]
 
 
 def test_extreme_loads_damage_nothing_and_count_for_safety():

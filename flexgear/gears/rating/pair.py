@@ -52,6 +52,7 @@ class RatedGear:
 
     root: nominal root stress under F_t = 1 N and its factors; flank_strength, root_strength:
     σ_Hlim, σ_Flim, Pa, None if data are missing; rim_factor: Y_B, None if the rim is unknown;
+    rim_left_out: whether it leaves out the bending of a thin rim, that of a flexible FE body;
     inertia: J per face width, kg m; turns: whether it rotates about its axis; face_width: effective
     for the root, m; idler: whether sun and ring load its teeth in turn; reversal: lower over
     higher of the loads on both flanks of a tooth, 1 of idlers; relief: C_αa + C_αf of the flank in
@@ -67,6 +68,7 @@ class RatedGear:
     flank_strength: float | None
     root_strength: float | None
     rim_factor: float | None
+    rim_left_out: bool
     inertia: float
     turns: bool
     face_width: float
@@ -222,6 +224,8 @@ def _gear(view: StageView, g: StageGeometry, role: str, part: str) -> RatedGear:
         key = f"{name}.rating.{fault.key}"
         raise view.refuse(key, fault.problem, fault.remedy) from None
     rim = _rim(view, part, tooth, member)
+    rim_factor = _rim_factor(member, tooth, rim, stage.normal_module)
+    left_out = rim_is_flexible(member) and member.rating.rim_factor is None
     idler = part == "planet" and stage.kind == "planetary"
     modifications = member.modifications.of(role if idler else "drive")
     reliefs = (modifications.tip_relief, modifications.root_relief)
@@ -234,7 +238,8 @@ def _gear(view: StageView, g: StageGeometry, role: str, part: str) -> RatedGear:
         root=root_stress(tooth, member, stage, gear_mesh, unit, view.case.rating.edition),
         flank_strength=strengths[0],
         root_strength=strengths[1],
-        rim_factor=_rim_factor(member, tooth, rim, stage.normal_module),
+        rim_factor=1.0 if left_out else rim_factor,
+        rim_left_out=left_out and rim_factor != 1.0,
         inertia=_inertia(view, tooth, member, rim),
         turns=f"{stage.name}.{name}" not in view.case.held_members(),
         face_width=_root_width(view, member, f"{name}.rating.face_width_mm"),
@@ -276,11 +281,9 @@ def _rim_factor(
 ) -> float | None:
     """Rim thickness factor Y_B of ISO 6336-3, None for an unknown or thinner rim. External 1.6
     ln(2.242 h_t/s_R) for 0.5 < s_R/h_t < 1.2, internal 1.15 ln(8.324 m_n/s_R) for 1.75 < s_R/m_n <
-    3.5, 1 above, and for the rim of a flexible FE body."""
+    3.5, 1 above."""
     if member.rating.rim_factor is not None:
         return member.rating.rim_factor
-    if rim_is_flexible(member):
-        return 1.0
     if rim is None:
         return None
     if tooth.internal:

@@ -41,10 +41,18 @@ def rating_verdicts(rating: Rating) -> list[Verdict]:
         beside = equal_parts(rating, equal[part.alike])
         sentence = f"{words(part.alike)}: {beside}{_sentence(rating, part)}"
         level, group = LEVELS[part.holds], (part.stage, part.kind)
-        unjudged = {p.alike: 0 for p in rating.ranked if p.estimates and (p.stage, p.kind) == group}
+        others = [p for p in rating.ranked if (p.stage, p.kind) == group]
+        unjudged = {p.alike: 0 for p in others if p.estimates}
         if level == "good" and unjudged:  # which may be weaker than by their estimates
             level = "note"
             sentence += f" Without a verdict: {', '.join(map(words, unjudged))}."
+        below = {
+            p.alike: p.direct["S_direct"].value for p in reversed(others) if p.is_below_directly
+        }
+        if level != "bad" and below:
+            level = "watch"
+            listed = ", ".join(f"{words(name)} {number(s, 3)}" for name, s in below.items())
+            sentence += f" Below the limit by the direct path, beyond ISO 6336: {listed}."
         verdicts.append(Verdict(level, subject, _figure(part), sentence, RATING))
     if rating.reliability is not None:
         figure = with_unit(rating.reliability, "share")
@@ -118,6 +126,8 @@ def _sentence(rating: Rating, part: RatedPart) -> str:
     """Load case of the smallest safety, damage, and the load case with most of the damage."""
     worst, at, total = rating.bins[part.worst_bin].name, part.governing_bin, part.damage_sum
     texts = [] if at is None or part.kind == "bearing" else [f"least in {rating.bins[at].name}"]
+    if (direct := value_of(part.direct, "S_direct")) < part.least_safety:
+        texts.append(f"{number(direct, 3)} by the direct path")
     if math.isnan(total):
         texts.append(f"no load case with a duration, most loaded in {worst}")
     elif math.isinf(total):
