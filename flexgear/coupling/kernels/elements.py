@@ -231,11 +231,12 @@ def pair_rows(data: PairData, machines: int = 0) -> Rows:
 
 
 def slice_parameters(data: PairData) -> int:
-    """Number of parameters of the law of pairs with slices, including the forces of the last
+    """Number of parameters of the law of pairs with slices, including what it remembers of the last
     solution; 0 without slices."""
     if not data.slice_table.shape[2]:
         return 0
-    return FIRST + data.slice_table.shape[2] - LINE_COLUMNS + int(data.slices.max(initial=0))
+    remembered = 2 + 3 * int(data.slices.max(initial=0))
+    return FIRST + data.slice_table.shape[2] - LINE_COLUMNS + remembered
 
 
 def places_of_gear_mesh(data: PairData) -> int:

@@ -14,8 +14,8 @@ forces are the derivative of
 J = ½ fᵀ C f + Σ ∫ f dh, with the tangent of the active slices. Damping τ k_j ẋ_j uses nominal
 stiffnesses k_j and neither pulls nor exceeds the force, as in ``slices``. Parameters: number of
 slices, τ s, a constant damper, then t, nominal stiffness N/m and g m of all slices, a m/N, d N, and
-the lower triangle of C by rows, m/N; then, if there is room, the forces of the last solution, as
-start values of the next one.
+the lower triangle of C by rows, m/N; then, if there is room, the motion of the last solution, its
+forces and their derivatives, from which the next one starts.
 """
 
 import math
@@ -99,16 +99,20 @@ def _solved(matrix, sides, n):
 
 @njit(error_model="numpy")
 def _newton(share, bending, x, f, space, marks):
-    """Computes forces f (K,) under overlaps x (K,), from start values in f; returns the number n of
-    active slices. marks (2, K): [0, :n] their indices on return; space (K + 4, K): work array whose
-    last two rows have df/dδ of the n slices for both rows of the pair on return."""
+    """Computes forces f (K,) under overlaps x (K,), from start values in f, by which slices are
+    active at first if any of them is positive; returns the number n of active slices. marks (2, K):
+    [0, :n] their indices on return; space (K + 4, K): work array whose last two rows have df/dδ of
+    the n slices for both rows of the pair on return."""
     count, largest = x.shape[0], 0.0
     place, active = marks[0], marks[1]
     matrix, left, sides = space[:count], space[count], space[count + 1 :]
+    loaded = False
     for j in range(count):
-        active[j] = 1 if x[j] > 0.0 else 0
-        f[j] *= active[j]
+        f[j] = f[j] if x[j] > 0.0 else 0.0
+        loaded = loaded or f[j] > 0.0
         largest = max(largest, abs(x[j]))
+    for j in range(count):
+        active[j] = 1 if (f[j] if loaded else x[j]) > 0.0 else 0
     for _ in range(MAX_ITERATIONS):
         n, residual = 0, 0.0
         for j in range(count):
@@ -163,23 +167,32 @@ def coupled_slices(parameters, motion, force, tangent):
     count, tau = int(parameters[COUNT]), parameters[RELAXATION]
     share, nominal = parameters[FIRST : FIRST + count], parameters[FIRST + count :]
     last = FIRST + 5 * count + count * (count + 1) // 2
-    bending, before = parameters[FIRST + 3 * count : last], parameters[last:]
-    remembers = before.shape[0] >= count
+    bending, memory = parameters[FIRST + 3 * count : last], parameters[last:]
+    before, slopes, remembers = memory[2:], memory[2 + count :], memory.shape[0] >= 2 + 3 * count
     space, marks, stiffness = np.empty((count + 6, count)), np.empty((2, count), np.int64), 0.0
     x, f, sides, place = space[0], space[1], space[count + 4 :], marks[0]
+    loaded, step, other = False, 0.0, 0.0
+    if remembers:
+        step, other = motion[0, 0] - memory[0], motion[0, 1] - memory[1]
+        for j in range(count):
+            loaded = loaded or before[j] > 0.0
     for j in range(count):
         b = share[j]
         x[j] = (1.0 - b) * motion[0, 0] + b * motion[0, 1] - nominal[count + j]
         bound = nominal[j] * x[j]
-        if remembers and bound / NEAR < before[j] < bound * NEAR:
-            f[j] = before[j]
-        else:
-            f[j] = _guess(bound, nominal[j] * bending[j], bending[count + j])
+        guess = before[j] + slopes[j] * step + slopes[count + j] * other if loaded else 0.0
+        if not loaded or (before[j] > 0.0 and not bound / NEAR < guess < bound * NEAR):
+            guess = _guess(bound, nominal[j] * bending[j], bending[count + j])
+        f[j] = guess
         stiffness += nominal[j]
     clear(force, tangent)
     n, energy = _newton(share, bending, x, f, space[2:], marks), 0.0
-    for j in range(count if remembers else 0):
-        before[j] = f[j]
+    if remembers:
+        memory[0], memory[1] = motion[0, 0], motion[0, 1]
+        for j in range(count):
+            before[j], slopes[j], slopes[count + j] = f[j], 0.0, 0.0
+        for p in range(n):
+            slopes[place[p]], slopes[count + place[p]] = sides[0, p], sides[1, p]
     for p in range(n):
         j = place[p]
         elastic, b = f[j], share[j]
