@@ -177,9 +177,10 @@ def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:
 
     Sections "assembly", one for each gear, "sun_gear_mesh" and "ring_gear_mesh" (parallel stage:
     "gear_mesh"), "missing_on_flanks" if flanks are modified, "faults" if teeth have faults, and
-    "not_modelled" (``neglected_effects``). Stiffness is along the 3D normal; stiffness, face width
-    and contact ratios of a double-helical stage are those of one half. Backlash is reduced by
-    errors at the planet where they reduce it most. Stresses are nominal, without load factors.
+    "not_modelled" (``neglected_effects``). Stiffness (along the 3D normal), place and phases are
+    those of the flanks that carry rated torque; stiffness, face width and contact ratios of a
+    double-helical stage those of one half. Backlash is reduced by errors at the planet where they
+    reduce it most. Stresses are nominal, without load factors.
     """
     g, paths, stage = stage_geometry(view), stage_paths(view, forces), view.stage
     report: Report = {"assembly": _assembly(view, g)}
@@ -192,7 +193,8 @@ def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:
         name = "gear_mesh" if stage.kind == "parallel" else f"{role}_gear_mesh"
         kinds = GearMeshKind.both(role)
         flanks = [errors[kind, side] for kind in kinds if errors]
-        report[name] = _gear_mesh(view, g, role, paths[kinds[0], side], flanks)
+        carrying = next(path for kind in kinds if (path := paths[kind, side]).carries)
+        report[name] = _gear_mesh(view, g, role, carrying, flanks)
         if forces[role]:
             pressure = pitch_point_pressure(view, g, role, forces[role])
             report[name]["nominal_contact_pressure_mpa"] = pressure / 1e6

@@ -14,6 +14,7 @@ from gears.stages import (
     planetary,
     seen,
 )
+from trains import BEARING, spur_pair, write
 
 from flexgear.cli.case_commands import derived
 from flexgear.gears.geometry import stage_geometry
@@ -85,6 +86,22 @@ def test_pinion_and_gear_and_one_gear_mesh():
     assert rows["mean_stiffness_n_per_m"] < rows["largest_stiffness_n_per_m"]
     assert rows["pair_stiffness_peak_n_per_m"] < rows["largest_stiffness_n_per_m"]
     json.dumps(report, default=float, allow_nan=False)
+
+
+def test_stiffness_is_that_of_the_flank_that_carries(tmp_path):
+    """A pair of spur gears with relief on its drive flank, run forwards and backwards."""
+    relief = ", modifications = { drive = { tip_relief = { amount_um = 40, length_mm = 8 } } }"
+    rows = []
+    for sign in (1, -1):
+        text = spur_pair(
+            pinion=f"teeth = 30, {BEARING}{relief}", backlash=100, speed=sign * 10,
+            gear_mesh='model = "per_pair"\ncontact_law = "one-sided"', torque=sign * 500,
+        )  # fmt: skip
+        rows.append(derived(load_case(write(tmp_path, text)))["gear_mesh"])
+    for name in ("mean", "least", "largest"):
+        key = f"{name}_stiffness_n_per_m"
+        assert rows[1][key] == pytest.approx(rows[0][key], rel=1e-9)
+    assert rows[1]["backlash_um"] == pytest.approx(rows[0]["backlash_um"], rel=1e-9)
 
 
 def test_a_double_helical_stage_reports_its_halves():
