@@ -403,6 +403,9 @@ def test_cases_and_models_are_shown_in_a_line(case, model):
         assert "lin-parker" in shown and len(shown) < 300
     assert "<td>lin-parker</td>" in model._repr_html_()
     assert "26/34/94 teeth" in case._repr_html_()
+    small = case.with_(planets=1, normal_module=5e-4, center_distance=None)
+    assert "planetary, 1 planet, ring held" in small._repr_html_()
+    assert "normal module 0.5 mm" in small._repr_html_()
 
 
 def test_a_notebook_shows_bars_and_a_script_nothing(case, monkeypatch, capsys):

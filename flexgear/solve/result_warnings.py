@@ -35,6 +35,7 @@ from flexgear.model.stage_view import StageView
 from flexgear.results.report.sharing import Sharing, first_variant, sharings
 from flexgear.results.report.wording import (
     factor,
+    module_text,
     number,
     of_stage,
     titled_by_stage,
@@ -183,7 +184,7 @@ def small_against(view: StageView) -> dict[str, float]:
     """Limits for small displacements, m, by the quantity to which they refer in words, the module
     first; the least of all gear meshes."""
     g, module = stage_geometry(view), view.stage.normal_module
-    limits = {f"the module of {with_unit(module, 'm')}": SMALL * module}
+    limits = {f"the module of {module_text(module)}": SMALL * module}
     if not g.overridden:
         room = min(
             min(bottom_clearance(g.gears[role], g.planet, g.center_distance))

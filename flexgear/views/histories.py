@@ -50,6 +50,7 @@ from flexgear.views.style import (
     SEQUENTIAL_MAP,
     SPLIT_COLOUR,
     angle_axis,
+    force_scale,
     least_span,
     legend_below,
     legend_lines,
@@ -129,18 +130,20 @@ def pair_loads(
     colours = variant_colours(runs)
     figure, axes = panels(1, 1, height_mm=78)
     ax, split_line = axes[0, 0], list[Line2D]()
+    pairs = {name: pair_arrays(dataset, gear_mesh, 1) for name, dataset in runs.items()}
+    unit, by = force_scale([np.max(load, initial=0.0) for load, _, _ in pairs.values()])
     for i, (name, dataset) in enumerate(runs.items()):
         at = abscissa(dataset, x)
-        load, tooth, stiffness = pair_arrays(dataset, gear_mesh, 1)
-        ax.plot(*pair_curve(at, tooth, load * KILO), color=colours[name], **layer(i))
+        load, tooth, stiffness = pairs[name]
+        ax.plot(*pair_curve(at, tooth, load * by), color=colours[name], **layer(i))
         if name == split:
             look: dict[str, Any] = {"lw": 1.3, "ls": (0, (4, 1.6)), "zorder": 3.5}
-            parts = KILO * stiffness_split(load, stiffness)
+            parts = by * stiffness_split(load, stiffness)
             ax.plot(*pair_curve(at, tooth, parts), color=SPLIT_COLOUR, **look)
             text = f"{name}, split by stiffness"
             split_line = [Line2D([], [], color=SPLIT_COLOUR, lw=1.5, ls="--", label=text)]
     ax.axhline(0, color=NEUTRAL, lw=0.7)
-    ax.set_ylabel("load of a tooth pair (kN)")
+    ax.set_ylabel(f"load of a tooth pair ({unit})")
     flank = flank_label(runs.values(), gear_mesh)
     ax.set_title(f"Tooth-pair loads, {LABELS[gear_mesh]} 1{flank}")
     return finish(figure, axes, runs, x, split_line)

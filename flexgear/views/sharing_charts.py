@@ -33,10 +33,10 @@ from flexgear.views.select import (
     variable,
 )
 from flexgear.views.style import (
-    KILO,
     MICRO,
     NEUTRAL,
     PLANET_COLOURS,
+    force_scale,
     labelled_bars,
     least_span,
     legend_below,
@@ -65,22 +65,21 @@ FAR_APART = 50.0  # largest over smallest of some bars above which the axis is l
 @styled
 def sharing_chart(data: xr.Dataset) -> Figure:
     """Load factor K_γ = N F / ΣF of every planet, a panel for each stage and kind of gear mesh."""
-    return _planets_chart(data, "planet_load_factor", "$K_γ$", 1.0)
+    return _planets_chart(data, "planet_load_factor", "$K_γ$")
 
 
 @styled
 def gear_mesh_forces(data: xr.Dataset) -> Figure:
-    """Normal force of every planet (kN), a panel for each stage and kind of gear mesh."""
-    return _planets_chart(data, "gear_mesh_force", "force", KILO, "kN")
+    """Normal force of every planet, a panel for each stage and kind of gear mesh."""
+    return _planets_chart(data, "gear_mesh_force", "force", "N")
 
 
-def _planets_chart(
-    data: xr.Dataset, name: str, symbol: str, factor: float, unit: str = ""
-) -> Figure:
+def _planets_chart(data: xr.Dataset, name: str, symbol: str, unit: str = "") -> Figure:
     """A panel for each stage and kind of gear mesh with a line for each planet and their mean;
     histories with too many oscillations as envelopes, with a close-up around the largest value."""
     rows = gear_mesh_groups(data, name)
     values = np.column_stack([part.to_numpy() for part in rows.values()])
+    unit, factor = force_scale(values) if unit else ("", 1.0)
     count = max(oscillations(series) for series in values.T)
     dense = count > MAX_OSCILLATIONS
     window = {str(next(iter(rows.values())).dims[0]): close_up(values)} if dense else {}
@@ -322,7 +321,7 @@ def _signed(value: float) -> str:
 
 @styled
 def comparison_chart(runs: Mapping[str, xr.Dataset]) -> Figure:
-    """Largest force of the planets (kN) and load sharing K_γ = N max F / Σ F of several runs, a row
+    """Largest force of the planets and load sharing K_γ = N max F / Σ F of several runs, a row
     for each group of gear meshes, that of a parallel stage without load sharing. runs: transients,
     or equilibria, of cases with the same stages, by label."""
     forces = {label: gear_mesh_groups(data, "gear_mesh_force") for label, data in runs.items()}
@@ -332,6 +331,7 @@ def comparison_chart(runs: Mapping[str, xr.Dataset]) -> Figure:
     if len({"time" in data.dims for data in runs.values()}) > 1:
         raise FlexgearError("cannot draw: some are transients and some are equilibria")
     colours, axis_label = variant_colours(runs), ""
+    unit, by = force_scale([f.max().item() for g in forces.values() for f in g.values()])
     shared = [f.sizes["gear_mesh"] > 1 for f in first.values()]
     columns = 2 if any(shared) else 1
     figure, axes = panels(len(first), columns, height_mm=24 + 46 * len(first), sharex=True)
@@ -339,13 +339,13 @@ def comparison_chart(runs: Mapping[str, xr.Dataset]) -> Figure:
         x, axis_label = sample_axis(runs[label])
         for row, (title, force) in zip(axes, groups.items(), strict=True):
             factor = runs[label]["planet_load_factor"].sel(gear_mesh=force["gear_mesh"])
-            largest = (KILO * force.max("gear_mesh"), factor.max("gear_mesh"))
+            largest = (by * force.max("gear_mesh"), factor.max("gear_mesh"))
             row[0].set_title(title)
             for ax, values in zip(row, largest, strict=False):
                 if draw(ax, x, values.to_numpy(), colours[label], **layer(k)):
                     note_envelope(ax)
     for row, has_sharing in zip(axes, shared, strict=True):
-        row[0].set_ylabel("largest force (kN)")
+        row[0].set_ylabel(f"largest force ({unit})")
         for ax in row:
             least_span(ax, 0.01)
         if has_sharing:

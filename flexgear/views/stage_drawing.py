@@ -68,7 +68,7 @@ def front_drawing(view: StageView) -> Figure:
     ax.autoscale_view()
     ax.set_xlabel("X (mm)")
     ax.set_ylabel("Y (mm)")
-    ax.set_title(f"centre distance {MILLI * g.center_distance:.1f} mm")
+    ax.set_title(f"centre distance {MILLI * g.center_distance:.5g} mm")
     _legend(figure, view, front=True)
     return figure
 

@@ -26,7 +26,7 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from flexgear.arrays import Array
 from flexgear.files.atomic import atomic_file
@@ -86,6 +86,11 @@ RC: Any = {  # its type changes with the version of matplotlib
     "path.simplify": True,
     "agg.path.chunksize": 20000,
 }
+
+
+def force_scale(forces: ArrayLike) -> tuple[str, float]:
+    """Unit of forces (…), N, in a picture, and the factor to it: N where all are below 1 kN."""
+    return ("N", 1.0) if np.nanmax(forces, initial=0.0) < 1e3 else ("kN", KILO)
 
 
 def styled(function: Callable[P, R]) -> Callable[P, R]:

@@ -270,8 +270,10 @@ def test_the_worst_comes_first_and_warnings_before_what_needs_no_attention():
     assert levels[:2] == ["bad", "watch"]
     count = levels.count("bad") + levels.count("watch")
     assert set(levels[count:]) <= {"open", "note", "good"}
-    assert every[count].subject == "Warning" and "static error 3 %" in every[count].sentence
+    assert every[count].subject == "Warning" and every[count].sentence == "time steps are long"
     assert every[count + 1 :] and "Warning" not in {v.subject for v in every[count + 1 :]}
+    (ring,) = [v for v in every if "static error 3 %" in v.sentence]  # once, and with its place
+    assert (ring.figure, ring.level) == ("Reduced ring: 3 %", "watch")
 
 
 def test_neglected_effects_are_one_answer():

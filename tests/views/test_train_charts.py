@@ -104,11 +104,16 @@ class TestSharing:
             sharing_charts.sharing_chart(data)
 
 
-def test_forces_are_in_kilonewtons():
+def test_forces_are_in_kilonewtons_or_newtons():
     figure = sharing_charts.gear_mesh_forces(history())
     assert len(figure.axes) == 3
     assert "mean 10 kN, largest 11" in text_of(figure)
     assert all(ax.get_ylabel() == "force (kN)" for ax in figure.axes)
+    small = history()
+    small["gear_mesh_force"] = 1e-2 * small["gear_mesh_force"]
+    figure = sharing_charts.gear_mesh_forces(small)
+    assert "mean 100 N, largest 110" in text_of(figure)
+    assert all(ax.get_ylabel() == "force (N)" for ax in figure.axes)
 
 
 def test_planets_of_one_picture_are_all_bands_or_all_lines():

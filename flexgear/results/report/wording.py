@@ -159,12 +159,18 @@ def split_unit(key: str) -> tuple[str, str]:
     return words(key.removesuffix(f"_{suffix}")), _UNITS.get(suffix) or unit_name(suffix)
 
 
+def module_text(module: float) -> str:
+    """Text of a module in mm, also below 1 mm; module: m."""
+    return f"{number(1e3 * module)} mm"
+
+
 def stage_line(case: Case, stage: Stage) -> str:
     """Text such as "planetary, 3 planets, carrier held, 21/42/105 teeth, normal module 15 mm"."""
     gears = ("sun", "planet", "ring") if stage.kind == "planetary" else ("pinion", "gear")
     teeth = "/".join(str(getattr(stage, gear).teeth) for gear in gears)
-    planets = f", {stage.planets} planets" if stage.kind == "planetary" else ""
+    planets = ", 1 planet" if stage.planets == 1 else f", {stage.planets} planets"
+    planets = planets if stage.kind == "planetary" else ""
     held = "".join(f", {m.part} held" for m in case.held_members() if m.stage == stage.name)
-    module = with_unit(stage.normal_module, "m")
+    module = module_text(stage.normal_module)
     halves = ", double-helical" if stage.double_helical else ""
     return f"{stage.kind}{planets}{held}, {teeth} teeth, normal module {module}{halves}"

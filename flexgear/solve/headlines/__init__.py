@@ -75,7 +75,9 @@ def verdicts(case: Case, summary: Mapping[str, Any]) -> list[Verdict]:
         _verdict(declared[answers[0]["name"]], answers, len(case.stages) > 1)
         for answers in by_name.values()
     ]
-    lines += [Verdict("watch", WARNING, "", text) for text in summary["warnings"]]
+    sentences = [row["sentence"] for row in summary["headlines"]]
+    warnings = [text for text in summary["warnings"] if not any(text in s for s in sentences)]
+    lines += [Verdict("watch", WARNING, "", text) for text in warnings]
     return sorted(lines, key=lambda line: _level_rank(line.level))
 
 

@@ -59,12 +59,14 @@ def _checks(summary: Summary) -> Iterator[Check]:
         error = reduction.get("static_error")
         if error is not None:
             figure, promised = _percent(error), _percent(PROMISED)
+            of_body = f"{name}: static error"  # its warning names the load and a remedy
+            warning = next((text for text in summary["warnings"] if of_body in text), "")
             yield Check(
                 "good" if error <= PROMISED else "watch",
                 f"Reduced {words(name)}",
                 figure,
                 f"static error of the reduced {words(name)} {figure}",
-                f"Static error beside the full FE mesh; up to {promised} is promised.",
+                f"Static error beside the full FE mesh; up to {promised} is promised. {warning}",
             )
     residual = summary["energy_residual"]
     if residual is not None:
