@@ -188,7 +188,8 @@ def _on_terminal(option: str, about: str) -> bool:
 
 def _positive(option: str, value: float) -> float:
     if not (math.isfinite(value) and value > 0):
-        raise InputError("new", option, f"{value:g} is no number above 0", "correct it")
+        remedy = "give its size; both signs in a case turn the sense" if value < 0 else "correct it"
+        raise InputError("new", option, f"{value:g} is no number above 0", remedy)
     return value
 
 

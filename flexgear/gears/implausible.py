@@ -23,7 +23,7 @@ from flexgear.gears.implausible_teeth import tooth_warnings
 from flexgear.gears.load_bins import idle_loads
 from flexgear.gears.nominal_stress import largest_root_stress, pitch_point_pressure
 from flexgear.gears.paths import modified_flanks, stage_paths
-from flexgear.gears.power_flow import PowerFlow, StageFlow
+from flexgear.gears.power_flow import NOISE, PowerFlow, StageFlow
 from flexgear.gears.tooth_faults import lost_contact
 from flexgear.model.case import Case
 from flexgear.model.stage_view import StageView
@@ -35,12 +35,12 @@ LARGEST_MODIFICATION = 0.05  # modules; teeth deflect by about a hundredth
 LEAST_GRAVITY, MOST_GRAVITY = 1.0, 100.0  # m/s²: the Moon's is 1.6, gearboxes are flown at 10 g
 FASTEST = 250.0  # m/s on pitch circles; turbo gears reach 200
 LARGEST_TWIST = 1.2  # rad of a joint at rated torque; dual-mass flywheels of cars reach 1
-LEAST_MASS, MOST_MASS = 0.01, 300.0  # of a steel disc; small suns carry rotors; units make 1000
+LEAST_MASS, MOST_MASS = 0.01, 300.0  # of a solid disc; small suns carry rotors; units make 1000
 
 
 def implausible(case: Case, flow: PowerFlow) -> list[str]:
     """Warnings about implausible values of a case, in the order of its stages."""
-    warnings = [*_gravity(case), *_idle(case), *_joints(case, flow)]
+    warnings = [*_gravity(case), *_idle(case), *_braking(case, flow), *_joints(case, flow)]
     for stage in flow.stages:
         prefix = f"{stage.name}: " if len(case.stages) > 1 else ""
         warnings += [prefix + text for text in _of_stage(case.view(stage.name), stage)]
@@ -64,6 +64,16 @@ def _idle(case: Case) -> list[str]:
         channels = np.array([*map(bool, (*series.force, *series.moment)), False])
         loads.append((case.inputs[0].member, channels))
     return [f"{name}: {reason}" for name, reason in idle_loads(case, loads).items()]
+
+
+def _braking(case: Case, flow: PowerFlow) -> Iterator[str]:
+    """Warning about inputs that together take power out of the train, as the output drives."""
+    taken = -sum(flow.power[port.member] for port in case.inputs)
+    if taken > NOISE * flow.input_power:
+        yield (
+            f"the inputs take {taken / 1e3:.4g} kW out of the train, as torque and speed have "
+            "opposite signs, and the output drives; to run the train in reverse, change both signs"
+        )
 
 
 def _joints(case: Case, flow: PowerFlow) -> Iterator[str]:
@@ -184,16 +194,16 @@ def _teeth(view: StageView, g: StageGeometry) -> Iterator[str]:
 
 
 def _sizes(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]:
-    """Warnings about stated masses, compared with a steel disc as wide as the gears (with the
+    """Warnings about stated masses, compared with a solid disc as wide as the gears (with the
     reference radius of a gear, the centre distance of a carrier), and about pitch-line speed."""
     radii = {name: gear.reference_radius for name, gear in g.gears.items()}
     for name in (*view.stage.members, "planet"):
         mass = getattr(getattr(view.stage, name), "mass", None)
         radius = radii.get({"pinion": "sun", "gear": "planet"}.get(name, name), g.center_distance)
-        disc = math.pi * radius**2 * view.stage.gear_width * view.case.material.density
+        disc = math.pi * radius**2 * view.stage.gear_width * view.material.density
         if mass is not None and not LEAST_MASS < mass / disc < MOST_MASS:
             yield (
-                f"{view.key(name)}.mass is {mass:.3g} kg, and a steel disc of its size and the "
+                f"{view.key(name)}.mass is {mass:.3g} kg, and a solid disc of its size and the "
                 f"gears' width has {disc:.2g}; check its unit"
             )
     speed = stage.gear_mesh_frequency * 2.0 * math.pi * g.planet.reference_radius / g.planet.teeth

@@ -357,7 +357,7 @@ def _require_possible(request: StageRequest) -> None:
     """Raises InputError for values of a request outside their limits."""
     largest_helix = LARGEST_HELIX[request.double_helical]
     low, high = sorted(request.kind.ratio(basic) for basic in (2.0, 9.0))
-    usual = f"{low:.3g} to {high:.3g} is usual of a {request.arrangement} stage"
+    usual = f"{low:.3g} to {high:.3g} is usual of a {request.arrangement} stage; 4,5 are two stages"
     least, most = sorted(request.kind.ratio(basic) for basic in (1.5, 11.0))
     limits: dict[str, tuple[float, float, float, str]] = {
         "--ratio": (request.ratio, least, most, usual),

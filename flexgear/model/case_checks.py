@@ -13,6 +13,7 @@ from flexgear.model.rating import check_rating, check_thrust
 from flexgear.model.read import nearest
 from flexgear.model.section import Missing, Refusal
 from flexgear.model.sensor import check_sensors
+from flexgear.model.stage import ONE_SET_OF_TEETH
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case
@@ -71,8 +72,12 @@ def _check_members(case: Case) -> None:
     named += [(f"loads.{k}.member", load.member) for k, load in enumerate(case.loads)]
     members: list[str] = list(case.member_names())
     for key, name in named + _joint_ends(case):
-        if name not in members:
-            raise Refusal(key, f"{echo(name)} is not a member", nearest(name, members))
+        if name in members:
+            continue
+        remedy = nearest(name, members)
+        if name.rpartition(".")[2].startswith("planet"):
+            remedy = f"{remedy}; {ONE_SET_OF_TEETH}"
+        raise Refusal(key, f"{echo(name)} is not a member", remedy)
 
 
 def _check_ports(case: Case) -> None:

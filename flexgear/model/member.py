@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -11,7 +11,7 @@ from flexgear.model.bodies import Carrier, Hub, Planet, Shaft
 from flexgear.model.modifications import GearModifications, PlanetModifications
 from flexgear.model.rating import GearRating
 from flexgear.model.ring import Ring
-from flexgear.model.section import Missing, OneOrMany, Refusal, Section
+from flexgear.model.section import Absent, Missing, OneOrMany, Refusal, Section
 from flexgear.model.units import (
     Angle,
     DynamicViscosity,
@@ -156,8 +156,8 @@ class PlanetBearing(Support):
 
 
 class LumpedInertia(Section):
-    """Mass properties; those that are left out follow from a steel disc or ring of the member's
-    size.
+    """Mass properties; those that are left out follow from a disc or ring of the member's size and
+    of the stage's material.
 
     mass: of the lumped body. support: springs to the housing, or a list of them: bearings at their
     z along a rigid shaft. inertia: about the axis, kg m².
@@ -212,6 +212,14 @@ class GearMember(LumpedInertia, Gear):
     allowable_flank_pressure: permissible contact stress σ_HP of ISO 6336-2, limit of the computed
     flank pressure. rating: steel, surface and accuracy.
     """
+
+    absent: ClassVar[Absent] = {
+        "material|young|poisson|density": (
+            "is not available: all gears of a stage are of one material",
+            "give stage.material; for teeth of two materials in contact its Young's modulus is "
+            "2 E_1 E_2/(E_1 + E_2), and mass_kg gives the masses",
+        ),
+    }
 
     base_diameter: Length | None = Field(default=None, ge=1e-4, le=10.0)
     rim_thickness: Length | None = Field(default=None, ge=1e-4, le=3.0)

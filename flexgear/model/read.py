@@ -95,6 +95,9 @@ def match_key(
             if suffix in ALL_SUFFIXES:
                 problem = f"_{suffix} is not a unit of {quantity.dimension}"
                 raise InputError(where, path, problem, f"write {good}")
+    for pattern, (problem, remedy) in section.absent.items():
+        if re.match(pattern, key):
+            raise InputError(where, path, problem, remedy)
     raise InputError(where, path, UNKNOWN, _suggest(section, key))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
-from typing import Annotated, Any, Self, TypeVar, get_args
+from typing import Annotated, Any, ClassVar, Self, TypeVar, get_args
 
 from pydantic import (
     BaseModel,
@@ -20,9 +20,14 @@ from pydantic_core import InitErrorDetails
 
 from flexgear.model.units import Quantity
 
+Absent = Mapping[str, tuple[str, str]]  # problem and remedy by pattern of the begin of a key
+
 
 class Section(BaseModel):
-    """Frozen parameters in SI; unknown keys and wrong types are refused."""
+    """Frozen parameters in SI; unknown keys and wrong types are refused. absent: keys that a user
+    may look for, of what flexgear does not model."""
+
+    absent: ClassVar[Absent] = {}
 
     model_config = ConfigDict(
         frozen=True, extra="forbid", strict=True, allow_inf_nan=False, ser_json_inf_nan="strings"

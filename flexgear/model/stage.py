@@ -3,12 +3,13 @@
 import cmath
 import math
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
 from flexgear.model.bearings import Bearing
 from flexgear.model.bodies import Material
+from flexgear.model.errors import echo
 from flexgear.model.gear_mesh import MAX_PLANETS, GearErrors, GearMesh, equal_spacing
 from flexgear.model.member import (
     CarrierMember,
@@ -24,13 +25,18 @@ from flexgear.model.member import (
     required_hand,
 )
 from flexgear.model.names import BodyName
+from flexgear.model.read import nearest
 from flexgear.model.ring import Ring
-from flexgear.model.section import Missing, Refusal, Section, below, raw_value
+from flexgear.model.section import Absent, Missing, Refusal, Section, below, raw_value
 from flexgear.model.units import Angle, Length
 
 Form = Literal["lumped", "fe", "beam"]
 PLANETARY = ("sun", "ring", "carrier")
 PARALLEL = ("pinion", "gear")
+ONE_SET_OF_TEETH = (
+    "planets have one set of teeth: stepped planets (Wolfrom) and planets that mesh with one "
+    "another (Ravigneaux) are not modelled"
+)
 _PARTS = {"planetary": ("sun", "planet", "ring", "carrier"), "parallel": PARALLEL}
 _GEOMETRY = dict.fromkeys(
     (
@@ -70,6 +76,14 @@ class Stage(Section):
     case's if left out. case: bundled name or file of a case whose only stage this is, except for
     the keys beside it.
     """
+
+    absent: ClassVar[Absent] = {
+        r"(sun|planet|ring)s?_?([2-9]|[b-d]$|large|small|long|short|step)|second|stepped": (
+            "is not available",
+            f"a stage has one sun and one ring, and {ONE_SET_OF_TEETH}; several simple stages are "
+            "connected by [[joints]]",
+        ),
+    }
 
     name: str = Field(default="", pattern=r"^([A-Za-z][A-Za-z0-9_-]*)?$")
     kind: Literal["planetary", "parallel"] = "planetary"
@@ -206,10 +220,20 @@ class Stage(Section):
 
     @classmethod
     def required(cls, data: Mapping[str, Any]) -> list[Missing]:
-        """Parts and number of planets by the kind of the stage, the hand of helical gears."""
+        """Parts and number of planets by the kind of the stage, the hand of helical gears. Raises
+        Refusal for an unknown kind and for planets with several sets of teeth."""
         kind = data.get("kind", "planetary")
-        if kind not in list(_PARTS):  # the field refuses it
-            return []
+        if kind not in list(_PARTS):
+            remedy = nearest(str(kind), list(_PARTS))
+            if "did you mean" not in remedy:
+                remedy += (
+                    '; a differential or star is "planetary", as held, inputs and output say; '
+                    f"{ONE_SET_OF_TEETH}, nor are bevel and worm gears"
+                )
+            raise Refusal("kind", f"{echo(kind)} is unknown", remedy)
+        if isinstance(teeth := raw_value(data, "planet", "teeth"), list | tuple):
+            remedy = f"give one; {ONE_SET_OF_TEETH}"
+            raise Refusal("planet.teeth", f"has {len(teeth)} numbers", remedy)
         planetary, parallel = ({*names} & {*data} for names in _PARTS.values())
         if "kind" not in data and parallel and not planetary:
             problem = "is planetary if left out, and such a stage has no pinion or gear"

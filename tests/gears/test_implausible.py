@@ -116,6 +116,11 @@ ELEMENTS = {f"stages.stage_1.planet_bearing.elements.{k}": str(v) for k, v in SI
         ),
         ("wind-5mw", {"gravity_m_per_s2": "[0, -9810, 0]"}, ["gravity is 9810 m/s²"]),
         ("wind-5mw", {"gravity_m_per_s2": "[0, -0.00981, 0]"}, ["gravity is 0.00981 m/s²"]),
+        (  # 4e6 N m · 11.27 · 2π/60 rad/s; two inputs of which one only brakes are no doubt
+            "wind-5mw",
+            {"inputs.0.speed_rpm": "-11.27"},
+            ["the inputs take 4721 kW out of the train", "and the output drives"],
+        ),
         (  # N mm/rad for N m/rad
             "wind-5mw",
             {"stage.planet_bearing.tilt_nm_per_rad": "1.6e11"},

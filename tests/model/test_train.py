@@ -162,7 +162,8 @@ COUPLED[0][4] = COUPLED[4][0] = 1e6
          r"joints\[0\].second: joins stage_2.gear with itself"),
         ('member = "stage_1.carrier"', 'member = "stage_3.carrier"',
          r"inputs\[0\].member: 'stage_3.carrier' is not a member"),
-        ('member = "stage_1.carrier"', 'member = "stage_1.planet"', "is not a member"),
+        ('member = "stage_1.carrier"', 'member = "stage_1.planet"',
+         r"'stage_1.planet' is not a member -- .*stepped planets \(Wolfrom\) .* not modelled"),
         ('member = "stage_2.pinion"', 'member = "pinion"', "output.member: 'pinion' is not"),
         ('[material]', 'held = ["stage_1.rim"]\n[material]',
          r"held\[0\]: 'stage_1.rim' is not a member -- did you mean stage_1.ring"),
@@ -272,8 +273,17 @@ def test_bad_trains_are_one_clear_line(tmp_path, old, new, words):
         ("planets = 3", "teeth = 3", "stage.teeth: .* write stage.sun.teeth, stage.planet.teeth"),
         ("[stage]", "planets = 3\n[stage]", "planets: .* write stage.planets$"),
         ('member = "stage.sun"', 'member = "stage_1.sun"', "did you mean stage.sun"),
+        # gearboxes that are not modelled
+        ("planet = { teeth = 20 }", "planet = { teeth = [20, 15] }",
+         "stage.planet.teeth: has 2 numbers -- give one; .* stepped planets .* not modelled"),
+        ("planets = 3", "planets = 3\nplanet_2 = { teeth = 15 }",
+         "stage.planet_2: is not available -- a stage has one sun and one ring, and .* stepped"),
+        ("planets = 3", 'planets = 3\nkind = "ravigneaux"',
+         "stage.kind: 'ravigneaux' is unknown -- use one of .*(Ravigneaux).* not modelled"),
+        ("sun = { teeth = 20 }", "sun = { teeth = 20, material = { young_modulus_gpa = 3 } }",
+         "stage.sun.material: is not available: all gears of a stage are of one material -- give"),
     ],
-)
+)  # fmt: skip
 def test_the_only_stage_is_named_as_it_is_written(tmp_path, old, new, words):
     refused(tmp_path / "my.toml", ALONE, old, new, words)
 
