@@ -54,9 +54,9 @@ def direct_path(
     kind: Limit,
     history: Mapping[int, LoadedState],
     loads: Sequence[BinLoads],
-) -> DirectPath | None:
-    """Direct path of one flank or root over all bins; None where stresses or strengths of a bin are
-    unknown, or gear meshes of different kinds load it. trains: the solved trains of ``loads``."""
+) -> DirectPath | str:
+    """Direct path of one flank or root over all bins, or the reason why there is none: "" where
+    stresses or strengths of a bin are unknown. trains: the solved trains of ``loads``."""
     first = next(iter(history.values()))
     of_bins = {b: loads[b].groups[x.group].stresses for b, x in history.items()}
     stresses = {b: s for b, s in of_bins.items() if s and (kind == "flank" or s.tension.size)}
@@ -67,9 +67,10 @@ def direct_path(
         for b, state in states.items()
         if (c := state.curve) is not None
     }
-    several = len({x.group.kind for x in history.values()}) > 1
-    if several or not len(stresses) == len(curves) == len(history):
-        return None
+    if not len(stresses) == len(curves) == len(history):
+        return ""
+    if len({x.group.kind for x in history.values()}) > 1:
+        return "load cases of both senses load it at sun and ring in turn, which it does not count"
     influence = 0.0 if kind == "flank" else mean_stress_influence(pair.gears[first.part])
     return DirectPath(trains, pair, kind, history, loads, stresses, curves, influence)
 

@@ -149,9 +149,12 @@ def rate_gears(
         pair = pairs[place.stage, next(iter(history.values())).group.role]
         part = _part(case, place, history, bins)
         direct = direct_path(trains, pair, place.kind, history, loads)
-        if direct is not None:
+        if not isinstance(direct, str):
             part = replace(part, direct=direct.sheet(), of_teeth=direct.safety_of_teeth)
-        elif place.kind == "root" and pair.gears[next(iter(history.values())).part].rim_left_out:
+        elif direct:
+            missing[f"{place.alike}, direct path"] = direct
+        left_out = pair.gears[next(iter(history.values())).part].rim_left_out
+        if left_out and place.kind == "root" and not part.direct:
             part = replace(part, estimates={**part.estimates, "Y_B of the thin FE rim": "as 1"})
             missing[f"{place.alike}, bending of the rim"] = FE_RIM
         parts.append(part)

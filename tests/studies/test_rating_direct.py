@@ -87,6 +87,9 @@ def test_with_the_stresses_of_the_norm_its_safeties_come_out(tmp_path, monkeypat
     monkeypatch.setattr(study, "loads_in_bin", with_stresses)
     monkeypatch.setattr(rating_direct, "roots_in_bin", lambda *_: HELD)
     rating = rate(case, workers=1)
+    of_both_sides = [name for name in rating.not_assessed if name.endswith(", direct path")]
+    assert len(of_both_sides) == (4 if coasts else 0)
+    assert not by_norm.not_assessed.keys() & set(of_both_sides)  # has no stresses at all
     compared = 0
     for part, norm in zip(rating.parts, by_norm.parts, strict=True):
         if part.kind == "bearing" or (coasts and part.name.startswith("stage.planet ")):
