@@ -97,6 +97,8 @@ def _suffix(path: Path, key: str, channel: Channel, unit: str, dimension: str) -
 
 def _columns(path: Path, names: Sequence[str], wanted_names: Sequence[str]) -> list[int]:
     """Indices of the requested channels in a file; InputError for a channel that is missing."""
+    if not names:
+        raise InputError(str(path), _CONTENT, "is empty", "give a whole series")
     for name in wanted_names:
         if name not in names:
             raise InputError(str(path), name, "is not in the file", nearest(name, list(names)))

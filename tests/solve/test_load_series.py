@@ -188,6 +188,9 @@ def test_csv_and_netcdf_say_the_same(case_with, tmp_path):
     for other in (netcdf, csv):
         assert [b.hours for b in other] == pytest.approx([b.hours for b in text])
         assert [b.torque[IN] for b in other] == pytest.approx([b.torque[IN] for b in text])
+    (tmp_path / "a.csv").write_text("")
+    with pytest.raises(InputError, match="load series: is empty"):
+        load_bins(case_with([("a.csv", 1)]))
 
 
 def test_the_start_up_at_the_beginning_of_a_file_is_left_out(case_with, tmp_path):
