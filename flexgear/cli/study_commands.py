@@ -88,7 +88,9 @@ def _lead(rating: Rating) -> str:
     trains = f" of {worst[rules.deviations]} trains" if rules.deviations in worst else ""
     halves = ""
     if positions:
-        change = f"{100.0 * max(rating.halving, LEAST_CHANGE):.2g} % at most"
+        size, group, worst_bin = rating.halving
+        change = f"{100.0 * size:.2g} % at most, of {words(group)} in {worst_bin}"
+        change = change if size > LEAST_CHANGE else f"less than {100.0 * LEAST_CHANGE:g} %"
         halves = f"; half of them, or of gear-mesh cycles, changes K_γ K_Hβ by {change}"
     return f"{count}{hours}; in each equilibria{trains} at {where}{halves}."
 

@@ -158,8 +158,8 @@ class Rating:
     variant: description of flexible bodies. reliability: probability that no assessed part fails
     within ``hours``, None if no part has a life. not_assessed: reasons by part. positions: number
     of equilibria by stage. halving: largest relative change of the largest computed K_γ K_Hβ of a
-    gear mesh with every second position or gear-mesh cycle. closure: largest relative imbalance of
-    equilibria.
+    group of gear meshes with every second position or cycle, with names of group and bin. closure:
+    largest relative imbalance of equilibria.
     """
 
     case: Case
@@ -170,7 +170,7 @@ class Rating:
     reliability: float | None
     not_assessed: Mapping[str, str]
     positions: Mapping[str, int]
-    halving: float
+    halving: tuple[float, str, str]
     closure: float
 
     @property

@@ -59,7 +59,7 @@ def rating_summary(rating: Rating) -> dict[str, Any]:
         "variant": rating.variant,
         "hours": rating.hours,
         "positions": dict(rating.positions),
-        "load_factor_change_with_half_of_positions": rating.halving,
+        "load_factor_change_with_half_of_positions": rating.halving[0],
         "equilibrium_closure_max": rating.closure,
         "reliability": rating.reliability,
         "bins": bins,

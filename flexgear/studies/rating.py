@@ -103,7 +103,14 @@ def rate(
             **NOT_COVERED,
         },
         positions={stage: len(s.angles) for stage, s in samples.items()},
-        halving=max((g.halving for x in loads for g in x.groups.values()), default=0.0),
+        halving=max(
+            (
+                (group.halving, str(name), load_bin.name)
+                for load_bin, of_bin in zip(bins, loads, strict=True)
+                for name, group in of_bin.groups.items()
+            ),
+            default=(0.0, "", ""),
+        ),
         closure=max(x.closure for x in loads),
     )
     if not keep_bins:

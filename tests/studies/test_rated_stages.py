@@ -158,7 +158,7 @@ def test_positions_are_enough_as_doubling_them_shows():
         )
         factors = [gear_mesh.factors[0] for gear_mesh in rating.gear_meshes]
         products = [lines["K_γ"].value * lines["K_Hβ"].value for lines in factors]
-        return np.array(products), rating.halving
+        return np.array(products), rating.halving[0]
 
     usual, halving = largest()
     for doubled in ("gear_mesh_cycles", 14), ("positions_per_gear_mesh", 16):
