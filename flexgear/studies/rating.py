@@ -25,7 +25,7 @@ from flexgear.arrays import Array
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.load_bins import LoadBin, case_in_bin, idle_loads
 from flexgear.gears.power_flow import power_flow
-from flexgear.gears.rating.damage import PartLife, WeibullKind, system_reliability
+from flexgear.gears.rating.damage import PartLife, system_reliability
 from flexgear.gears.rating.load_factors import SLOPE_SIGNS, misalignment, tolerance
 from flexgear.gears.rating.pair import gear_pair
 from flexgear.gears.tooth_faults import NOT_ASSESSED
@@ -118,19 +118,11 @@ def rate(
     return rating
 
 
-WEIBULL_KINDS: dict[tuple[str, str], WeibullKind] = {  # by kinds of part and rolling elements
-    ("flank", ""): "pitting",
-    ("root", ""): "breakage",
-    ("bearing", "roller"): "roller",
-    ("bearing", "ball"): "ball",
-}
-
-
 def _reliability(parts: Sequence[RatedPart], hours: float) -> float | None:
     """Probability that no part fails within the hours of the bins, with a typical Weibull
     distribution for each kind of part; None where no part has a life."""
     lives = [
-        PartLife.typical(WEIBULL_KINDS[part.kind, part.rolling], part.life)
+        PartLife.typical(part.rolling or part.kind, part.life)
         for part in parts
         for _ in range(part.count)
         if math.isfinite(part.life) and part.life > 0.0

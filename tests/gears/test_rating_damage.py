@@ -212,7 +212,7 @@ def test_life_and_reliability_are_inverse(part, reliability):
 def test_lives_at_one_and_ten_per_cent_by_hand():
     """B_1/B_10 of flanks and bearings by hand."""
     spread = math.log(0.99) / math.log(0.9)
-    flank, roller = PartLife.typical("pitting", 100.0), PartLife.typical("roller", 100.0)
+    flank, roller = PartLife.typical("flank", 100.0), PartLife.typical("roller", 100.0)
     assert flank.life * (0.6 + 0.4 * spread ** (1 / 1.3)) == pytest.approx(100)
     assert roller.life == pytest.approx(100)
     assert roller.at(0.99) == pytest.approx(100 * (0.2 + 0.8 * spread ** (1 / 1.35)))

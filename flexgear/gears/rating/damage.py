@@ -35,7 +35,7 @@ Source: Bertsche 2008, Reliability in Automotive and Mechanical Engineering, ch.
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, Self
+from typing import Self
 
 import numpy as np
 import scipy  # loads a subpackage at its first use
@@ -223,11 +223,11 @@ class Places:
         return place, safety
 
 
-WeibullKind = Literal["pitting", "breakage", "ball", "roller"]
-# b and f, middles of the ranges in Bertsche 2008, and the reliability at which standards rate lives
-TYPICAL: dict[WeibullKind, tuple[float, float, float]] = {
-    "pitting": (1.3, 0.6, 0.99),
-    "breakage": (1.7, 0.875, 0.99),
+# of pitting, breakage, and bearings by their elements: b and f, middles of the ranges in Bertsche
+# 2008, and the reliability at which standards rate lives
+TYPICAL = {
+    "flank": (1.3, 0.6, 0.99),
+    "root": (1.7, 0.875, 0.99),
     "ball": (1.1, 0.2, 0.9),
     "roller": (1.35, 0.2, 0.9),
 }
@@ -242,7 +242,7 @@ class PartLife:
     failure_free: float
 
     @classmethod
-    def typical(cls, kind: WeibullKind, life: float) -> Self:
+    def typical(cls, kind: str, life: float) -> Self:
         """Distribution with typical b and f from the rated life: B_1 of flanks and roots, B_10 of
         bearings."""
         shape, free, level = TYPICAL[kind]
