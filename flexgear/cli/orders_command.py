@@ -22,6 +22,7 @@ from flexgear.gears.expected_lines import (
     CANCELLED,
     GEAR_MESH,
     HARMONICS,
+    SAME_TEETH,
     SIDEBAND,
     TOOTH_FAULT,
     ExpectedLine,
@@ -57,6 +58,8 @@ MAX_CURVES = 12  # of a picture
 MAX_LINES = 12  # that are printed, the strongest
 MAX_PEAKS = 400  # that are examined, the highest
 LOBE_FACTOR = 1.5  # of a line over the side lobes of all higher lines, at least
+TREND_PERIODS = 3.0  # of a sine, from which on a trend takes nothing of it
+TREND_REST = 0.3  # least share that a trend leaves of a sine of two periods
 RESOLUTION = 2.0  # lines of the transform between neighbours that a Hann window resolves
 MULTIPLE_TOLERANCE = 0.25  # lines of the transform between a peak and a multiple of a fault's line
 PASSES = {"+1 carrier turn": 1, "−1 carrier turn": -1}  # beside multiples of a fault's line
@@ -187,12 +190,16 @@ def columns_of(history: xr.DataArray, text: str) -> xr.DataArray:
     units = {str(history.attrs["units"])}
     if "sensor_unit" in history.coords:
         units = set(map(str, history["sensor_unit"].to_numpy()[at["sensor"]]))
+    elif "dof" in others:  # "N, N m": of forces and moments, of displacements and rotations
+        of_dofs = next(iter(units)).split(", ")
+        units = {of_dofs[d.startswith("r")] for d in history["dof"].to_numpy()[at["dof"]].tolist()}
     problem, remedy = "", f"name up to {MAX_CURVES} with --only, e.g. of {', '.join(names[:4])}"
     if not 0 < len(chosen) <= MAX_CURVES:
         problem = f"are {len(chosen)} columns" if len(chosen) else "is no label"
     elif len(units) > 1:
         problem = f"is in {' and '.join(sorted(units))}"
-        remedy = "name sensors of one unit with --only"
+        what = "sensors" if "sensor" in others else "columns"
+        remedy = f"name {what} of one unit with --only, e.g. {names[chosen[0]]}"
     if problem:
         raise InputError(SOURCE, f"{history.name} {text}".strip(), problem, remedy)
     inside = {d: slice(k.min(), k.max() + 1) for d, k in at.items()}
@@ -223,10 +230,14 @@ def faults_first(lines: Lines) -> Lines:
 
 
 def strongest(result: xr.DataArray, expected: Lines) -> Iterator[dict[str, Any]]:
-    """Rows of the highest peaks of all columns, without side lobes of higher peaks. Each has the
-    expected lines at its order, else the tooth faults of which it is a multiple or, of a sensor, a
-    sideband of a multiple, else the nearest expected line within the resolution of the window."""
+    """Rows of the highest peaks of all columns, without side lobes of higher peaks and the skirt of
+    a slow trend (``results.orders``). Each has the expected lines at its order, else the tooth
+    faults of which it is a multiple or, of a sensor, a sideband of a multiple, else the nearest
+    expected line within the resolution of the window."""
     order, turns = result["order"].to_numpy(), float(result.attrs["turns"])
+    rest = result["without_trend"]
+    slow = (rest < TREND_REST * result) | (result["order"] * turns >= TREND_PERIODS)
+    result = rest.where(slow, result).assign_attrs(result.attrs).rename(result.name)
     others = [d for d in result.dims if d != "order"]
     largest = result.max(others).to_numpy()
     spacing = max(1, int(RESOLUTION / turns / (order[1] - order[0])))
@@ -260,6 +271,7 @@ def _labels(order: float, expected: Lines, turns: float, passes: Mapping[str, in
     expected = [
         (x, at)
         for x, at in expected
+        if x.kind != SAME_TEETH or at >= width  # in a run of at least two meetings
         if x.kind != SIDEBAND or all(abs(at - g) >= width for g in gear_meshes)
     ]
     named = [(words(f"{x.stage} {x.label}"), at) for x, at in expected]

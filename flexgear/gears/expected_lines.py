@@ -22,6 +22,10 @@ Forces of one gear mesh have f_m/z and all its multiples at any spacing. A flank
 one gear once in a turn relative to the carrier, f_m/z_p; the root of a weak planet tooth is loaded
 by ring and sun, twice in a turn.
 
+The same two teeth of z_1 and z_2 meet in every lcm(z_1, z_2) gear meshes, the hunting tooth. Where
+d = gcd(z_1, z_2) > 1, a tooth only ever meets every d-th one of the other gear; wear that follows
+this pattern repeats with the assembly phase, f_m/d.
+
 Bearings: with γ = (d/D_pw) cos α, Z elements and f_r the speed of one ring against the other
 (Harris, Rolling Bearing Analysis)
 
@@ -41,7 +45,7 @@ import numpy as np
 
 from flexgear.gears.bearings.nominal import bearing_speed
 from flexgear.gears.power_flow import PowerFlow, StageFlow, power_flow
-from flexgear.gears.radii import role_of
+from flexgear.gears.radii import gears_by_role, role_of
 from flexgear.model.case import Case
 from flexgear.model.faults import stage_of_fault
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT
@@ -49,6 +53,7 @@ from flexgear.model.stage import Stage
 from flexgear.model.stage_view import BearingPlace, StageView
 
 SIDEBAND, TOOTH_FAULT, BEARING = "sideband", "tooth fault", "bearing"
+SAME_TEETH = "same teeth"
 PASS = "pass"  # row of the line at N planet passes in a turn
 HARMONICS = 3  # of the gear mesh that are listed
 LEAST_SHARE, FULL_SHARE = 0.1, 0.995  # least share in tables; share above which none is printed
@@ -61,13 +66,14 @@ TURN = 2 * math.pi
 class ExpectedLine:
     """Line of a spectrum at the speeds of a power flow.
 
-    kind: "gear mesh", "sideband", "shaft", "planet pass", "tooth fault" or "bearing"; label: name
-    of the line, without the stage; frequency: Hz; share: amplitude relative to N planets in phase,
-    1 where planets do not matter; harmonic: H of gear meshes and sidebands, else 0; row: name in a
-    table of lines of this kind, ``label`` if empty; bearing: name of the bearing of the line; turn:
-    frequency at which a bearing's defect turns relative to the load, Hz, which is the distance of
-    sidebands, 0 if it does not turn; turn_label: what turns with it; carrier_modulates:
-    whether sensors hear it change with a carrier's turn; faulty: whether the case has the fault.
+    kind: "gear mesh", "sideband", "shaft", "planet pass", "tooth fault", "same teeth" or "bearing";
+    label: name of the line, without the stage; frequency: Hz; share: amplitude relative to N
+    planets in phase, 1 where planets do not matter; harmonic: H of gear meshes and sidebands, else
+    0; row: name in a table of lines of this kind, ``label`` if empty; bearing: name of the bearing
+    of the line; turn: frequency at which a bearing's defect turns relative to the load, Hz, which
+    is the distance of sidebands, 0 if it does not turn; turn_label: what turns with it;
+    carrier_modulates: whether sensors hear it change with a carrier's turn; faulty: whether the
+    case has the fault.
     """
 
     stage: str
@@ -146,6 +152,20 @@ def _planetary(
     if not on_planet:
         yield from pass_lines(stage, flow, sensor)
     yield from _tooth_faults(stage, abs(gear_mesh), faulty)
+    yield from _same_teeth(stage, abs(gear_mesh))
+
+
+def _same_teeth(stage: Stage, gear_mesh: float) -> Iterator[ExpectedLine]:
+    """Hunting tooth and assembly phase of every pair of gears; gear_mesh: frequency, Hz."""
+    teeth = {role: gear.teeth for role, gear in gears_by_role(stage).items()}
+    other = teeth.pop("planet")
+    for role, count in teeth.items():
+        of = "" if len(teeth) == 1 else f" of {role} and planet"
+        common = math.gcd(count, other)
+        line = partial(ExpectedLine, stage.name, SAME_TEETH)
+        yield line(f"hunting tooth{of}", gear_mesh * common / (count * other))
+        if common > 1:
+            yield line(f"assembly phase{of}", gear_mesh / common)
 
 
 def shaft_lines(stage: Stage, flow: StageFlow, sensor: float = 0.0) -> Iterator[ExpectedLine]:
@@ -239,6 +259,7 @@ def _parallel(
         fault, label = abs(speed) / TURN, f"tooth of {part}"
         of_case = part in faulty
         yield ExpectedLine(stage.name, TOOTH_FAULT, label, fault, row=part, faulty=of_case)
+    yield from _same_teeth(stage, flow.gear_mesh_frequency)
 
 
 def _bearing(
@@ -278,6 +299,7 @@ _KEYS = {
     SHAFT: "shafts_turn",
     PLANET_PASS: "planet_pass",
     TOOTH_FAULT: "tooth_faults",
+    SAME_TEETH: "same_teeth_meet",
 }  # in order of printing
 
 

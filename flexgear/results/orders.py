@@ -9,6 +9,11 @@ about (p − 1)^−8; orders with fewer than ``MIN_SAMPLES`` samples per period 
 Amplitudes are peak values of sines, A(o) = 2 |Σ w x e^(−2πjoφ)| / Σ w, corrected for the window w.
 By zero padding, a peak of the Hann window is at most 0.07 % too low. Lines are resolved if their
 orders differ by 2/turns or more (Hann).
+
+A slow trend, as of forces in a run-up, has a skirt of amplitudes from order zero on, which are no
+lines. Coordinate ``without_trend`` has the amplitudes without the polynomial of degree
+``TREND_DEGREE`` that fits the history with the weights w. Of a sine of two periods, Hann, at least
+a third is left, of one of three periods 0.993.
 """
 
 import math
@@ -35,6 +40,7 @@ OVERLAP = 4  # blocks of a map that share a sample
 SOURCE = "orders"
 TURN, ORDER, TIME = "turn", "order", "time"
 SINGLE = 1e-7  # of the largest mean, rounding of single precision
+TREND_DEGREE = 3  # see above
 
 
 def highest_order(turns: xr.DataArray) -> float:
@@ -190,15 +196,19 @@ def _spectra(
     count = fft.next_fast_len(padding * size, real=True)
     orders = fft.rfftfreq(count, 1.0 / per_turn)
     orders = orders[: np.searchsorted(orders, history.attrs["highest_order"], side="right")]
-    amplitudes = np.empty((len(starts), *x.shape[:-1], len(orders)))
-    for k, *at in np.ndindex(amplitudes.shape[:-1]):
+    amplitudes = np.empty((2, len(starts), *x.shape[:-1], len(orders)))
+    polynomials = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, size), TREND_DEGREE)
+    for k, *at in np.ndindex(amplitudes.shape[1:-1]):
         block = x[*at, starts[k] : starts[k] + size]
-        mean = float(w @ block) / w.sum()
-        spectrum = fft.rfft((block - mean) * w, count)[: len(orders)]
-        amplitudes[k, *at] = 2.0 / w.sum() * np.abs(spectrum)
+        for out, p in zip(amplitudes, (polynomials[:, :1], polynomials), strict=True):
+            rest = block - p @ np.linalg.solve((p.T * w) @ p, p.T @ (w * block))
+            spectrum = fft.rfft(rest * w, count)[: len(orders)]
+            out[k, *at] = 2.0 / w.sum() * np.abs(spectrum)
     dims = ("block", *values.dims[:-1], ORDER)
-    labelled = _labelled(history, amplitudes, dims, orders, window, size / per_turn)
-    return labelled.transpose("block", ORDER, ...)
+    labelled = _labelled(history, amplitudes[0], dims, orders, window, size / per_turn)
+    about = {"units": labelled.attrs["units"], "long_name": "amplitude without a slow trend"}
+    without_trend = (dims, amplitudes[1], about)
+    return labelled.assign_coords(without_trend=without_trend).transpose("block", ORDER, ...)
 
 
 def amplitudes_at(

@@ -10,7 +10,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from flexgear.arrays import Array
-from flexgear.gears.expected_lines import BEARING, SIDEBAND, TOOTH_FAULT, ExpectedLine
+from flexgear.gears.expected_lines import (
+    BEARING,
+    SAME_TEETH,
+    SIDEBAND,
+    TOOTH_FAULT,
+    ExpectedLine,
+)
 from flexgear.model.errors import InputError
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT
 from flexgear.model.units import RPM
@@ -50,6 +56,7 @@ STYLES: dict[str, tuple[str, str]] = {  # colour and line style of expected line
     PLANET_PASS: ("#7B3294", ":"),
     TOOTH_FAULT: ("#C5221F", ":"),
     BEARING: ("#B8860B", ":"),
+    SAME_TEETH: ("#9CA3AF", "-."),
 }
 
 
