@@ -131,9 +131,14 @@ def sharing_summary(data: xr.Dataset, stage: str) -> dict[str, float | None]:
     return {"mean": number(mean), "max": number(largest)}
 
 
+def slowest(ranges: Ranges, name: str) -> xr.DataArray:
+    """Slowest speed in the sense of the first one; of the other sign if the sense changes."""
+    return ranges.least[name].where(ranges.first[name] >= 0.0, ranges.largest[name])
+
+
 DROP = (  # of ranges from the drop on
     Figure("speed_rpm_min.<member>", "1/min", "slowest speed of members with given speed", ALWAYS,
-           lambda ranges: _by_label(ranges.least["input_speed"], RPM), "slowest speed, {name}"),
+           lambda ranges: _by_label(slowest(ranges, "input_speed"), RPM), "slowest speed, {name}"),
     Figure("load_sharing.<group>", "1", "largest momentary load sharing factor", ALWAYS,
            lambda ranges: _by_label(ranges.largest["load_sharing"]),
            "largest load sharing factor, {name}"),
@@ -177,7 +182,7 @@ class StageDrop:
 
 STAGE_DROP = (
     Figure("carrier_speed_rpm_min", "1/min", "slowest speed of the carrier, of FE rings",
-           of=lambda drop: float(drop.parts[0].least["stage_speed"]) * RPM),
+           of=lambda drop: float(slowest(drop.parts[0], "stage_speed")) * RPM),
     Figure("tooth_load_n_min", "N", "smallest load of a pair on the loaded flank",
            of=StageDrop.lowest_load, label="lowest load of a tooth pair"),
     Figure("planet_force_spread_max", "1", "largest (max F − min F) / rated mean F at the ring",

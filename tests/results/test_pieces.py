@@ -14,7 +14,7 @@ from flexgear.results.labelled_dataset import GEAR_MESH, fields_of
 from flexgear.results.quantities import values
 from flexgear.results.sinks import between, pieces
 from flexgear.results.stage_part import pairs_of, ring_force_spread, ring_sharing, stage_part
-from flexgear.results.time_figures import STAGE_DROP, STEADY, StageDrop, SteadyRun
+from flexgear.results.time_figures import STAGE_DROP, STEADY, StageDrop, SteadyRun, drop_summary
 from flexgear.solve.long_run import TimedRun
 from flexgear.solve.run_summary import motion_summary, transient_summary
 from flexgear.views.select import thinned
@@ -105,6 +105,15 @@ def test_figures_of_a_stage_read_from_a_file_in_pieces_are_those_of_the_whole(
         "tooth_load_n_min": float(sun["load"].where(sun["tooth"] > 0).min()),
         "planet_force_spread_max": float(ring_force_spread(whole).max()),
     }
+
+
+def test_the_slowest_speed_of_a_drop_is_that_of_its_mirror_image(make_run):
+    """Members that turn backwards are slowest where the size of their speed is least."""
+    forwards = make_run().assign(input_speed=lambda d: abs(d["input_speed"]) + 1.0 + d["time"])
+    backwards = forwards.assign(input_speed=-forwards["input_speed"])
+    expected, image = (drop_summary(d)["speed_rpm_min"] for d in (forwards, backwards))
+    assert image == {name: -speed for name, speed in expected.items()}
+    assert min(expected.values()) >= RPM
 
 
 def test_pictures_of_a_stage(make_run, tmp_path, reads):
