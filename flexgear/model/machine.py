@@ -124,9 +124,14 @@ class TimeHistory(Section):
             raise Refusal(f"{what}s", f"are beyond {limit_text}", "check the unit")
 
     @property
+    def changes(self) -> bool:
+        """Whether the values of the history differ."""
+        return self.kind != "constant" and len({*self.values}) > 1
+
+    @property
     def is_series(self) -> bool:
         """Whether the history changes continuously: a ramp, or the points of a file."""
-        return self.kind in ("ramp", "soft", "csv")
+        return self.kind in ("ramp", "soft", "csv") and self.changes
 
     @property
     def is_steep(self) -> bool:
@@ -184,13 +189,13 @@ class TimeHistory(Section):
 
     def change_times(self) -> tuple[float, ...]:
         """Times at which the history jumps, s."""
-        return self.times[1:] if self.kind == "steps" else ()
+        return self.times[1:] if self.kind == "steps" and self.changes else ()
 
     def kinks(self) -> tuple[float, ...]:
         """Times at which the rate of the history jumps, s."""
-        if self._smooth:
-            return (self.times[0], self.times[-1])
-        return self.times if self.kind in ("ramp", "csv") else ()
+        if not self.is_steep:
+            return ()
+        return (self.times[0], self.times[-1]) if self._smooth else self.times
 
 
 _KEYS_OF_LAW = {
@@ -289,7 +294,7 @@ def series_of(case: Case) -> tuple[str, ...]:
     """Members whose machine or load has a history that may change fast."""
     ports = zip(case.ports, machines_of(case), strict=True)
     members = [port.member for port, machine in ports if machine is not None and machine.is_steep]
-    members += [load.member for load in case.loads if load.is_history]
+    members += [load.member for load in case.loads if load.changes]
     return tuple(dict.fromkeys(members))
 
 

@@ -180,8 +180,13 @@ class MemberLoad(Section):
 
     @property
     def is_history(self) -> bool:
-        """Whether the load varies with time."""
+        """Whether the load is given over time."""
         return bool(self.times)
+
+    @property
+    def changes(self) -> bool:
+        """Whether the load varies with time."""
+        return bool(np.ptp(self.points, axis=0).any())
 
     @property
     def points(self) -> Array:

@@ -67,13 +67,13 @@ class PortHistories:
     def varies(self) -> bool:
         """Whether a machine or a load changes continuously."""
         varies = any(machine is not None and machine.is_series for machine in self.machines)
-        return varies or any(load.is_history for load in self.loads)
+        return varies or any(load.changes for load in self.loads)
 
     @property
     def steep(self) -> bool:
         """Whether a machine or a load may change fast at any time."""
         steep = any(machine is not None and machine.is_steep for machine in self.machines)
-        return steep or any(load.is_history for load in self.loads)
+        return steep or any(load.changes for load in self.loads)
 
     def drive(self) -> Drive:
         """The histories as functions of time for the time stepping."""

@@ -11,6 +11,7 @@ from flexgear.analysis.kernels.energy import LEFT_OVER
 from flexgear.analysis.transient import Drive
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
+from flexgear.coupling.pace import case_pace
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.model.train import load_histories
@@ -104,10 +105,15 @@ def test_a_history_that_stays_is_the_constant_load(tmp_path):
         model = modelled(stage_with(tmp_path, load))
         at_rest = static(model, [0.0, 0.4])["gear_mesh_force"].to_numpy()
         ends = port_histories(model.case, model.flow)
+        assert not (ends.varies or ends.steep or case_pace(model.case).series)
         run = stepped(model.modal, ends.drive(), 4e-3, 2e-5)
         results.append((at_rest, run.pair_load, run.eta))
     for constant, history, close in zip(*results, (1e-12, 1e-8, 1e-8), strict=True):
         assert np.abs(history - constant).max() <= close * np.abs(constant).max()
+    for kind in ("soft", "ramp", "steps", "csv"):
+        drive = {"kind": kind, "times": (0.0, 1.0), "torques": (3e3, 3e3)}
+        ends = port_histories(model.case.with_(drive=drive), model.flow)
+        assert not (ends.varies or ends.jumps)
 
 
 def test_statics_and_power_flow_take_a_history_at_its_start(tmp_path):
