@@ -11,7 +11,7 @@ os.environ.setdefault("MPLBACKEND", "Agg")
 import flexgear  # noqa: E402
 
 project = "flexgear"
-author = "The flexgear authors"
+author = project_copyright = "The flexgear authors"
 release = version = flexgear.__version__
 extensions = [
     "myst_parser",

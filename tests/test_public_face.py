@@ -75,6 +75,7 @@ def model(case):
         (lambda case: fg.load_case("nrel-5mw", planets=5),
          "planets: is a key of a stage -- write stage_1__planets or stage_2__planets or stage_3"),
         (lambda case: case.with_(nokey=1), "Case.with_(): nokey: is not a known key"),
+        (lambda case: case.with_(plannets=1), "stage.plannets: is not a known key -- did you mean"),
         (lambda case: case.assemble(rigid=["rim"]), "Case.assemble(): rigid"),
         (lambda case: case.assemble(progress="bar"), "Case.assemble(): progress: 'bar'"),
         (lambda case: case.run(3), "Case.run(): out: 3 is of the wrong type"),

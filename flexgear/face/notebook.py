@@ -1,5 +1,6 @@
 """Notebook output: progress bars of analyses, and HTML tables of objects."""
 
+import inspect
 import sys
 import threading
 import time
@@ -30,6 +31,10 @@ def with_bars(function: F) -> F:
     def called(*args: Any, progress: Progress | None = None, **kwargs: Any) -> Any:
         return function(*args, progress=progress_or_bars(progress), **kwargs)
 
+    signature = inspect.signature(function)
+    default = signature.parameters["progress"].replace(default=None, annotation="Progress | None")
+    parameters = {**signature.parameters, "progress": default}.values()
+    called.__signature__ = signature.replace(parameters=[*parameters])  # type: ignore[attr-defined]
     return cast(F, called)
 
 

@@ -30,6 +30,7 @@ from flexgear.model.stage_view import StageView
 
 THINNEST_TIP = 0.2  # modules
 FLANK_LIMIT, ROOT_LIMIT = 1650e6, 1050e6  # Pa, endurance of the strongest case-hardened steel
+SOFTEST_STEEL = 180e9  # Pa, Young's modulus
 SHEAR_LIMIT = 650e6  # Pa, yield of quenched and tempered steel in torsion, 1100 N/mm² / √3
 LARGEST_MODIFICATION = 0.05  # modules; teeth deflect by about a hundredth
 LEAST_GRAVITY, MOST_GRAVITY = 1.0, 100.0  # m/s²: the Moon's is 1.6, gearboxes are flown at 10 g
@@ -217,6 +218,13 @@ def _sizes(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]
 def _stress(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]:
     """Warnings about nominal stresses above the endurance of any steel."""
     forces, torque = stage.gear_mesh_forces, "check torque, face width and module"
+    young = view.material.young_modulus
+    for part in map(view.part, g.gears) if young < SOFTEST_STEEL else ():
+        if getattr(view.stage, part).rating.steel is not None:
+            yield (
+                f"{view.key(part)}.rating.steel has the strength and life of a steel, and the "
+                f"material's Young's modulus is {young / 1e9:.4g} GPa; leave it out"
+            )
     for role in g.gear_meshes:
         pressure = pitch_point_pressure(view, g, role, forces[role])
         if pressure > FLANK_LIMIT:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Literal
 
@@ -251,7 +252,8 @@ class Case(Section):
             dotted = key.replace("__", ".")
             refuse_earlier_key(dotted, "with_")
             first, of_case = dotted.partition(".")[0], type(self).model_fields
-            if len(self.stages) == 1 and first in Stage.model_fields and first not in of_case:
+            of_stage = get_close_matches(first, Stage.model_fields, n=1, cutoff=0.75)
+            if len(self.stages) == 1 and of_stage and first not in (*of_case, "stage"):
                 dotted = f"stage.{dotted}"
             parts = numbered(dotted, data, "with_")
             path: list[str | int] = [int(p) if is_index(p) else p for p in parts]

@@ -121,6 +121,11 @@ ELEMENTS = {f"stages.stage_1.planet_bearing.elements.{k}": str(v) for k, v in SI
             {"inputs.0.speed_rpm": "-11.27"},
             ["the inputs take 4721 kW out of the train", "and the output drives"],
         ),
+        (
+            "nrel-5mw",
+            {"material.young_modulus_gpa": "3"},
+            ["stages.stage_1.planet.rating.steel has the strength", "modulus is 3 GPa"],
+        ),
         (  # N mm/rad for N m/rad
             "wind-5mw",
             {"stage.planet_bearing.tilt_nm_per_rad": "1.6e11"},
