@@ -30,7 +30,8 @@ from flexgear.model.errors import InputError
 from flexgear.model.load_cases import DesignLoadCase, LoadCase, LoadSeries
 
 LOADS = ("force_x", "force_y", "force_z", "moment_x", "moment_y")
-EXPONENTS = (10.0 / 3.0, 6.6, 8.7)  # of roller bearings, case-hardened flanks and roots
+# of roller bearings, case-hardened flanks and roots, and these beyond the knee of their curves
+EXPONENTS = (10.0 / 3.0, 6.6, 8.7, 16.3, 50.0)
 STEPS = ("torque_step", "speed_step", *["force_step"] * 3, *["moment_step"] * 2)
 MAX_RATIO = 1e6  # of the largest value to the width of a bin
 FINE = 40  # intervals of the duration curve of torque per bin of torque
