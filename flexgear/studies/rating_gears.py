@@ -154,7 +154,7 @@ def rate_gears(
         elif direct:
             missing[f"{place.alike}, direct path"] = direct
         left_out = pair.gears[next(iter(history.values())).part].rim_left_out
-        if left_out and place.kind == "root" and not part.direct:
+        if left_out and place.kind == "root" and not part.direct and part.reserve >= 1.0:
             part = replace(part, estimates={**part.estimates, "Y_B of the thin FE rim": "as 1"})
             missing[f"{place.alike}, bending of the rim"] = FE_RIM
         parts.append(part)

@@ -363,6 +363,13 @@ def test_a_part_within_its_limits_has_no_verdict_where_computed_stress_is_above_
             )
             rows = {row.label: row.value for row in rating_tables(doubtful, parts=False)[0].rows}
             assert f"{direct:.3g} by the direct path" in str(rows[words(part.alike)])
+    # a part outside limits is told behind a weaker one without a verdict
+    poor = {p.name: replace(p, required=20.0) for p in roots}
+    poor[roots[0].name] = replace(poor[roots[0].name], estimates={"something": "guessed"})
+    failing = replace(rating, parts=tuple(poor.get(p.name, p) for p in rating.parts))
+    verdict = {v.subject: v for v in rating_verdicts(failing)}["Tooth bending, stage 1"]
+    assert verdict.level == "bad" and "no verdict: something" in verdict.sentence
+    assert f"{words(roots[1].alike)} S_F " in verdict.sentence.partition("Outside limits: ")[2]
 
 
 def test_a_thin_fe_rim_that_nothing_counts_leaves_no_verdict(monkeypatch):
@@ -379,6 +386,9 @@ def test_a_thin_fe_rim_that_nothing_counts_leaves_no_verdict(monkeypatch):
     root, flank = (parts[f"stage_1.ring {kind}"] for kind in ("root", "flank"))
     assert root.holds is None and root.reserve > 1.0 and flank.holds
     assert 'root_stress = "fe"' in rating.not_assessed["stage_1.ring root, bending of the rim"]
+    weak = rating.case.with_(**{"stages.stage_1.ring.rating.root_strength": 3e7})
+    failing = rate(weak, workers=1)
+    assert {p.name: p for p in failing.parts}[root.name].holds is False
 
 
 def test_extreme_loads_damage_nothing_and_count_for_safety():

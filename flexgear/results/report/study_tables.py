@@ -49,6 +49,11 @@ def rating_verdicts(rating: Rating) -> list[Verdict]:
         below = {
             p.alike: p.direct["S_direct"].value for p in reversed(others) if p.is_below_directly
         }
+        failing = {p.alike: _figure(p) for p in reversed(others) if p.holds is False}
+        if level != "bad" and failing:  # behind a weaker part without a verdict
+            level = "bad"
+            listed = ", ".join(f"{words(name)} {figure}" for name, figure in failing.items())
+            sentence += f" Outside limits: {listed}."
         if level != "bad" and below:
             level = "watch"
             listed = ", ".join(f"{words(name)} {number(s, 3)}" for name, s in below.items())
