@@ -40,6 +40,7 @@ from flexgear.solve.model import Model
 from flexgear.solve.modes import mode_rows, usual_limit
 from flexgear.solve.modes import modes as natural_modes
 from flexgear.solve.result_warnings import (
+    growing_forces,
     large_motions,
     largest_motions,
     motion_histories,
@@ -209,7 +210,7 @@ def simulate(
     distance = views.farthest(figures["distance_from_axis_um_max"])
     notes = views.neglected_lines(model, distance, torque_share)
     forces = figures["gear_mesh_force"]
-    notes += pulling_teeth(case, two_senses(forces))
+    notes += pulling_teeth(case, two_senses(forces)) + growing_forces(case, forces)
     notes += reversed_pairs(case, {g: f["max_n"] for g, f in forces.items()})
     notes += large_motions(case, largest_motions(motions.largest))
     title = f"{case.name}, {model.variant}: transient"

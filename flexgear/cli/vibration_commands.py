@@ -1,6 +1,7 @@
 """Commands ``flexgear response``, steady states or the linear response over speed, and
 ``flexgear stability``, bands of parametric instability."""
 
+import math
 from collections.abc import Iterator
 from functools import partial
 from typing import Annotated, Any
@@ -21,7 +22,7 @@ from flexgear.solve.model import Model
 from flexgear.solve.response import DOUBLINGS
 from flexgear.solve.response import response as steady_states
 from flexgear.solve.response_figures import response_figures
-from flexgear.solve.stability import SPEEDS
+from flexgear.solve.stability import ORDERS, SPEEDS
 from flexgear.solve.stability import stability as over_speed
 from flexgear.solve.turning_points import BRANCH, KINDS, SECOND_FREQUENCY, TURNING
 from flexgear.views.vibration_charts import (
@@ -39,6 +40,7 @@ TEETH = {
     "linear": 'pull there, as gear_mesh.contact_law = "linear"; take "one-sided"',
 }
 SAME = 1.001  # ratio of amplitudes of planets alike, at most
+ROUGH = 17  # order from which on the parts of a cycle are long beside half of a mode's period
 MAX_LINES = 12  # peaks and changes of stability that are printed
 LEAST_SHARE = 0.01  # of a peak: modes with smaller shares are not named
 RANGES = {  # of a response, in addition to those without contact
@@ -340,6 +342,13 @@ def _show_stability(model: Model, data: xr.Dataset, bands: list[dict[str, Any]])
         columns([COLUMNS, *rows])
     else:
         typer.echo("\nno vibration grows: damping is enough, or no stiffness varies")
+    slowest = factor[0] * data["stage_gear_mesh_frequency"].min().item()
+    highest = math.floor(2.0 * float(frequency[-1]) / slowest)
+    if highest > ORDERS:
+        line = f"\norders {ORDERS + 1} to {highest} act here, too: bands of these may lie between "
+        line += "two speeds (--count)"
+        rough = f"; from order {ROUGH} on peaks may be a tenth low, and edges are rough"
+        typer.echo(line + (rough if highest >= ROUGH else ""))
     inside = [
         f"{speed:g}"
         for speed in np.atleast_1d(data.attrs["operating_factors"])

@@ -64,8 +64,9 @@ class GearMesh(Section):
     contact about the given mean, and likewise of a fourier wave; mean over contact ratio if left
     out. ring_harmonic_shares, sun_harmonic_shares: a_1, a_2 … of a fourier wave with prescribed
     terms, k = mean [1 + Σ a_h cos(2π h s/p_b + φ_h)], s being the planet's place on the path of the
-    flank that carries the rated torque, as in ring_gear_mesh of errors; the other flank has the
-    same stiffness at every instant. ring_harmonic_phases, sun_harmonic_phases: φ_h; 0 if left out.
+    flank that carries the rated torque, as in ring_gear_mesh of errors; s falls with time where the
+    planet is driven, and rises where it drives; the other flank has the same stiffness at every
+    instant. ring_harmonic_phases, sun_harmonic_phases: φ_h; 0 if left out.
     contact_law: one-sided, with backlash and coast flanks; linear, pairs on the path also pull.
     pair_stiffness: iso6336, parabola with the peak c'; weber-banaschek, deflection of the real
     profiles; table. end_ratio: value of the parabola at the ends of the path over its peak.

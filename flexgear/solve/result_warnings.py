@@ -49,6 +49,7 @@ from flexgear.structures.reduced import ReducedBody
 PULLED = (
     'teeth pull, as contact is linear; contact_law = "one-sided" of gear_mesh lets flanks part.'
 )
+GROWN = 10.0  # largest over mean gear-mesh force, above which a line names parametric instability
 SMALL = 0.1  # displacement over the module up to which paths of contact are right to a twentieth
 CONSEQUENCE = (
     "Paths of contact, pressure angles and which teeth touch are those of gears in their places; "
@@ -149,6 +150,21 @@ def pulling_teeth(case: Case, groups: Iterable[str]) -> list[str]:
         for stage in stages
         if case.view(stage).gear_mesh.contact_law == "linear"
     ]
+
+
+def growing_forces(case: Case, forces: Mapping[str, Mapping[str, float]]) -> list[str]:
+    """A line for each stage with linear contact in which a gear-mesh force exceeds ``GROWN`` times
+    its mean, as vibration that grows by itself does. forces: of ``force_ranges``."""
+    lines = dict[str, str]()
+    for group, f in forces.items():
+        stage, largest = GroupName.parse(group).stage, max(-f["min_n"], f["max_n"])
+        ratio = largest / abs(f["mean_n"]) if f["mean_n"] else 0.0
+        if ratio > GROWN and case.view(stage).gear_mesh.contact_law == "linear":
+            lines[stage] = (
+                f"Gear-mesh forces{of_stage(stage)} reach {number(ratio, 2)} times their mean: "
+                "flexgear stability shows at which speeds vibration grows by itself."
+            )
+    return list(lines.values())
 
 
 def reversed_pairs(case: Case, most: Mapping[str, float]) -> list[str]:

@@ -66,6 +66,9 @@ def test_response_says_that_the_period_doubles_outside_its_range(flexgear, tmp_p
         assert says in text and "lose contact: nowhere on stable branches" in text
         assert "narrower unstable ranges may be missed" in text
         assert ("missed, see flexgear stability" in text) == (options[0] == "--speed-range")
+    # half of a gear-mesh period of 1/600 s has 5.3 periods of the pair's 3183 Hz
+    text = flexgear.quiet("stability", path, "--speed-range", 0.2, 0.3, "--count", 3, "-q")
+    assert "orders 9 to 10 act here, too" in text and "tenth low" not in text
 
 
 def test_response_names_a_sensor_whose_signal_does_not_change(flexgear, tmp_path):

@@ -20,6 +20,7 @@ from flexgear.solve.result_warnings import (
     PROMISED,
     Length,
     beside_lengths,
+    growing_forces,
     large_motions,
     largest_motions,
     motion_histories,
@@ -31,6 +32,18 @@ from flexgear.studies.sweep import failures, planned, run_sweep
 
 CASE = load_case("wind-5mw")  # module 18 mm, one-sided contact
 SOFT = {"stages.2.pinion.support.0.radial_n_per_m": "1e6"}  # of nrel-5mw: teeth push it aside
+
+
+def test_forces_that_grow_under_linear_contact_are_told_from_those_of_a_resonance():
+    """A pair inside a band in which vibration grows reached 400 times its mean force."""
+    forces = {"stage sun": {"min_n": -1.1e6, "mean_n": 2.8e3, "max_n": 9e5},
+              "stage ring": {"min_n": -1e4, "mean_n": 2.8e3, "max_n": 1.5e4}}  # fmt: skip
+    for law, reached in (("one-sided", 0), ("linear", 1)):
+        case = load_case("wind-5mw", {"stage.gear_mesh.contact_law": f'"{law}"'})
+        (*lines,) = growing_forces(case, forces)
+        assert len(lines) == reached
+    assert "reach 393 times their mean: flexgear stability" in lines[0]
+    assert not growing_forces(case, {"stage ring": forces["stage ring"]})
 
 
 def line(law="one-sided", **motions):
