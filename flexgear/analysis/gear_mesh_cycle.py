@@ -17,14 +17,14 @@ frequencies. P is a multiple of N for the same reason.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
 from flexgear.analysis.equilibrium import Equilibrium, revolution
@@ -304,7 +304,7 @@ def _stiffness(
     if train.between:
         blocks = zip(_position_blocks(tangent, train.starts), train.between, strict=True)
         coupled = [np.linalg.solve(np.eye(len(t)) + t @ b, t) for t, b in blocks]
-        tangent = sparse.block_diag(coupled, format="csr")
+        tangent = _block_diagonal(coupled)
     tangent.eliminate_zeros()
     return tangent
 
@@ -313,6 +313,11 @@ def _position_blocks(matrix: sparse.csr_array, starts: Ints) -> Iterator[Array]:
     """Diagonal blocks (n, n) of a matrix, one for each position."""
     for start, stop in pairwise(starts.tolist()):
         yield matrix[start:stop, start:stop].toarray()
+
+
+def _block_diagonal(blocks: Sequence[ArrayLike]) -> sparse.csr_array:
+    """Sparse array; of dense blocks SciPy makes a matrix, whose * is a matrix product."""
+    return sparse.csr_array(sparse.block_diag(blocks))
 
 
 def _root(matrix: sparse.csr_array, starts: Ints) -> sparse.csr_array:
@@ -324,7 +329,7 @@ def _root(matrix: sparse.csr_array, starts: Ints) -> sparse.csr_array:
     for block in _position_blocks(matrix, starts):
         values, vectors = np.linalg.eigh(0.5 * (block + block.T))
         roots.append((vectors * np.sqrt(np.clip(values, 0.0, None))) @ vectors.T)
-    return sparse.block_diag(roots, format="csr")
+    return _block_diagonal(roots)
 
 
 def _fewest(rows: Array) -> Array:

@@ -123,6 +123,18 @@ def test_the_whole_set_of_slices_says_the_same(model, turned, kind, m):
     assert min(alone) > 0.03
 
 
+def test_mean_springs_have_the_stiffness_of_the_gear_mesh(model):
+    """At every position over the cycle, which the slope of all slices bears out (below)."""
+    case_model, cycles = model[0], model[0].mean_springs.cycles
+    count = len(cycles[0].stiffness)
+    angles = 2 * np.pi / CASE.view().stage.ring.teeth * np.arange(count) / count
+    turned = revolution(case_model.modal, angles, case_model.system.rated_torque)
+    stiffness = gear_mesh_stiffness(turned, line_loads(turned))
+    for m, cycle in cycles.items():
+        assert cycle.stiffness == pytest.approx(stiffness[:, m], rel=1e-6)
+        assert np.abs(cycle.force).max() > 0.0
+
+
 @pytest.mark.parametrize(("kind", "m"), [("ring", 0), ("sun", 5)])
 def test_stiffness_of_the_gear_mesh_is_the_slope_of_all_slices(model, turned, kind, m):
     """Central difference of the whole set of slices, neighbours and line contact included."""
