@@ -270,7 +270,8 @@ def load_factors(
     unknown = tuple(reason for symbol, reason in REMEDIES.items() if symbol not in lines)
     if unknown:
         return unknown
-    if any(METHOD_B in line.source for line in lines.values()):
+    of_pairs = None in (forced.k_h_alpha, forced.k_f_alpha) and math.isnan(computed.k_h_alpha)
+    if forced.k_v is None or of_pairs:  # by method B, or beside it
         lines |= sheet_of(method_b_inputs(pair, load, product("K_A", "K_γ")))
     return lines
 
