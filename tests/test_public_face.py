@@ -71,6 +71,7 @@ def model(case):
          "load_case(): stage.planets: 'x' is not a whole number"),
         (lambda case: fg.load_case("lin-parker", planet=5), "planet: is not a section"),
         (lambda case: fg.load_case("lin-parker", plannets=5), "did you mean planets?"),
+        (lambda case: fg.load_case("lin-parker", modul=3), "normal_module_mm, pressure_angle_deg"),
         (lambda case: fg.load_case("lin-parker", face_width=5), "face_width: has no unit"),
         (lambda case: fg.load_case("nrel-5mw", planets=5),
          "planets: is a key of a stage -- write stage_1__planets or stage_2__planets or stage_3"),

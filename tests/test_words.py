@@ -2,8 +2,14 @@
 
 import ast
 import re
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
+
+from flexgear.model.case import Case
+from flexgear.model.errors import InputError
+from flexgear.model.load import with_list
+from flexgear.model.read import to_si
 
 ROOT = Path(__file__).resolve().parents[1]
 NAMES = {"found", "told", "said", "kept"}  # of anything; what holds them says nothing
@@ -69,3 +75,15 @@ def test_texts_have_no_private_words():
         if PHRASES.search(line)
     ]
     assert not wrong, "\n".join(wrong)
+
+
+def test_keys_of_the_manual_exist():
+    """Blocks may be parts of a case, such as a machine below an input that is not printed."""
+    wrong = []
+    for page in manual():
+        for block in re.findall(r"```toml\n(.*?)```", page.read_text("utf-8"), re.DOTALL):
+            try:
+                to_si(Case, with_list(tomllib.loads(block), page.name), page.name, {})
+            except InputError as fault:
+                wrong += [str(fault)] if fault.problem != "is not a list" else []
+    assert not wrong

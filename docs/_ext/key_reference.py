@@ -45,7 +45,7 @@ def _section(section: type[Section], places: list[str]) -> str:
     lines = [f"\n({_anchor(section)})=\n## {title}\n"]
     if places:
         lines.append("At " + ", ".join(f"`{p}`" for p in places) + ".\n")
-    lines.append(prose(section).replace("``", "`") + "\n")
+    lines.append(prose(section).replace("``", "`").replace("<", r"\<") + "\n")
     lines.append("| key | default | range | meaning |\n|---|---|---|---|")
     lines += [_row(section, key) for key in keys(section)]
     return "\n".join(lines) + "\n"

@@ -50,7 +50,8 @@ class Case(Section):
     "<stage>.pinion", ".gear" in a parallel one.
 
     name: name of results; that of the file if left out. title: one line of text. source: file from
-    which the case was read. kinematics: of members without this key, see ``kinematics_of``.
+    which the case was read. kinematics: of members without this key, unless an FE body, a shaft, a
+    joint or several supports need more coordinates.
     gyroscopic: whether Coriolis and centripetal terms of the carriers' frames are included, over
     speed in Campbell diagrams and at the instantaneous speed in transients. gravity: acceleration
     in fixed axes, x, y, z.

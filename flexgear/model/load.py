@@ -28,7 +28,7 @@ from flexgear.model.read import (
     stage_names,
     to_si,
 )
-from flexgear.model.section import accepted_keys
+from flexgear.model.section import accepted_keys, usual_key
 from flexgear.model.stage import Stage
 from flexgear.model.upgrade import refuse_earlier_file, refuse_earlier_key
 from flexgear.model.validation_errors import with_places
@@ -210,6 +210,11 @@ def whole_key(key: str, data: Mapping[str, Any], where: str) -> str:
             faults = [f for f in (of_case, of_stage) if f.problem != UNKNOWN]
             names = [*stage_names(data), *accepted_keys(Stage), *accepted_keys(Case)]
             remedy = nearest(first, names)
+            if not remedy.startswith("did you mean"):
+                usual = [
+                    usual_key(section, n) for section in (Stage, Case) for n in section.model_fields
+                ]
+                remedy = nearest(first, usual)
             unknown = InputError(where, key, UNKNOWN, remedy)
             raise (faults or [unknown])[0] from None
         if len(stages) != 1:
