@@ -78,8 +78,7 @@ def _lead(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> str:
     """Sentences on the case: stages, speeds, torques, analyses."""
     stages = "; ".join(f"{words(s.name).capitalize()}: {stage_line(case, s)}" for s in case.stages)
     ports = ", ".join(
-        f"{words(name)} {with_unit(abs(flow.speed[name]), 'rad/s')}, "
-        f"{with_unit(abs(torque), 'N m')}"
+        f"{words(name)} {with_unit(flow.speed[name], 'rad/s')}, {with_unit(torque, 'N m')}"
         for name, torque in flow.torque.items()
         if abs(flow.speed[name]) > 0
     )

@@ -233,7 +233,9 @@ def test_run_and_compare(flexgear, tmp_path):
     content = read_folder(out)
     assert content.case.content_hash() == summary["content_hash"]
     require_sound(out / "report.html", *OF_RUNS)
-    assert "normal module 22\u00a0mm, double-helical" in (out / "report.html").read_text()
+    page = (out / "report.html").read_text().replace("\u00a0", " ")
+    assert "normal module 22 mm, double-helical" in page
+    assert "sun 100 r/min, 100 kN m, carrier 28.75 r/min, -347.8 kN m" in page  # about +z
     both = tmp_path / "both.html"
     code, text, _ = flexgear("compare", out, out, "--out", both, "--quiet", "--no-interactive")
     assert (code, "(A) with" in text) == (0, True)
