@@ -159,6 +159,9 @@ def _cycle_rows(system: System, stage: int, modal: ModalSystem | None) -> dict[i
     """Rows of the flanks of a stage over its cycle; modal: see ``mean_springs``."""
     of_stage = _flanks_of(system, stage)
     theta = cycle_angles(system, of_stage, _count(system, of_stage))
+    speeds = system.rated_input_speeds  # none in free vibration
+    if len(speeds) and system.theta(speeds) @ theta[1] < 0.0:
+        theta[1:] -= len(theta) * theta[1]  # the same phases at positions of the mirror image
     return _flank_rows(system, theta, of_stage, _under_load(system, modal, theta))
 
 

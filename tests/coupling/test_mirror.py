@@ -16,8 +16,10 @@ import pytest
 from train_contexts import coarse_teeth
 from turning_ring import STANDS, SUPPORT, cheap, held_case, lumped
 
+from flexgear.analysis import gear_mesh_cycle
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.line_loads import line_loads
+from flexgear.analysis.modes import modes
 from flexgear.analysis.recovery import Recovery
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
@@ -143,6 +145,22 @@ def test_an_fe_stage_with_the_other_flanks_thinned(tmp_path, held):
     ]
     assert_mirrored(*results)
     assert_same_motion(*results)
+
+
+def test_an_fe_ring_has_the_natural_frequencies_of_its_image(tmp_path, monkeypatch):
+    """Slices that touch depend on the bolts near a tooth, so that positions have to be mirrored."""
+    monkeypatch.setattr(gear_mesh_cycle, "POSITIONS", 10)
+    face = {"stage.gear_mesh.model": '"face_load"', "stage.gear_mesh.slices": "3"}
+    original, plain = (
+        stage_modal(tmp_path, image, "sun", "carrier", **face) for image in (False, True)
+    )
+    image, _ = thinned_on_the_other_flanks(plain, original)
+    lowest, seen = (
+        modes(m.system, gear_mesh_cycle.mean_springs(m.system, m).stiffness, 500.0).frequencies
+        for m in (original, image)
+    )
+    assert len(lowest) > 10
+    np.testing.assert_allclose(seen, lowest, rtol=1e-7, atol=1e-3)
 
 
 LUMPED = ("ring", "sun", "carrier")
