@@ -15,7 +15,7 @@ from scipy.signal import find_peaks
 from typer import Argument, Option
 
 from flexgear.cli import options
-from flexgear.cli.display import as_json_text, progress, show, table
+from flexgear.cli.display import as_json_text, progress, show, table, warn
 from flexgear.files.atomic import staged_folder
 from flexgear.gears.expected_lines import (
     BEARING,
@@ -45,6 +45,7 @@ from flexgear.results.run_orders import (
     over_time,
     planet_averages,
     scale_of,
+    speed_change,
     synchronous_average,
     warn_of_aliases,
 )
@@ -58,6 +59,7 @@ MAX_CURVES = 12  # of a picture
 MAX_LINES = 12  # that are printed, the strongest
 MAX_PEAKS = 400  # that are examined, the highest
 LOBE_FACTOR = 1.5  # of a line over the side lobes of all higher lines, at least
+RUN_UP = 0.05  # change of speed, over it, above which a warning names what a run-up does to lines
 TREND_PERIODS = 3.0  # of a sine, from which on a trend takes nothing of it
 TREND_REST = 0.3  # least share that a trend leaves of a sine of two periods
 RESOLUTION = 2.0  # lines of the transform between neighbours that a Hann window resolves
@@ -163,6 +165,12 @@ def orders(analysis: OrderAnalysis) -> None:
             result = analysis.result(part)
             report("orders", 1.0)
         warn_of_aliases(data, part[analysis.of])
+        change = speed_change(part)
+        if change > RUN_UP and not {"phase", "block"} & {*result.dims}:
+            warn([
+                f"the speed changes by {number(100 * change, 2)} % in this part: resonances that are "
+                "passed spread lines and leave others beside them, see --map"
+            ])  # fmt: skip
         expected, rows = list[tuple[ExpectedLine, float]](), list[dict[str, Any]]()
         if "phase" not in result.dims:
             expected = _expected(case, result, member, against)

@@ -182,7 +182,7 @@ def history_over_turns(
     part = over_time(data, name)
     history = part[name] if band_hz is None else envelope(part[name], band_hz)
     turns = member_turns(part, member or first_input(data), against)
-    least = _least_rounding(case_of(data), history)
+    least = _least_rounding(case_of(data), history, history[TIME].to_numpy())
     return synchronous(history, turns, highest).assign_attrs(rounding=least)
 
 
@@ -199,7 +199,7 @@ def warn_of_aliases(data: xr.Dataset, history: xr.DataArray) -> None:
     if len(steps) < 2 * DEGREE or np.ptp(steps) > 1e-3 * steps.mean():
         return
     x = values.to_numpy().reshape(len(values), -1).astype(float)
-    least = _least_rounding(case_of(data), history)
+    least = _least_rounding(case_of(data), history, history[TIME].to_numpy())
     if np.ptp(x, axis=0).max() <= max(SINGLE * np.abs(x).max(), least):
         return
     window = scipy.signal.get_window("hann", len(x))[:, None]
@@ -217,12 +217,12 @@ def warn_of_aliases(data: xr.Dataset, history: xr.DataArray) -> None:
         )
 
 
-def _least_rounding(case: Case, history: xr.DataArray) -> float:
-    """Rounding amplitude of a history over time, without that of its mean."""
+def _least_rounding(case: Case, history: xr.DataArray, time: Array) -> float:
+    """Rounding amplitude of a history over time, s, without that of its mean."""
     unit = str(history.attrs.get("units", ""))
     if unit.startswith("N"):
         return FORCE_ROUNDING * max(map(abs, power_flow(case).torque.values()), default=0.0)
-    return motion_rounding(unit, history[TIME].to_numpy())
+    return motion_rounding(unit, time)
 
 
 def motion_rounding(unit: str, time: Array) -> float:
@@ -251,8 +251,17 @@ def rms_of_states(data: xr.Dataset, sensor: str) -> Array:
     """Root mean square (point,) of a sensor about its mean in steady states, without rounding."""
     signal = data["response_sensor"].sel(sensor=sensor, measure="rms")
     highest = float(data["gear_mesh_frequency"].max() * data["gear_mesh_order"].max())
-    least = motion_rounding(str(signal["sensor_unit"].item()), np.array([0.0, 0.5 / highest]))
+    history = signal.assign_attrs(units=str(signal["sensor_unit"].item()))
+    least = _least_rounding(case_of(data), history, np.array([0.0, 0.5 / highest]))
     return np.where(signal > least, signal, 0.0)
+
+
+def speed_change(data: xr.Dataset) -> float:
+    """Highest over lowest mean speed of the first input, less one, in tenths of a transient."""
+    at = np.linspace(0, data.sizes[TIME] - 1, 11).astype(int)
+    angle = data["input_angle"].transpose(TIME, "input_coordinate").to_numpy()[at, 0]
+    speeds = np.abs(np.diff(angle) / np.diff(data[TIME].to_numpy()[at]))
+    return float(speeds.max() / speeds.min() - 1.0) if speeds.min() > 0.0 else 0.0
 
 
 def first_input(data: xr.Dataset) -> str:

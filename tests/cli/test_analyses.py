@@ -72,13 +72,14 @@ def test_response_says_that_the_period_doubles_outside_its_range(flexgear, tmp_p
 
 
 def test_response_names_a_sensor_whose_signal_does_not_change(flexgear, tmp_path):
-    """The gear mesh shakes a gear about its axis, not along it."""
+    """The gear mesh shakes a gear about its axis, not along it, and its torque is given."""
     sensor = '\n[[sensors]]\nname = "{0}"\non = "stage_1.gear"\nmeasures = "velocity"\n'
     sensor += 'place_mm = [20, 0, 0]\ndirection = "{0}"\n'
     text = gears_text(model="per_pair", law="linear") + sensor.format("y") + sensor.format("z")
+    text += '[[sensors]]\nname = "of_machine"\non = "stage_1.gear"\nmeasures = "torque"\n'
     options = ("--speed-range", 0.9, 1.0, "--harmonics", 2, "--doublings", 0, "-q")
     _, text, _ = flexgear("response", write(tmp_path, text), *options)
-    assert "sensor z: constant\n" in text
+    assert "sensor z: constant\n" in text and "sensor of_machine: constant\n" in text
     assert re.search(r"sensor y: up to .* rms on stable branches", text)
 
 

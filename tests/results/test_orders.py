@@ -10,6 +10,7 @@ import xarray as xr
 from flexgear.face.accessor import Accessor
 from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError
 from flexgear.model.load import load_case
+from flexgear.results import run_orders
 from flexgear.results.orders import amplitudes_at, envelope, order_map, order_spectrum, synchronous
 from flexgear.results.run_orders import (
     history_over_turns,
@@ -223,3 +224,11 @@ def test_bad_input_is_refused_in_one_line(stage):
         with pytest.raises((InputError, FlexgearError), match=text) as fault:
             call()
         assert "\n" not in str(fault.value)
+
+
+def test_a_part_of_a_run_up_is_known_by_its_speed():
+    """From 1 to 2 rad/s, by tenths 1.05 to 1.95; none at constant speed."""
+    t = np.linspace(0.0, 1.0, 1001)
+    for angle, change in ((t + 0.5 * t**2, 1.95 / 1.05 - 1.0), (-t, 0.0)):
+        run = {"input_angle": (("time", "input_coordinate"), angle[:, None])}
+        assert run_orders.speed_change(xr.Dataset(run, {"time": t})) == pytest.approx(change)
