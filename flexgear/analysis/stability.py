@@ -108,7 +108,7 @@ def monodromy(part: VibrationMatrices, period: float, tangents: Array) -> Array:
     # without a⁺, the channel forces g follow from the motion of the channels, a problem of low rank
     p, answer = part.channels, np.eye(x) + 0.5 * h * part.damping + 0.25 * h * h * part.stiffness
     constant = np.linalg.inv(answer)
-    onto = constant @ p.T
+    onto, by_motion, by_rate = constant @ p.T, constant @ part.stiffness, constant @ part.damping
     added = 0.5 * h * damping + 0.25 * h * h * stiffness
     whole = np.concatenate([added, stiffness, damping], axis=2)
     onto_channels = np.linalg.solve(np.eye(len(p)) + added @ (p @ onto), whole)
@@ -118,7 +118,7 @@ def monodromy(part: VibrationMatrices, period: float, tangents: Array) -> Array:
     for j in np.r_[1 : len(stiffness), 0]:
         predicted = motion + h * rate + 0.25 * h * h * acceleration
         faster = rate + 0.5 * h * acceleration
-        free = -constant @ (part.stiffness @ predicted + part.damping @ faster)
+        free = -(by_motion @ predicted + by_rate @ faster)
         seen = (p @ np.hstack([free, predicted, faster])).reshape(len(p), 3, -1)
         g = onto_channels[j] @ seen.transpose(1, 0, 2).reshape(3 * len(p), -1)
         acceleration = free - onto @ g
