@@ -168,8 +168,8 @@ def orders(analysis: OrderAnalysis) -> None:
         change = speed_change(part)
         if change > RUN_UP and not {"phase", "block"} & {*result.dims}:
             warn([
-                f"the speed changes by {number(100 * change, 2)} % in this part: resonances that are "
-                "passed spread lines and leave others beside them, see --map"
+                f"the speed changes by {number(100 * change, 2)} % in this part: resonances that "
+                "are passed spread lines and leave others beside them, see --map"
             ])  # fmt: skip
         expected, rows = list[tuple[ExpectedLine, float]](), list[dict[str, Any]]()
         if "phase" not in result.dims:

@@ -39,7 +39,7 @@ TEETH = {
     "one-sided": "lose contact there, which a linear response does not have",
     "linear": 'pull there, as gear_mesh.contact_law = "linear"; take "one-sided"',
 }
-SAME = 1.001  # ratio of amplitudes of planets alike, at most
+SAME = 1.001  # ratio of amplitudes of planets alike, and of forces to which a sweep jumps alike
 ROUGH = 17  # order from which on the parts of a cycle are long beside half of a mode's period
 MAX_LINES = 12  # peaks and changes of stability that are printed
 LEAST_SHARE = 0.01  # of a peak: modes with smaller shares are not named
@@ -263,7 +263,9 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
         period = f", {period_words(row['period'])}" if row["period"] > 1 else ""
         yield f"  peak at {row[share]:.4g}: gear-mesh force up to {force}{period}"
     for row in figures["jumps"]:
-        targets = " or ".join(with_unit(to, "N") for to in row["to_forces_n"])
+        to_forces = row["to_forces_n"]  # rising; a state may be on two curves
+        different = [to for k, to in enumerate(to_forces) if not k or to > SAME * to_forces[k - 1]]
+        targets = " or ".join(with_unit(to, "N") for to in different)
         target = f" to {targets}" if targets else ", to no state of this range"
         moving = "rising" if row["sense"] == "up" else "falling"
         yield (
