@@ -404,7 +404,7 @@ def test_each_half_of_a_double_helical_stage_has_its_figures(flexgear, tmp_path)
     position = flexgear.json("static", case, "--rigid", "all")["0 deg"]
     forces = {s: position["gear_mesh_force_n"][f"stage ring {s}"] for s in ("left", "right")}
     total = sum(map(sum, forces.values()))
-    assert abs(sum(forces["left"]) - sum(forces["right"])) > 0.01 * total
+    assert abs(sum(forces["left"]) - sum(forces["right"])) > 1e-4 * total  # halves may slide
     for side, of_half in forces.items():
         figures = position[f"stage {side} half"]
         assert figures["half_load"] == pytest.approx(2 * sum(of_half) / total)
