@@ -293,13 +293,16 @@ def _excitation_lines(data: xr.Dataset) -> Iterator[str]:
 
 def transient_figures(ranges: Ranges) -> dict[str, Any]:
     """Figures of a transient of a flexible stage from the ranges of ``stage_histories``."""
-    most = ranges.largest
-    carrying = {gear: {w: most[f"{gear}_{w}"] for w in ("drive", "coast")} for gear in GEARS}
+    most, of_pairs = ranges.largest, dict[str, Any]()
+    if "ring_load" in most:
+        carrying = {gear: {w: most[f"{gear}_{w}"] for w in ("drive", "coast")} for gear in GEARS}
+        names = {gear: flank_names(xr.Dataset(w)) for gear, w in carrying.items()}
+        loads = {f"{gear}_tooth_load_n": _range(ranges, f"{gear}_load") for gear in GEARS}
+        of_pairs = {"carrying_flank": names, **loads}
     return {
         "carrier_speed_rpm": _range(ranges, "stage_speed", RPM),
         "ring_mesh_force_n_mean": float(ranges.mean["ring_force"].mean()),
-        "carrying_flank": {gear: flank_names(xr.Dataset(w)) for gear, w in carrying.items()},
-        **{f"{gear}_tooth_load_n": _range(ranges, f"{gear}_load") for gear in GEARS},
+        **of_pairs,
         "load_sharing_max": number(most["load_sharing"]),
         "planet_force_spread_max": float(most["planet_force_spread"]),
     }

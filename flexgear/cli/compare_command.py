@@ -26,7 +26,7 @@ from flexgear.results.report.sharing import DEFINITION
 from flexgear.results.report.study_tables import equal_parts
 from flexgear.results.report.wording import factor, number, titled_by_stage, with_unit
 from flexgear.results.run_folder import complete, read_folder
-from flexgear.results.stage_part import displacement_of, stage_part, tooth_loads
+from flexgear.results.stage_part import displacement_of, has_pairs, stage_part, tooth_loads
 from flexgear.results.time_figures import sharing_summary
 from flexgear.solve.angles import lead_angles
 from flexgear.solve.bodies import reduced_bodies
@@ -160,7 +160,9 @@ def _variants(case: Case, comparison: Comparison) -> None:
             part = stage_part(data, stage)
             figures[variant_label(inside.flexible_bodies, rigid)] = {
                 "load_sharing": sharing_summary(data, stage),
-                "ring_tooth_load_n_max": float(tooth_loads(part, "ring").max()),
+                "ring_tooth_load_n_max": (
+                    float(tooth_loads(part, "ring").max()) if has_pairs(part) else None
+                ),
                 "tooth_displacement_um_max": 1e6 * float(np.abs(part["tooth_displacement"]).max()),
                 "sun_wind_up_mrad_mean": 1e3
                 * float(displacement_of(part, "sun").sel(dof="rz").mean()),
@@ -186,7 +188,7 @@ def _variants(case: Case, comparison: Comparison) -> None:
             {"flexible": "all", "rigid": "none"}.get(label, label),
             f"{row['load_sharing']['mean']:.4f}",
             f"{row['load_sharing']['max']:.4f}",
-            f"{row['ring_tooth_load_n_max'] / 1e3:.1f}",
+            "–" if (load := row["ring_tooth_load_n_max"]) is None else f"{load / 1e3:.1f}",
             f"{row['tooth_displacement_um_max']:.1f}",
             f"{row['sun_wind_up_mrad_mean']:.3f}",
         )

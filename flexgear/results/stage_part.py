@@ -103,6 +103,11 @@ GEARS = ("ring", "sun")
 PARTS = ("load", "tooth", "stiffness", "position")
 
 
+def has_pairs(data: xr.Dataset) -> bool:
+    """Whether a dataset has tooth pairs: none where waves of stiffness stand for all of them."""
+    return "pair_load" in data
+
+
 def pairs_of(
     data: xr.Dataset, gear: str, sense: str, planet: int = 0, parts: Sequence[str] = PARTS
 ) -> xr.Dataset:

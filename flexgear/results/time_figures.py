@@ -28,6 +28,7 @@ from flexgear.results.stage_part import (
     carrying_pairs,
     flank_histories,
     halves,
+    has_pairs,
     of_kind,
     pairs_in_contact,
     ring_force_spread,
@@ -102,14 +103,15 @@ TRANSIENT = (*FORCES, *DISTANCES)
 
 
 def stage_histories(whole: xr.Dataset, stage: str, half: str = "left") -> xr.Dataset:
-    """Histories of a flexible stage, or of one half, whose ranges are printed."""
+    """Histories of a flexible stage, or of one half, whose ranges are printed; without loads of
+    pairs where waves of stiffness stand for them."""
     data = stage_part(whole, stage, half)
     histories = data[["stage_speed"]].assign(
         ring_force=of_kind(data, "ring")["gear_mesh_force"],
         load_sharing=ring_sharing(data),
         planet_force_spread=ring_force_spread(data),
     )
-    for gear in GEARS:
+    for gear in GEARS if has_pairs(data) else ():
         flanks = flank_histories(data, gear)
         histories = histories.assign({f"{gear}_{name}": flanks[name] for name in map(str, flanks)})
     return histories
@@ -171,8 +173,11 @@ class StageDrop:
 
         return [of_half(half) for half in halves(data, self.stage)]
 
-    def lowest_load(self) -> float:
-        """Lowest load of the pairs on the loaded flank, N (negative only with linear contact)."""
+    def lowest_load(self) -> float | None:
+        """Lowest load of the pairs on the loaded flank, N (negative only with linear contact); None
+        where waves of stiffness stand for pairs."""
+        if not has_pairs(self.data):
+            return None
         loads = [float(part.least[f"{gear}_load"].min()) for part in self.parts for gear in GEARS]
         lowest = [load for load in loads if np.isfinite(load)]
         if not lowest:
@@ -245,14 +250,18 @@ class SteadyRun:
 
     def _histories(self, whole: xr.Dataset) -> xr.Dataset:
         data = stage_part(whole, self.stage)
-        pairs = carrying_pairs(data, "ring", parts=("load", "tooth"))
-        return data[["stage_speed"]].assign(
-            tooth_node=data["tooth_displacement"].isel(tooth=0, drop=True),
-            pairs_in_contact=pairs_in_contact(pairs["tooth"] > 0),
-        )
+        node = data["tooth_displacement"].isel(tooth=0, drop=True)
+        histories = data[["stage_speed"]].assign(tooth_node=node)
+        if has_pairs(data):
+            teeth = carrying_pairs(data, "ring", parts=("load", "tooth"))["tooth"]
+            histories["pairs_in_contact"] = pairs_in_contact(teeth > 0)
+        return histories
 
     def pairs(self) -> dict[str, float]:
-        """Share of time with 0, 1, 2 … tooth pairs in contact, by number of pairs."""
+        """Share of time with 0, 1, 2 … tooth pairs in contact, by number of pairs; empty without
+        pairs."""
+        if "pairs_in_contact" not in self.ranges.mean:
+            return {}
         shares = self.ranges.mean["pairs_in_contact"].mean("planet").to_numpy()
         return {str(n): float(s) for n, s in enumerate(shares) if s}
 

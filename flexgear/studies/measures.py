@@ -20,7 +20,7 @@ from flexgear.results.orders import SINGLE
 from flexgear.results.rating import PARTS
 from flexgear.results.run_orders import motion_rounding
 from flexgear.results.sinks import SENSOR_TIME
-from flexgear.results.stage_part import GEARS, stage_part, tooth_loads
+from flexgear.results.stage_part import GEARS, has_pairs, stage_part, tooth_loads
 from flexgear.results.time_figures import axis_distance, central_distance
 from flexgear.solve.static import shared_stages
 from flexgear.studies.rating import rate
@@ -309,7 +309,10 @@ def mean_forces(point: Point) -> MeasuredValues:
 
 @measure("largest load of a tooth pair of flexible rings", RING)
 def tooth_load(point: Point) -> MeasuredValues:
-    """Largest load of a tooth pair in stages with an FE ring, on the loaded flank."""
+    """Largest load of a tooth pair in stages with an FE ring, on the loaded flank. FlexgearError
+    where waves of stiffness stand for pairs."""
+    if not has_pairs(point.equilibria):
+        raise FlexgearError('waves of stiffness have no tooth pairs: use model = "per_pair"')
     loads = {
         f"{stage} {gear}": tooth_loads(stage_part(point.equilibria, stage), gear).to_numpy()
         for stage in point.case.fe_ring_stages

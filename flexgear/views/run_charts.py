@@ -19,6 +19,7 @@ from flexgear.results.run_folder import StageOfRun
 from flexgear.results.run_orders import HIGHEST_ORDER, case_of, gear_mesh_orders
 from flexgear.results.settling import settled
 from flexgear.results.sinks import between
+from flexgear.results.stage_part import has_pairs
 from flexgear.results.time_figures import ORDERS, radial_harmonics
 from flexgear.results.tooth_pattern import gear_pattern, planet_pattern
 from flexgear.views import chart as each
@@ -232,6 +233,16 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
         Chart("{prefix}tooth_displacement_map", "deflections",
             "{ring}x displacement of all tooth nodes, {window}", NODE,
             lambda ring: star.tooth_displacement_map(_first(ring))),
+        Chart("{prefix}sun_displacement", "deflections",
+            "Displacement of the sun{of}, axes of the carrier, {windows}", MOVE,
+            lambda ring: histories.displacement(ring.steady, "sun")),
+        Chart("{prefix}planet_displacement", "deflections",
+            "Displacement of planet 1{of}, its own axes, {windows}", MOVE,
+            lambda ring: histories.displacement(ring.steady, "planet")),
+        Chart("{prefix}load_sharing", "sharing", "{ring}Load sharing in time, {windows}", SHARES,
+            lambda ring: histories.load_sharing(ring.steady)),
+    )),
+    (having(each.rings, lambda ring: ring.steady and has_pairs(_first(ring))), (
         Chart("{prefix}ring_tooth_loads", "gear_meshes", "{ring}Load of the ring's tooth pairs, "
             f"{TEETH_SHOWN} pitches; dashed: by stiffness alone", PAIRS,
             lambda ring: _pair_loads(ring, "ring")),
@@ -242,14 +253,6 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             "{ring}Engaged ring teeth and their pair stiffness, {window}",
             "Which teeth of the ring are in contact as the carrier turns.",
             lambda ring: histories.engagement_map(_first(ring))),
-        Chart("{prefix}sun_displacement", "deflections",
-            "Displacement of the sun{of}, axes of the carrier, {windows}", MOVE,
-            lambda ring: histories.displacement(ring.steady, "sun")),
-        Chart("{prefix}planet_displacement", "deflections",
-            "Displacement of planet 1{of}, its own axes, {windows}", MOVE,
-            lambda ring: histories.displacement(ring.steady, "planet")),
-        Chart("{prefix}load_sharing", "sharing", "{ring}Load sharing in time, {windows}", SHARES,
-            lambda ring: histories.load_sharing(ring.steady)),
     )),
     (each.torque_drops, (
         Chart("{prefix}torque_step_{depth}", "dynamics", "{ring}Torque drop to {torque}",

@@ -177,6 +177,22 @@ def test_every_command_works_on_a_case_or_refuses_it_in_one_line(flexgear, tmp_p
     assert out
 
 
+def test_waves_of_stiffness_act_on_fe_rings(flexgear, tmp_path):
+    """They have no tooth pairs, of which commands say nothing; a measure of pairs is refused."""
+    wave = ["wind-5mw", "-q", *QUICK, *COARSE, "--set", "stage.gear_mesh.model=rectangular"]
+    text = flexgear.out("simulate", *wave, "--duration-s", 0.004)
+    assert "mean force of the ring gear meshes" in text and "tooth" not in text
+    assert "–" in flexgear.out("compare", *wave, "--positions", 2).splitlines()[-1]
+    options = ["--no-pictures", *STAGE_SHORT, "--out", tmp_path / "run"]
+    flexgear.out("run", *wave, *options)
+    summary = json.loads((tmp_path / "run/summary.json").read_text(encoding="utf-8"))
+    jsonschema.validate(summary, SUMMARY_SCHEMA)
+    assert summary["steady"]["stage"]["ring_pairs_in_contact"] == {}
+    options = ["--no-pictures", "--workers", 1, "--measure", "tooth_load"]
+    code, _, err = flexgear("sweep", *wave, "damping.ratio=0.01,0.02", *options)
+    assert code and "waves of stiffness have no tooth pairs" in err
+
+
 def test_every_figure_of_a_run_is_written_down(run_of_case):
     summary = json.loads((run_of_case[1] / "summary.json").read_text(encoding="utf-8"))
     jsonschema.validate(summary, SUMMARY_SCHEMA)
