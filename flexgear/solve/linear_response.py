@@ -35,7 +35,13 @@ from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import result_attrs, result_labels
 from flexgear.solve.model import Model
-from flexgear.solve.stability import following_modes, kept_modes, speed_range, train_in_modes
+from flexgear.solve.stability import (
+    following_modes,
+    kept_modes,
+    speed_range,
+    train_in_modes,
+    turning_stages,
+)
 
 SPEEDS = 401  # number of equally spaced speeds
 ZOOMS, ZOOM = 5, 9  # passes towards a peak between two speeds, and speeds of each
@@ -81,7 +87,7 @@ def linear_response(
     first, last = speed_range(model, speeds)
     numbers, shapes, omega = kept_modes(model, limit_hz, None)
     names = model.gear_meshes.names
-    stages = [s.name for s in model.flow.stages if s.gear_mesh_frequency > 0.0]
+    stages = [s.name for s in turning_stages(model)]
     excitations = [_excitation(model, stage, shapes, omega, orders) for stage in stages]
     spaced, more = np.linspace(first, last, count), list[float]()
     for train, excited in excitations:

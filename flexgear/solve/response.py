@@ -26,6 +26,7 @@ from flexgear.solve.angles import RATED_SHARES, REVERSED, lead_speed, range_word
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import result_attrs
 from flexgear.solve.model import Model
+from flexgear.solve.stability import turning_stages
 from flexgear.solve.state_figures import MEASURES, START, Figures, State
 from flexgear.solve.turning_points import BRANCH, DOUBLED, stability_changes, turning_points
 
@@ -122,18 +123,14 @@ def _range(
 
 
 def _stage_number(model: Model, stage: str) -> int:
-    names = [s.name for s in model.case.stages]
-    turning = [k for k, s in enumerate(model.flow.stages) if s.gear_mesh_frequency > 0.0]
-    if not turning:
-        remedy = "give rated speeds at which gears turn against one another"
-        raise InputError(model.case.source, "inputs", "turn no gear mesh", remedy)
+    names, turning = ([s.name for s in of] for of in (model.case.stages, turning_stages(model)))
     if not stage:
-        return turning[0]
+        return names.index(turning[0])
     if stage not in names:
         raise InputError(
             "--stage", echo(stage), "is not a stage of the case", nearest(stage, names)
         )
-    if names.index(stage) not in turning:
+    if stage not in turning:
         raise InputError("--stage", echo(stage), "does not turn", "name one that does")
     return names.index(stage)
 

@@ -13,6 +13,7 @@ from scipy import linalg
 from flexgear.analysis.excitation import PeriodicTrain, acting_modes
 from flexgear.arrays import Array, Ints
 from flexgear.coupling.system import orthonormal_rigid
+from flexgear.gears.power_flow import StageFlow
 from flexgear.model.arguments import Count, Positive
 from flexgear.model.errors import InputError
 from flexgear.results.labelled_dataset import labelled_dataset
@@ -69,7 +70,7 @@ def stability(
     model.case.require_load()
     first, last = speed_range(model, speeds)
     numbers, shapes, omega = kept_modes(model, limit_hz)
-    stages = [s for s in model.flow.stages if s.gear_mesh_frequency > 0.0]
+    stages = turning_stages(model)
     trains = [_with_following(model, s.name, shapes, omega) for s in stages]
     in_bands = (_in_bands(train, first, last, count) for train in trains)
     factors = np.unique(np.concatenate([np.linspace(first, last, count), *in_bands]))
@@ -105,6 +106,15 @@ def stability(
             "kept_mode": numbers.tolist(),
         },
     )
+
+
+def turning_stages(model: Model) -> list[StageFlow]:
+    """Stages whose gears turn against one another at rated speeds; InputError if there is none."""
+    turning = [s for s in model.flow.stages if s.gear_mesh_frequency > 0.0]
+    if not turning:
+        remedy = "give rated speeds at which gears turn against one another"
+        raise InputError(model.case.source, "inputs", "turn no gear mesh", remedy)
+    return turning
 
 
 def speed_range(model: Model, speeds: tuple[float, float] | None) -> tuple[float, float]:

@@ -153,6 +153,8 @@ def test_damaged_files_are_one_line(tmp_path, what):
         (["compare", "lin-parker", "--against", "nrel-5mw", "--out", "a.html"], "--out: has no"),
         (["compare", "a", "b", "--set", "stage.planets=3"], "beside folders of two runs"),
         (["stability", "lin-parker", "--speed-range", "1", "1e300"], "within 0.001 and 1000 times"),
+        (["stability", "lin-parker", "--set", "inputs.0.speed_rpm=0"], "turn no gear mesh"),
+        (["response", "lin-parker", "--linear", "--set", "inputs.0.speed_rpm=0"], "turn no gear"),
         (["simulate", "lin-parker", "--from", "no.nc"], "no.nc: dataset: there is no such file"),
     ],
 )  # fmt: skip
