@@ -36,8 +36,8 @@ NOT_COMPARABLE = """## What is not comparable
   matrix as well.
 * **The bare kernel** is no peer but a yardstick: it solves one position of the same stage over and
   over, without search for loaded pairs, damping, moving teeth, velocities or outputs, in plain
-  compiled loops. A step may cost less than it, for flexgear takes its sums as vector instructions
-  and knows which modes and channels do not move one another.
+  compiled loops. A step may cost less, as flexgear computes its sums by vector instructions
+  and skips modes and channels that do not act on one another.
 * **Dense steps** use all coordinates, flexgear the kept modes and the static rest of the contact
   dofs. How far that is from all coordinates is a matter of the tests, not of this page; that
   the steps are the same is checked here with all modes kept.
