@@ -1,9 +1,12 @@
 """The picture of responses with all branches: what its lines, marks and legend are of."""
 
+import json
+
 import numpy as np
 import pytest
 import xarray as xr
 
+from flexgear.model.load import load_case
 from flexgear.views.interactive import panels_of
 from flexgear.views.vibration_charts import response_chart
 
@@ -35,9 +38,9 @@ def curve():
     data |= {"stability_change_parameter": ("stability_change", [1.2, 0.9]),
              "stability_change_kind": ("stability_change", [0, 0])}  # fmt: skip
     coords = {"gear_mesh": ["pair sun 1"], "measure": ["maximum", "minimum", "mean", "rms"]}
-    return xr.Dataset(
-        data, coords, {"over": "speed", "harmonics": 20, "without_contact": "teeth lose contact"}
-    )
+    attrs = {"over": "speed", "harmonics": 20, "without_contact": "teeth lose contact"}
+    case = json.dumps(load_case("lin-parker").to_dict())
+    return xr.Dataset(data, coords, {**attrs, "parameters": case})
 
 
 def test_unstable_states_are_dashed_and_jumps_are_marked(curve):
