@@ -15,7 +15,7 @@ from flexgear.results.dataset_file import save as save_dataset
 from flexgear.results.origin import origin_of_case
 from flexgear.solve.bodies import reduced_bodies, rigid_bodies
 from flexgear.solve.model import Model, assemble
-from flexgear.solve.result_warnings import reduction_warnings
+from flexgear.solve.reduction_warnings import reduction_warnings
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,8 @@ from flexgear.results.time_figures import sharing_summary
 from flexgear.solve.angles import lead_angles
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.model import assemble
-from flexgear.solve.result_warnings import beyond_all_planets, pulling_teeth, reduction_warnings
+from flexgear.solve.reduction_warnings import reduction_warnings
+from flexgear.solve.result_warnings import beyond_all_planets, pulling_teeth
 from flexgear.solve.run import models_of
 from flexgear.solve.run_transients import is_static
 from flexgear.solve.static import static

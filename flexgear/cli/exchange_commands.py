@@ -25,7 +25,7 @@ from flexgear.model.names import BodyName
 from flexgear.results.origin import origin_of_case
 from flexgear.results.version import version
 from flexgear.solve.bodies import named, rigid_bodies
-from flexgear.solve.result_warnings import reduction_warnings
+from flexgear.solve.reduction_warnings import reduction_warnings
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.files import require_format, write_fe_mesh
 from flexgear.structures.fe_mesh.groups import Groups

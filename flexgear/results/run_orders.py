@@ -257,7 +257,8 @@ def rms_of_states(data: xr.Dataset, sensor: str) -> Array:
 
 
 def speed_change(data: xr.Dataset) -> float:
-    """Highest over lowest mean speed of the first input, less one, in tenths of a transient."""
+    """Relative change of the first input's speed: the highest over the lowest of its means over ten
+    equal parts of a transient, minus one."""
     at = np.linspace(0, data.sizes[TIME] - 1, 11).astype(int)
     angle = data["input_angle"].transpose(TIME, "input_coordinate").to_numpy()[at, 0]
     speeds = np.abs(np.diff(angle) / np.diff(data[TIME].to_numpy()[at]))

@@ -1,4 +1,4 @@
-"""Warnings about results: large motions, neglected effects, poor reductions.
+"""Warnings about results: large motions, neglected effects.
 
 **Large motions.** Paths of contact, pressure angles and pairs in contact are those of gears in
 their nominal positions. A displacement u of a member changes a centre distance by up to u, and the
@@ -23,7 +23,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexgear.coupling.pace import case_pace
 from flexgear.gears.contact import GearMeshKind
 from flexgear.gears.geometry import bottom_clearance, least_backlash, stage_geometry
 from flexgear.gears.paths import stage_paths
@@ -43,8 +42,6 @@ from flexgear.results.report.wording import (
     words,
 )
 from flexgear.results.time_figures import axis_distance
-from flexgear.structures.estimate import PROMISED
-from flexgear.structures.reduced import ReducedBody
 
 PULLED = (
     'teeth pull, as contact is linear; contact_law = "one-sided" of gear_mesh lets flanks part.'
@@ -364,60 +361,3 @@ def _teeth_deflection(case: Case, flow: PowerFlow, stage: str) -> float:
         abs(forces[kind.gear]) / paths[kind, side].mean_stiffness
         for kind in (GearMeshKind.SUN, GearMeshKind.RING)
     )
-
-
-_OTHER_TIE = {"root": "flank", "flank": "root"}
-
-
-def reduction_warnings(
-    case: Case, bodies: Mapping[BodyName, ReducedBody], rigid: Collection[BodyName]
-) -> list[str]:
-    """A line for every body, unless it is rigid, whose reduction error exceeds the promised one."""
-    texts, pace = [], case_pace(case)
-    for name, body in bodies.items():
-        if name in rigid:
-            continue
-        view = case.view(name.stage)
-        if fault := _static_fault(body.report):
-            texts.append(f"{name}: {fault}; {_remedy(view, name.part)}")
-        if fault := _frequency_fault(body.report, pace.reduction_limit_of(name)):
-            key = view.key(f"{name.part}.fe.fixed_interface_modes")
-            texts.append(f"{name}: {fault}; raise {key}")
-    return texts
-
-
-def _frequency_fault(report: Mapping[str, Any], limit_hz: float) -> str:
-    """Warning about a reduction's frequencies; "" without a fault."""
-    error, limit = report.get("frequency_error", 0.0), report.get("frequency_limit_hz", math.inf)
-    if error is None:  # the body was given as matrices
-        return ""
-    if error > PROMISED:
-        return (
-            f"frequencies up to {limit:.5g} Hz are up to {100 * error:.2g} % too high in the "
-            f"reduced body, above {100 * PROMISED:g} %"
-        )
-    if limit < limit_hz * (1 - 1e-9):
-        return (
-            f"{report['fixed_interface_modes']} fixed-interface modes answer for frequencies up to "
-            f"{limit:.5g} Hz, and {limit_hz:.5g} Hz are asked for"
-        )
-    return ""
-
-
-def _static_fault(report: Mapping[str, Any]) -> str:
-    """Warning about a reduction's static error; "" without a fault."""
-    error = report.get("static_error")
-    if error is None or error <= PROMISED:
-        return ""
-    load = f" (load: {report['static_error_load']})" if report.get("static_error_load") else ""
-    return f"static error {100 * error:.1f} %{load}, above {100 * PROMISED:g} %"
-
-
-def _remedy(view: StageView, name: str) -> str:
-    """Advice on how to reduce the static error of a body, or to see its effect."""
-    key = view.key(f"{name}.fe.flexible")
-    comparison = f"compare with {key} = false to see how much its bending matters"
-    if name != "ring":
-        return comparison
-    tie = f'try {view.key("ring.fe.tie")} = "{_OTHER_TIE[view.ring.tie]}"'
-    return f"{tie}, or {comparison}"

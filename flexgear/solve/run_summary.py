@@ -36,12 +36,12 @@ from flexgear.solve.headlines import headlines
 from flexgear.solve.linear import harmonic_figures, why_not_linear
 from flexgear.solve.long_run import TimedRun
 from flexgear.solve.model import Model
+from flexgear.solve.reduction_warnings import reduction_warnings
 from flexgear.solve.resonance import resonance_figures
 from flexgear.solve.result_warnings import (
     largest_motions,
     motion_histories,
     neglected,
-    reduction_warnings,
 )
 from flexgear.solve.run_transients import Transients
 from flexgear.solve.static import UNLOADED, sharing_attrs

@@ -16,8 +16,8 @@ from flexgear.model.load import bundled_cases
 from flexgear.model.names import BodyName
 from flexgear.results.report.wording import with_unit
 from flexgear.solve.bodies import reduced_bodies, rigid_bodies
+from flexgear.solve.reduction_warnings import reduction_warnings
 from flexgear.solve.result_warnings import (
-    PROMISED,
     Length,
     beside_lengths,
     growing_forces,
@@ -25,8 +25,8 @@ from flexgear.solve.result_warnings import (
     largest_motions,
     motion_histories,
     neglected,
-    reduction_warnings,
 )
+from flexgear.structures.estimate import PROMISED
 from flexgear.studies.measures import WARNING
 from flexgear.studies.sweep import failures, planned, run_sweep
 

@@ -13,7 +13,7 @@ from flexgear.model.names import GroupName
 from flexgear.results.report.sharing import forces_of_halves
 from flexgear.results.report.wording import number, titled_by_stage, window_words, with_unit, words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline, Level
-from flexgear.solve.result_warnings import PROMISED
+from flexgear.structures.estimate import PROMISED
 
 Summary = Mapping[str, Any]
 AGREES, DIFFERS = 0.01, 0.05  # limits for relative differences: of "good", of "watch"

@@ -1,0 +1,68 @@
+"""Warnings about reduced bodies whose errors exceed the promised ones."""
+
+import math
+from collections.abc import Collection, Mapping
+from typing import Any
+
+from flexgear.coupling.pace import case_pace
+from flexgear.model.case import Case
+from flexgear.model.names import BodyName
+from flexgear.model.stage_view import StageView
+from flexgear.structures.estimate import PROMISED
+from flexgear.structures.reduced import ReducedBody
+
+OTHER_TIE = {"root": "flank", "flank": "root"}
+
+
+def reduction_warnings(
+    case: Case, bodies: Mapping[BodyName, ReducedBody], rigid: Collection[BodyName]
+) -> list[str]:
+    """A line for every body, unless it is rigid, whose reduction error exceeds the promised one."""
+    texts, pace = [], case_pace(case)
+    for name, body in bodies.items():
+        if name in rigid:
+            continue
+        view = case.view(name.stage)
+        if fault := _static_fault(body.report):
+            texts.append(f"{name}: {fault}; {_remedy(view, name.part)}")
+        if fault := _frequency_fault(body.report, pace.reduction_limit_of(name)):
+            key = view.key(f"{name.part}.fe.fixed_interface_modes")
+            texts.append(f"{name}: {fault}; raise {key}")
+    return texts
+
+
+def _frequency_fault(report: Mapping[str, Any], limit_hz: float) -> str:
+    """Warning about a reduction's frequencies; "" without a fault."""
+    error, limit = report.get("frequency_error", 0.0), report.get("frequency_limit_hz", math.inf)
+    if error is None:  # the body was given as matrices
+        return ""
+    if error > PROMISED:
+        return (
+            f"frequencies up to {limit:.5g} Hz are up to {100 * error:.2g} % too high in the "
+            f"reduced body, above {100 * PROMISED:g} %"
+        )
+    if limit < limit_hz * (1 - 1e-9):
+        return (
+            f"{report['fixed_interface_modes']} fixed-interface modes answer for frequencies up to "
+            f"{limit:.5g} Hz, and {limit_hz:.5g} Hz are asked for"
+        )
+    return ""
+
+
+def _static_fault(report: Mapping[str, Any]) -> str:
+    """Warning about a reduction's static error; "" without a fault."""
+    error = report.get("static_error")
+    if error is None or error <= PROMISED:
+        return ""
+    load = f" (load: {report['static_error_load']})" if report.get("static_error_load") else ""
+    return f"static error {100 * error:.1f} %{load}, above {100 * PROMISED:g} %"
+
+
+def _remedy(view: StageView, name: str) -> str:
+    """Advice on how to reduce the static error of a body, or to see its effect."""
+    key = view.key(f"{name}.fe.flexible")
+    comparison = f"compare with {key} = false to see how much its bending matters"
+    if name != "ring":
+        return comparison
+    tie = f'try {view.key("ring.fe.tie")} = "{OTHER_TIE[view.ring.tie]}"'
+    return f"{tie}, or {comparison}"
