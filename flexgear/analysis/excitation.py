@@ -49,20 +49,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import linalg
 
 from flexgear.analysis.flank_cycle import FlankCycle
-from flexgear.analysis.modes import Modes
+from flexgear.analysis.modes import Modes, body_energies, repeated, split_space
 from flexgear.arrays import Array, Complex, Ints
 from flexgear.coupling.system import System
-from flexgear.model.names import BodyName
 from flexgear.structures.bodies import Body
 
 MIXED, ABSENT, UNEVEN = -1, -2, -3  # codes in the place of a nodal index
+UNMIXED = 1e-9  # energy common to two modes by one index, up to which their basis is kept
 PURE = 0.9  # least share of one index in the stage's energy
 LEAST_ENERGY = 1e-6  # share of a stage in the energy of a mode below which it does not move
 EVEN = 1e-9  # rad, tolerance of equal spacing
@@ -97,15 +97,12 @@ def nodal_indices(system: System, shapes: Array, stage: str, angles: Sequence[fl
         return np.full(shapes.shape[1], UNEVEN, dtype=np.int64)
     count = len(angles)
     energy = np.zeros((count // 2 + 1, shapes.shape[1]))
-    bodies = {b.name: b for b in system.bodies if b.name.stage == stage}
-    planets = [name for name in bodies if name.planet >= 0]
-    for name, body in bodies.items():
-        if body.size and (name not in planets or count == 1):
-            dofs = system.slice_of(name)
+    for body in (b for b in system.bodies if b.name.stage == stage and b.size):
+        if body.name.planet < 0 or count == 1:
+            dofs = system.slice_of(body.name)
             energy += _central_energy(body, system.mass[dofs, dofs], shapes[dofs], count)
     if count > 1:
-        order = np.argsort(np.mod(angles, 2 * np.pi))
-        energy += _planet_energy(system, [planets[i] for i in order], shapes)
+        energy += _fold(np.sum(np.abs(_planet_waves(system, shapes, stage, angles)) ** 2, axis=1))
     total = energy.sum(axis=0)
     indices = np.argmax(energy, axis=0).astype(np.int64)
     indices[energy.max(axis=0) < PURE * total] = MIXED
@@ -113,17 +110,44 @@ def nodal_indices(system: System, shapes: Array, stage: str, angles: Sequence[fl
     return indices
 
 
-def _planet_energy(system: System, names: list[BodyName], shapes: Array) -> Array:
-    """Energy (N // 2 + 1, m) of the planets by nodal index, from their motions in planet axes; for
-    FE planets, which have turned by different angles, from the motions of their mean axes."""
+def with_one_index(system: System, modes: Modes, stages: Mapping[str, Sequence[float]]) -> Modes:
+    """The modes, those of one frequency combined so that each has one nodal index in every stage;
+    stages: angles (N,) rad of the planets by stage.
+
+    An eigenvalue solver returns an arbitrary basis for a repeated frequency, such as that of planet
+    modes, which differ in their index alone. In the space of these modes the energy of the planets
+    with each index is a quadratic form; these forms are diagonalised one after the other.
+    """
+    shapes = modes.shapes.copy()
+    even = {k: v for k, v in stages.items() if len(v) > 1 and evenly_placed(v)}
+    for group in map(list, repeated(modes.frequencies, int(np.sum(modes.frequencies == 0.0)))):
+        for name, angles in even.items() if modes.frequencies[group[0]] > 0.0 else ():
+            waves = _planet_waves(system, shapes[:, group], name, angles)
+            forms = _fold(np.einsum("kim,kin->kmn", waves.conj(), waves).real)
+            spaces = [np.eye(len(group))]
+            if np.abs(forms * (1.0 - spaces[0])).max() <= UNMIXED:
+                continue
+            for form in forms:
+                spaces = [part for space in spaces for part in split_space(space, form)]
+            shapes[:, group] = shapes[:, group] @ np.hstack(spaces)
+    if np.array_equal(shapes, modes.shapes):
+        return modes
+    energies = body_energies(system.mass, system.bodies, shapes)
+    return replace(modes, shapes=shapes, energy=dict(energies.items()))
+
+
+def _planet_waves(system: System, shapes: Array, stage: str, angles: Sequence[float]) -> Complex:
+    """Waves y (N, c, m) of the planets' motions in planet axes in modes (d, m), by k = 0 … N − 1:
+    |y|² is their energy. For FE planets, which have turned by different angles, from the motions of
+    their mean axes."""
+    planets = [b.name for b in system.bodies if b.name.stage == stage and b.name.planet >= 0]
+    names = [planets[i] for i in np.argsort(np.mod(angles, 2 * np.pi))]
     starts = [system.slice_of(name).start for name in names]
     count = min(system.body(names[0]).size, 6)
-    dofs = [slice(start, start + count) for start in starts]
-    motion = np.stack([shapes[at] for at in dofs])
-    mass = system.mass[dofs[0], dofs[0]]
-    waves = np.fft.fft(motion, axis=0) / np.sqrt(len(names))
-    energy = np.einsum("kim,ij,kjm->km", waves.conj(), mass, waves).real
-    return _fold(energy, len(names))
+    motion = np.stack([shapes[start : start + count] for start in starts])
+    dofs = slice(starts[0], starts[0] + count)
+    lower = linalg.cholesky(system.mass[dofs, dofs], lower=True)
+    return np.asarray(lower.T @ np.fft.fft(motion, axis=0) / np.sqrt(len(names)))
 
 
 def _central_energy(body: Body, mass: Array, shapes: Array, planets: int) -> Array:
@@ -148,7 +172,7 @@ def _central_energy(body: Body, mass: Array, shapes: Array, planets: int) -> Arr
     by_wave = _by_remainder(waves, planets)
     total = by_wave.sum(axis=0)
     share = np.divide(by_wave, total, out=np.zeros_like(by_wave), where=total > 0)
-    return _fold(share * energy, planets)
+    return _fold(share * energy)
 
 
 def _by_remainder(waves: Array, planets: int) -> Array:
@@ -160,11 +184,11 @@ def _by_remainder(waves: Array, planets: int) -> Array:
     return out
 
 
-def _fold(energy: Array, planets: int) -> Array:
-    """Sums (N // 2 + 1, m) of the energies (N, m) of k and N − k."""
-    out = np.zeros((planets // 2 + 1, energy.shape[1]))
-    for k in range(planets):
-        out[folded(k, planets)] += energy[k]
+def _fold(energy: Array) -> Array:
+    """Sums (N // 2 + 1, …) of the energies (N, …) of k and N − k."""
+    out = np.zeros((len(energy) // 2 + 1, *energy.shape[1:]))
+    for k, of_index in enumerate(energy):
+        out[folded(k, len(energy))] += of_index
     return out
 
 

@@ -362,11 +362,11 @@ def _separated(parts: Mapping[str, Array]) -> Array:
     spaces = [np.eye(len(forms["planet"]))]
     for group in (PARTS[:-1], ("elastic",), *PAIRS, *((p,) for p in MOTIONS)):
         form = sum((forms[p] for p in group[1:]), forms[group[0]])
-        spaces = [part for space in spaces for part in _split(space, form)]
+        spaces = [part for space in spaces for part in split_space(space, form)]
     return np.hstack(spaces)
 
 
-def _split(space: Array, form: Array) -> list[Array]:
+def split_space(space: Array, form: Array) -> list[Array]:
     """Subspaces of a space (g, n) with equal energy by a form (g, g), by rising energy."""
     values, vectors = np.linalg.eigh(space.T @ form @ space)
     edges = np.flatnonzero(np.diff(values) > 1e-6) + 1

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from flexgear.analysis.error_sets import no_errors
+from flexgear.analysis.excitation import with_one_index
 from flexgear.analysis.gear_mesh_cycle import (
     StageCycle,
     mean_springs,
@@ -161,11 +162,11 @@ class Model:
 
     def natural_modes(self, limit_hz: float | None = None, angle: float | None = None) -> Modes:
         """Modes up to a limit (None: all); those with mean springs are cached. angle: rad."""
-        if angle is not None:
-            return modes(self.system, self.contact_springs(angle).stiffness, limit_hz)
-        by_limit = self._cached_modes
+        by_limit = self._cached_modes if angle is None else {}
         if limit_hz not in by_limit:
-            by_limit[limit_hz] = modes(self.system, self.mean_springs.stiffness, limit_hz)
+            natural = modes(self.system, self.contact_springs(angle).stiffness, limit_hz)
+            planets = {stage.name: stage.planet_angles for stage in self.case.stages}
+            by_limit[limit_hz] = with_one_index(self.system, natural, planets)
         return by_limit[limit_hz]
 
     @cached_property

@@ -36,17 +36,20 @@ def spur(folder, speed=100.0, errors="", planets=PLANETS):
     return load_case(write(folder, text))
 
 
-@pytest.mark.parametrize("planets", [3, 4, 5])
+@pytest.mark.parametrize("planets", [3, 4, 5, 6, 7])
 def test_types_of_lin_and_parker_have_their_index(planets):
-    """Rotational modes 0, translational 1, planet modes none of both."""
+    """Rotational modes 0, translational 1, planet modes of one frequency each of the others, twice
+    but for half the number of planets."""
     model = put_together(load_case("lin-parker", {"stage.planets": str(planets)}))
     data = modes(model)
     index, kinds = data["nodal_index"].to_numpy()[:, 0], data["type"].to_numpy()
     assert set(index[(kinds == "rotational") | (kinds == "rigid")]) == {0}
     assert set(index[kinds == "translational"]) == {1}
     planet = index[kinds == "planet"]
-    assert len(planet) == 3 * (planets - 3)
-    assert set(planet) <= set(range(2, planets // 2 + 1))
+    each = sorted(min(k, planets - k) for k in range(2, planets - 1))
+    groups = planet.reshape(3, planets - 3) if each else []
+    assert [sorted(group) for group in groups] == [each] * len(groups)
+    assert len(groups) == (3 if each else 0)
 
 
 def test_indices_belong_to_their_stage():
