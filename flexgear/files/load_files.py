@@ -24,7 +24,7 @@ from flexgear.model.input_file import (
     read_text,
     require_titles,
 )
-from flexgear.model.load_cases import AXES, Channel
+from flexgear.model.load_cases import AXES, FACTORS, Channel
 from flexgear.model.read import nearest
 from flexgear.model.units import ALL_SUFFIXES, Quantity, suffix_of
 
@@ -274,7 +274,8 @@ def table_of_bins(bins: Sequence[LoadBin], ports: Sequence[str]) -> str:
 
     ports: members of the inputs and the output. Speed and torque columns are those of the first
     input, and also of the other ports if there are more than two. Constant loads have columns with
-    the name of their member; loads that vary with time are not written.
+    the name of their member, load factors with stage and kind of their gear meshes, empty where a
+    bin has none; loads that vary with time are not written.
     """
     others = ports[1:] if len(ports) > 2 else ()
     loads = [
@@ -288,8 +289,10 @@ def table_of_bins(bins: Sequence[LoadBin], ports: Sequence[str]) -> str:
     for member in loaded:
         before = "" if member == ports[0] else f"{member}."
         head += [f"{before}{key}" for key in _keys(member, ports)] + [f"{before}frame"]
+    factors = [_factors(load_bin) for load_bin in bins]
+    head += (stated := list(dict.fromkeys(title for of_bin in factors for title in of_bin)))
     rows.writerow(head)
-    for load_bin, by_member in zip(bins, loads, strict=True):
+    for load_bin, by_member, of_bin in zip(bins, loads, factors, strict=True):
         row = [load_bin.name, "" if load_bin.extreme else _number_text(load_bin.hours)]
         row += [str(int(load_bin.extreme)), str(int(load_bin.back_driven))]
         for port in (ports[0], *others):
@@ -304,8 +307,18 @@ def table_of_bins(bins: Sequence[LoadBin], ports: Sequence[str]) -> str:
                 _number_text(load.first[_LOADS.index(key)]) for key in keys
             ]  # fmt: skip
             row.append("fixed" if load is None else load.frame)
-        rows.writerow(row)
+        rows.writerow([*row, *(of_bin.get(title, "") for title in stated)])
     return text.getvalue()
+
+
+def _factors(load_bin: LoadBin) -> dict[str, str]:
+    """Load factors of a bin by the titles of their columns, such as "stage_1.ring.k_h_beta"."""
+    return {
+        ".".join(filter(None, (some.stage, some.kind, key))): _number_text(value)
+        for some in load_bin.factors
+        for key in FACTORS
+        if (value := getattr(some, key)) is not None
+    }
 
 
 def _keys(member: str, ports: Sequence[str]) -> list[str]:

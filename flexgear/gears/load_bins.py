@@ -1,7 +1,7 @@
 """Load bins: speeds, torques and loads of all members of a train in each load case, by statics."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,8 +13,9 @@ from flexgear.gears.determinacy import members_of, rank
 from flexgear.gears.power_flow import NOISE, PowerFlow, power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.load_cases import SUM_OF_HOURS, LoadCase, MemberState, title_of
+from flexgear.model.load_cases import FACTORS, SUM_OF_HOURS, LoadCase, MemberState, title_of
 from flexgear.model.names import MemberName
+from flexgear.model.rating import RatedGearMesh
 from flexgear.model.train import Input, MemberLoad
 from flexgear.model.units import RPM
 
@@ -32,7 +33,8 @@ class LoadBin:
     hours: 0 of an extreme load; torque: external torque on the member of each port, N m, positive
     about +z; speed: of every member, rad/s; loads: constant loads on members; extreme: whether it
     is a static load without duration; back_driven: whether power may flow against its rated
-    direction; source: file and line for messages.
+    direction; source: file and line for messages; factors: load factors of gear meshes in place of
+    those of the case's ``rating``.
     """
 
     name: str
@@ -43,6 +45,7 @@ class LoadBin:
     extreme: bool = False
     back_driven: bool = False
     source: str = ""
+    factors: tuple[RatedGearMesh, ...] = ()
 
     def turns(self, speed: float) -> float:
         """Number of turns at ``speed``, rad/s, in the bin: 3600 h |ω| / 2π."""
@@ -50,8 +53,8 @@ class LoadBin:
 
 
 def case_in_bin(case: Case, load_bin: LoadBin) -> Case:
-    """Case with the speeds, torques and loads of a bin in place of its rated ones. It has no other
-    load cases, so that results of a bin do not store them."""
+    """Case with the speeds, torques, loads and rules of rating of a bin in place of its own. It has
+    no other load cases, so that results of a bin do not store them."""
 
     def restated(port: Any) -> Any:
         values: dict[str, float | None] = {"power": None} if isinstance(port, Input) else {}
@@ -65,7 +68,8 @@ def case_in_bin(case: Case, load_bin: LoadBin) -> Case:
     if case.output is not None:
         ports["output"] = restated(case.output)
     loads = {"loads": load_bin.loads, "load_cases": (), "load_series": None}
-    return case.model_copy(update={**loads, **ports})
+    rules = {"rating": case.rating.in_load_case(load_bin.factors, load_bin.extreme)}
+    return case.model_copy(update={**loads, **ports, **rules})
 
 
 def bins_of_load_cases(case: Case, more: Sequence[LoadCase] = ()) -> tuple[LoadBin, ...]:
@@ -107,6 +111,15 @@ def idle_loads(case: Case, loads: Iterable[tuple[str, Array]]) -> dict[str, str]
                 f'{key}.kinematics = "spatial"'
             )
     return idle
+
+
+def _factors(load_case: LoadCase) -> Iterator[RatedGearMesh]:
+    """Load factors that a load case states: of all gear meshes, then of some."""
+    for_all = {key: getattr(load_case, key) for key in FACTORS}
+    if any(for_all.values()):
+        yield RatedGearMesh(**for_all)
+    for some in load_case.gear_meshes:
+        yield RatedGearMesh(**dict(some))
 
 
 def _with_names(load_cases: Sequence[LoadCase]) -> tuple[LoadCase, ...]:
@@ -189,7 +202,7 @@ class _Train:
         source = load_case.source + (f" line {load_case.line}" if load_case.line else "")
         return LoadBin(
             load_case.name, hours, torque, speed, loads, load_case.extreme, load_case.back_driven,
-            source or f"load_cases[{k}]",
+            source or f"load_cases[{k}]", tuple(_factors(load_case)),
         )  # fmt: skip
 
     def _refuse(self, k: int, key: str, problem: str, remedy: str) -> None:

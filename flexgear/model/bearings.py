@@ -150,8 +150,10 @@ class RollingElements(Section):
     lines meet the axis outside of the rows ("O") or between them ("X"). profile: of rollers, see
     below. drops: profile drops of a table, at equal steps from the middle of the roller to its end.
     edge_stress: whether lives include the stress concentration at the ends of rollers, a factor of
-    the standard on the loads of laminae. inner_groove, outer_groove: groove radius over ball
-    diameter.
+    the standard on the loads of laminae. laminae: n_s of a roller, on which that factor depends.
+    inner_groove, outer_groove: groove radius over ball diameter. tilt_arm: of balls, R at which a
+    tilt moves the raceways along the axis; by the groove of the inner ring if left out, D_pw/2 in
+    some programs.
 
     logarithmic  that of ISO/TS 16281
     straight     none
@@ -170,8 +172,10 @@ class RollingElements(Section):
     profile: Literal["logarithmic", "straight", "table"] = "logarithmic"
     drops: tuple[Length, ...] = ()
     edge_stress: bool = True
+    laminae: int = Field(default=30, ge=30, le=1000)
     inner_groove: float = Field(default=0.52, gt=0.5, le=1.0)
     outer_groove: float = Field(default=0.53, gt=0.5, le=1.0)
+    tilt_arm: Length | None = Field(default=None, gt=0.0, le=5.0)
 
     def _check(self) -> None:
         if self.diameter >= self.pitch_diameter:

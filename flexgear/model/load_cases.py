@@ -14,6 +14,7 @@ from flexgear.model.errors import InputError, echo
 from flexgear.model.input_file import number_in, quantity_in, read_cells, require_titles
 from flexgear.model.machine import LOAD_COLUMNS
 from flexgear.model.names import Member
+from flexgear.model.rating import ForcedFactors, GearMeshFactors
 from flexgear.model.read import Written, nearest
 from flexgear.model.section import Missing, Refusal, Section, accepted_keys, quantity_of
 from flexgear.model.train import Forces, Moments
@@ -159,6 +160,7 @@ class LoadSeries(Section):
 
 SUM_OF_HOURS = 1e-3  # relative tolerance of total hours, since tables are printed with 4 digits
 _PLAIN = ("name", "hours", "cycles", "extreme", "back_driven")  # titles without a unit
+FACTORS = tuple(ForcedFactors.model_fields)  # likewise, after the name of a stage, too
 SHARE = "share"  # title of hours as shares of the total
 AXES = ("x", "y", "z")
 _OF_STATE = {"speed": "speed", "torque": "torque", "power": "power", **LOAD_COLUMNS}
@@ -194,14 +196,15 @@ class OtherMember(MemberState):
     member: Member
 
 
-class LoadCase(MemberState):
+class LoadCase(MemberState, ForcedFactors):
     """A steady state with its duration, or an extreme one without. Its keys speed to frame are
-    those of the first input.
+    those of the first input; its load factors replace those of ``rating``.
 
     name: unique, shown in tables. hours: in the whole life. cycles: revolutions of the first input,
     in place of hours. extreme: whether the load is static and has no duration. back_driven: whether
     power intentionally flows against its rated direction, as when a motor brakes. members: other
-    ports, and loads on other members. source, line: file and line from which it was read.
+    ports, and loads on other members. gear_meshes: load factors of some of them. source, line: file
+    and line from which it was read.
     """
 
     name: str = ""
@@ -210,6 +213,7 @@ class LoadCase(MemberState):
     extreme: bool = False
     back_driven: bool = False
     members: tuple[OtherMember, ...] = ()
+    gear_meshes: tuple[GearMeshFactors, ...] = ()
     source: str = ""
     line: int = 0
 
@@ -235,9 +239,10 @@ class Spectrum(Section):
 
     file: CSV with a row for each load case under titles that are keys of ``load_cases``: name,
     hours or cycles, extreme and back_driven (1 or 0), speed_rpm, torque_knm or power_mw, force_x_kn
-    … moment_z_knm, frame; for other members with their name in front: stage.sun.torque_nm; in place
-    of hours also share, of total_hours. total_hours: sum of the hours of all load cases, for a
-    check.
+    … moment_z_knm, frame, k_gamma … k_f_alpha; for other members with their name in front:
+    stage.sun.torque_nm, for some gear meshes those of stage, kind or both: stage_1.ring.k_h_beta;
+    in place of hours also share, of total_hours. total_hours: sum of the hours of all load cases,
+    for a check.
     """
 
     file: str | None = None
@@ -326,7 +331,7 @@ def read_load_cases(
         for title, (member, name, axis, suffix), cell in zip(header, columns, cells, strict=False):
             text, key = cell.strip(), (where, f"line {number}, {title}")
             if name == "frame" and text:
-                _state(row, member, at)[0][name] = text
+                _state(row, member, name, at)[0][name] = text
             elif name in ("", "name", "frame"):
                 row |= {name: text} if name == "name" and text else {}
             elif name in ("extreme", "back_driven"):
@@ -334,8 +339,9 @@ def read_load_cases(
                     raise InputError(*key, f"{echo(text)} is neither 1 nor 0", "give 1 or 0")
                 row[name] = FLAGS[text.lower()]
             elif text:
-                state, place = _state(row, member, at)
-                written[f"{place}.member"] = (*key, "", member)
+                state, place = _state(row, member, name, at)
+                for word in ("member", "stage", "kind"):
+                    written[f"{place}.{word}"] = (*key, "", member)
                 value = number_in(text, separator, *key)
                 quantity = quantity_of(LoadCase, name)
                 value = quantity.to_si(value, suffix) if quantity else value
@@ -353,30 +359,35 @@ def read_load_cases(
                 else:
                     state[name] = value
                 written[f"{place}.{name}"] = (*key, suffix, value)
-        row["members"] = tuple(row.get("members", {}).values())
+        for listed in ("members", "gear_meshes"):
+            row[listed] = tuple(row.get(listed, {}).values())
         before += 1
         yield row
     if not number:
         raise InputError(where, "load spectrum", "has titles, but no load case", "add rows")
 
 
-def _state(row: dict[str, Any], member: str, at: str) -> tuple[dict[str, Any], str]:
-    """Data of a member's state in a row ("" for the first input), and the path to it."""
-    if not member:
+def _state(row: dict[str, Any], place: str, key: str, at: str) -> tuple[dict[str, Any], str]:
+    """Data of a row to which a key belongs, and the path to them: of the first input and all gear
+    meshes ("" as ``place``), or of the member or the stage and kind of gear meshes ``place``."""
+    if not place:
         return row, at
-    members: dict[str, Any] = row.setdefault("members", {})
-    state = members.setdefault(member, {"member": member})
-    return state, f"{at}.members.{list(members).index(member)}"
+    listed, begin = "members", {"member": place}
+    if key in FACTORS:
+        names = ("kind",) if place in ("sun", "ring") else ("stage", "kind")
+        listed, begin = "gear_meshes", dict(zip(names, place.split(".", 1), strict=False))
+    states: dict[str, Any] = row.setdefault(listed, {})
+    return states.setdefault(place, begin), f"{at}.{listed}.{list(states).index(place)}"
 
 
 def _column(title: str, where: str) -> tuple[str, str, str, str]:
-    """Member ("" for the first input), key, axis and unit of a title; all "" if it begins with
-    #."""
+    """Member ("" for the first input) or gear meshes ("" for all), key, axis and unit of a title;
+    all "" if it begins with #."""
     if title.startswith("#"):
         return "", "", "", ""
     member, _, key = title.rpartition(".")
     key = key.lower()
-    if key == "frame" or (not member and key in _PLAIN):
+    if key in ("frame", *FACTORS) or (not member and key in _PLAIN):
         return member, key, "", ""
     if not member and key == SHARE:
         return "", "hours", "", SHARE
@@ -401,4 +412,5 @@ def _titles() -> list[str]:
     """Usual titles of the table."""
     usual = {"force": "kn", "torque": "knm"}  # of vectors
     of_state = [k for k in accepted_keys(MemberState) if not k.startswith(("force", "moment"))]
-    return [*_PLAIN, SHARE, *of_state, *(f"{n}_{usual[d]}" for n, d in LOAD_COLUMNS.items())]
+    of_loads = [f"{n}_{usual[d]}" for n, d in LOAD_COLUMNS.items()]
+    return [*_PLAIN, SHARE, *of_state, *of_loads, *FACTORS]

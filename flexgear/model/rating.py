@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field
 
@@ -115,17 +116,25 @@ class GearMeshFactors(ForcedFactors):
     """Factors of some gear meshes, in place of those for all.
 
     stage: name of the stage, all stages if left out. kind: sun (also pinion and gear) or ring, both
-    if left out. face_width: common face width in the formulas of ISO 6336, where those of a planet
-    with sun and ring differ, in place of that of the stage.
+    if left out.
     """
 
     stage: str | None = None
     kind: Literal["sun", "ring"] | None = None
-    face_width: Length | None = Field(default=None, ge=1e-4, le=5.0)
 
     def applies(self, stage: str, kind: str) -> bool:
         """Whether these factors count for the gear meshes "sun" or "ring" of a stage."""
         return self.stage in (None, stage) and self.kind in (None, kind)
+
+
+class RatedGearMesh(GearMeshFactors):
+    """Factors and width of some gear meshes, in place of those for all.
+
+    face_width: common face width in the formulas of ISO 6336, where those of a planet with sun and
+    ring differ, in place of that of the stage.
+    """
+
+    face_width: Length | None = Field(default=None, ge=1e-4, le=5.0)
 
 
 class Rating(ForcedFactors):
@@ -136,8 +145,9 @@ class Rating(ForcedFactors):
     take their loads without it. limits: set of minimum safeties and factors: "none" has 1 for all;
     "wind" has S_H 1.25, S_F 1.56, K_v 1.05 and K_Hβ 1.15, as literature quotes IEC 61400-4:2012.
     least_flank_safety: S_Hmin in place of that of the set. least_root_safety: S_Fmin in place of
-    that of the set. least_dynamic_factor: lowest K_v in place of that of the set.
-    least_face_load_factor: lowest K_Hβ in place of that of the set. flank_long_life_factor,
+    that of the set. least_static_flank_safety, least_static_root_safety: S_Hmin and S_Fmin under
+    extreme loads; those above if left out. least_dynamic_factor: lowest K_v in place of that of the
+    set. least_face_load_factor: lowest K_Hβ in place of that of the set. flank_long_life_factor,
     root_long_life_factor: Z_NT and Y_NT at 1e10 cycles, 0.85, or up to 1 for the best material,
     manufacture and experience. bounded_life_factors: whether these are the least values, so that a
     stress below that of 1e10 cycles does no damage, in place of curves that fall on.
@@ -170,6 +180,8 @@ class Rating(ForcedFactors):
     limits: Literal["none", "wind"] = "none"
     least_flank_safety: float | None = Field(default=None, ge=0.5, le=5.0)
     least_root_safety: float | None = Field(default=None, ge=0.5, le=5.0)
+    least_static_flank_safety: float | None = Field(default=None, ge=0.5, le=5.0)
+    least_static_root_safety: float | None = Field(default=None, ge=0.5, le=5.0)
     least_dynamic_factor: float | None = Field(default=None, ge=1.0, le=3.0)
     least_face_load_factor: float | None = Field(default=None, ge=1.0, le=5.0)
     flank_long_life_factor: float = Field(default=0.85, ge=0.85, le=1.0)
@@ -180,7 +192,7 @@ class Rating(ForcedFactors):
     limited_pitting: bool = False
     static_factors: Literal["constant", "extended", "interpolated"] = "constant"
     dynamic_factor: Literal["method_b", "train"] = "method_b"
-    gear_meshes: tuple[GearMeshFactors, ...] = ()
+    gear_meshes: tuple[RatedGearMesh, ...] = ()
     deviations: Literal["stated", "worst", "drawn"] = "stated"
     deviation_samples: int = Field(default=10, ge=1, le=100)
     gear_mesh_cycles: int = Field(default=7, ge=1, le=10000)
@@ -197,6 +209,14 @@ class Rating(ForcedFactors):
                 stated |= factors._stated(ForcedFactors.model_fields)
         return ForcedFactors(**stated)
 
+    def in_load_case(self, factors: Sequence[RatedGearMesh], extreme: bool) -> Rating:
+        """These rules with the load factors and least safeties of one load case."""
+        update: dict[str, Any] = {"gear_meshes": (*self.gear_meshes, *factors)}
+        for kind in ("flank_safety", "root_safety") if extreme else ():
+            stated: float | None = getattr(self, f"least_static_{kind}")
+            update[f"least_{kind}"] = self.least(kind) if stated is None else stated
+        return self.model_copy(update=update)
+
     def face_width(self, stage: str, kind: str) -> float | None:
         """Common face width of the gear meshes "sun" or "ring" of a stage, m; None if not given."""
         of_kind = [f.face_width for f in self.gear_meshes if f.applies(stage, kind)]
@@ -212,10 +232,16 @@ class Rating(ForcedFactors):
 def check_rating(case: Case) -> None:
     """Raise Refusal for factors of a stage that the case does not have."""
     names = [stage.name for stage in case.stages]
-    for k, factors in enumerate(case.rating.gear_meshes):
+    of_rules = {f"rating.gear_meshes.{k}": f for k, f in enumerate(case.rating.gear_meshes)}
+    of_loads = {
+        f"load_cases.{n}.gear_meshes.{k}": factors
+        for n, load_case in enumerate(case.load_cases)
+        for k, factors in enumerate(load_case.gear_meshes)
+    }
+    for key, factors in {**of_rules, **of_loads}.items():
         if factors.stage not in (None, *names):
-            key, problem = f"rating.gear_meshes.{k}.stage", f"{echo(factors.stage)} is no stage"
-            raise Refusal(key, problem, nearest(str(factors.stage), names))
+            problem = f"{echo(factors.stage)} is no stage"
+            raise Refusal(f"{key}.stage", problem, nearest(str(factors.stage), names))
 
 
 def check_thrust(case: Case) -> None:

@@ -9,6 +9,7 @@ to a power of load.
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -36,6 +37,7 @@ LIMITS: dict[Kind, str] = {
     "root": "Tooth bending",
     "bearing": "Bearing life",
 }
+REQUIRED: dict[Kind, str] = {"flank": "S_Hmin", "root": "S_Fmin"}
 
 
 @dataclass(frozen=True)
@@ -67,10 +69,11 @@ class RatedPart:
     load. cycles: load cycles, or revolutions of a bearing. safety: in the single bin, static safety
     of a bearing, NaN if not assessed. damage: NaN if not assessed. life: time until the sum of
     damage is one, h, inf without damage. whole_safety: factor on stress (load of a bearing) at
-    which the sum of damage of the spectrum is one. required: required safety, or life of a bearing,
-    h, NaN if none is stated. missing: reason for a missing rating. estimates: rules of estimated
-    data by key, for which there is no verdict. factors: by bin. cause: largest load factor in the
-    worst bin, such as "K_Hβ 1.32". of_rows: damage (R,) of each row of a bearing, from −z to +z,
+    which the sum of damage of the spectrum is one. required: required safety of the spectrum, or
+    life of a bearing, h, NaN if none is stated. missing: reason for a missing rating. estimates:
+    rules of estimated data by key, for which there is no verdict. factors: by bin. cause: largest
+    load factor in the worst bin, such as "K_Hβ 1.32". of_rows: damage (R,) of each row of a
+    bearing, from −z to +z,
     empty if rows are not rated. exponent: of load in the stress, or in the damage of a bearing.
     rolling: "roller" or "ball" of a bearing. direct: figures of computed stresses, beyond the
     standard. of_teeth: safety (z,) by computed stresses of the teeth of a stationary ring, from 0
@@ -110,17 +113,39 @@ class RatedPart:
         """Sum of damage over all bins with a duration."""
         return float(self.damage.sum())
 
+    def required_in(self, b: int) -> float:
+        """Required safety of a flank or root in a bin, which may be another one under extreme
+        loads; 1 for the static safety of a bearing."""
+        if self.kind == "bearing":
+            return 1.0
+        sheet = self.factors[b] if self.factors else {}
+        return value_of(sheet, REQUIRED[self.kind], self.required)
+
+    @cached_property
+    def _nearest(self) -> tuple[float, float, int | None]:
+        """Safety and required safety of the spectrum or of a bin, and that bin, where their ratio
+        is least; NaN if none is assessed."""
+        limit = 1.0 if self.kind == "bearing" else self.required
+        every: list[tuple[float, float, int | None]] = [(self.whole_safety, limit, None)]
+        every += [(s, self.required_in(b), b) for b, s in enumerate(self.safety.tolist())]
+        assessed = [x for x in every if math.isfinite(x[0])]
+        return min(assessed, key=lambda x: x[0] / x[1], default=(math.nan, limit, None))
+
     @property
     def least_safety(self) -> float:
-        """Smallest safety of the spectrum and all extreme loads, NaN if none is assessed."""
-        every = [s for s in (self.whole_safety, *self.safety) if math.isfinite(s)]
-        return min(every, default=math.nan)
+        """Safety of the spectrum or under the extreme load that is nearest to its limit, NaN if
+        none is assessed."""
+        return self._nearest[0]
+
+    @property
+    def limit(self) -> float:
+        """Required safety to which ``least_safety`` is compared; 1 of a bearing."""
+        return self._nearest[1]
 
     @property
     def governing_bin(self) -> int | None:
-        """The extreme load whose safety is below that of the spectrum, None if there is none."""
-        bins = [b for b, s in enumerate(self.safety) if s == self.least_safety]
-        return bins[0] if bins and self.least_safety != self.whole_safety else None
+        """The extreme load that is nearer to its limit than the spectrum, None if there is none."""
+        return self._nearest[2]
 
     @property
     def worst_bin(self) -> int:
@@ -134,12 +159,13 @@ class RatedPart:
         if self.kind == "bearing":
             of_life = (self.life / self.required) ** (1.0 / self.exponent)
             return min([of_life, *(s for s in self.safety.tolist() if math.isfinite(s))])
-        return float((self.least_safety / self.required) ** (1.0 / self.exponent))
+        return float((self.least_safety / self.limit) ** (1.0 / self.exponent))
 
     @property
     def is_below_directly(self) -> bool:
         """Whether the safety by computed stresses, beyond the standard, is below the required."""
-        return value_of(self.direct, "S_direct") < self.required
+        symbol = REQUIRED.get(self.kind, "")
+        return value_of(self.direct, "S_direct") < value_of(self.direct, symbol, self.required)
 
     @property
     def holds(self) -> bool | None:
@@ -282,8 +308,14 @@ PARTS = {
     "spectrum_safety": _whole(
         "1", "factor on stress (bearing: load) for a sum of one", lambda p: p.whole_safety
     ),
-    "safety": _whole("1", "least of the spectrum and of extreme loads", lambda p: p.least_safety),
-    "required": _whole("1", "least safety; of a bearing least life, h", lambda p: p.required),
+    "safety": _whole(
+        "1", "of the spectrum or the extreme load nearest to its limit", lambda p: p.least_safety
+    ),
+    "required": _whole(
+        "1",
+        "least safety beside safety; of a bearing least life, h",
+        lambda p: p.required if p.kind == "bearing" else p.limit,
+    ),
     "load_reserve": _whole("1", "factor on all loads within the limits", lambda p: p.reserve),
     "direct_safety": _direct("1", "S_direct", "least safety"),
     "direct_damage_sum": _direct("1", "D_direct", "Miner's sum"),

@@ -51,7 +51,7 @@ from flexgear.gears.bearings.reference_life import (
     reference_viscosity,
     viscosity_at,
 )
-from flexgear.gears.load_bins import HOUR, LoadBin
+from flexgear.gears.load_bins import HOUR, LoadBin, case_in_bin
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.gears.rating.sheet import BASIC, COMPUTED, ROWS, Factor, Sheet, sheet_of, value_of
 from flexgear.model.bearings import Bearing
@@ -193,8 +193,9 @@ def _part(
     def in_bins(rated: bool) -> list[_InBin]:
         stages = [flow.stage(place.stage) for flow in flows]
         blocked = [blocked_loads(case.view(place.stage), x, place.place) for x in stages]
-        of_bins = zip(loads, speeds, blocked, strict=True)
-        return [_in_bin(case, place, *of_bin, least, rated) for of_bin in of_bins]
+        cases = [case_in_bin(case, b) for b in bins]
+        of_bins = zip(cases, loads, speeds, blocked, strict=True)
+        return [_in_bin(c, place, x, n, by_flow, least, rated) for c, x, n, by_flow in of_bins]
 
     try:
         states = in_bins(rated=not missing)
@@ -230,8 +231,8 @@ def _in_bin(
     case: Case, place: _Place, loads: BinLoads, speed: float, blocked: tuple[float, float],
     least: float, rated: bool,
 ) -> _InBin:  # fmt: skip
-    """The load of a bearing in a bin, with life and safety if ``rated``; speed: of the inner ring
-    relative to the outer one, rad/s; blocked: see ``blocked_loads``."""
+    """The load of a bearing in a bin, with life and safety if ``rated``; case: of the bin; speed:
+    of the inner ring relative to the outer one, rad/s; blocked: see ``blocked_loads``."""
     load_factor = _stated_load_factor(case, place, loads)
     force = load_factor * loads.supports.get(place.name, np.zeros((1, 6)))
     mate = case.view(place.stage).mate(place.place)

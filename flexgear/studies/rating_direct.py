@@ -31,6 +31,14 @@ from flexgear.solve.stresses import GroupStresses
 OTHER = {"sun": "ring", "ring": "sun"}
 
 
+class PathOrReason(NamedTuple):
+    """A direct path, or None and the reason why there is none: "" where stresses or strengths of a
+    load bin are unknown."""
+
+    path: DirectPath | None
+    reason: str = ""
+
+
 class LoadedState(NamedTuple):
     """A flank or root in one load bin.
 
@@ -54,9 +62,8 @@ def direct_path(
     kind: Limit,
     history: Mapping[int, LoadedState],
     loads: Sequence[BinLoads],
-) -> DirectPath | str:
-    """Direct path of one flank or root over all bins, or the reason why there is none: "" where
-    stresses or strengths of a bin are unknown. trains: the solved trains of ``loads``."""
+) -> PathOrReason:
+    """Direct path of one flank or root over all bins; trains: the solved trains of ``loads``."""
     first = next(iter(history.values()))
     of_bins = {b: loads[b].groups[x.group].stresses for b, x in history.items()}
     stresses = {b: s for b, s in of_bins.items() if s and (kind == "flank" or s.tension.size)}
@@ -68,11 +75,15 @@ def direct_path(
         if (c := state.curve) is not None
     }
     if not len(stresses) == len(curves) == len(history):
-        return ""
+        return PathOrReason(None)
     if len({x.group.kind for x in history.values()}) > 1:
-        return "load cases of both senses load it at sun and ring in turn, which it does not count"
+        reason = (
+            "load cases of both senses load it at sun and ring in turn, which it does not count"
+        )
+        return PathOrReason(None, reason)
     influence = 0.0 if kind == "flank" else mean_stress_influence(pair.gears[first.part])
-    return DirectPath(trains, pair, kind, history, loads, stresses, curves, influence)
+    path = DirectPath(trains, pair, kind, history, loads, stresses, curves, influence)
+    return PathOrReason(path)
 
 
 def _computed_factor(pair: GearPair, loaded: LoadedState) -> float:
@@ -159,8 +170,8 @@ class DirectPath:
     @cached_property
     def _weakest(self) -> tuple[Array, Array, Array]:
         """Safety (teeth,) of every tooth, index of its weakest place, and number of the bin that
-        governs alone, −1 where the bins with a duration together govern. The safety is the least of
-        that under all bins with a duration and those of each other bin."""
+        governs alone, −1 where the bins with a duration together govern. The safety is that under
+        all bins with a duration or in one other bin, where it is least over the required one."""
         alone = [b for b in self.history if b not in self._lasting]
         teeth, each = self.stress(next(iter(self.history))).shape[1], []
         if self._lasting:
@@ -172,8 +183,13 @@ class DirectPath:
             with np.errstate(divide="ignore"):
                 each.append((place, strength / stress.max(axis=1), b))
         place, safety = (np.array([x[k] for x in each]) for k in range(2))
-        first, tooth = safety.argmin(axis=0), np.arange(teeth)
+        required = np.array([self._required(b) for *_, b in each])
+        first, tooth = (safety / required[:, None]).argmin(axis=0), np.arange(teeth)
         return safety[first, tooth], place[first, tooth], np.array([x[2] for x in each])[first]
+
+    def _required(self, b: int) -> float:
+        """Required safety in a bin; −1: under the bins with a duration."""
+        return self.history[self._lasting[0] if b < 0 else b].state.least_safety
 
     @property
     def safety_of_teeth(self) -> Array:
@@ -183,8 +199,10 @@ class DirectPath:
     def sheet(self) -> Sheet:
         """Safety, damage, life, the weakest place, and the causes of the difference from the
         standard."""
-        tooth, sums = int(np.argmin(self._weakest[0])), {}
+        required = np.array([self._required(b) for b in self._weakest[2]])
+        tooth, sums = int(np.argmin(self._weakest[0] / required)), {}
         safety, place, worst = (x[tooth] for x in self._weakest)
+        least = {f"S_{'H' if self.kind == 'flank' else 'F'}min": required[tooth]}
         if worst < 0:
             worst = max(self._lasting, key=lambda b: float(self._flat(b)[:, place].max()))
         if self._lasting:
@@ -192,7 +210,8 @@ class DirectPath:
             hours = sum(load_bin.hours for load_bin in self.trains[0].bins)
             sums = {"D_direct": damage, "L_direct": hours / damage if damage else math.inf}
         at = self._where(int(worst), int(place))
-        return sheet_of({"S_direct": safety, **sums, **at, **self._against_standard(int(worst))})
+        lines = {"S_direct": safety, **least, **sums, **at, **self._against_standard(int(worst))}
+        return sheet_of(lines)
 
     def _flat(self, b: int) -> Array:
         """``stress`` as (passes, places), Pa."""

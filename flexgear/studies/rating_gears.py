@@ -20,7 +20,7 @@ import numpy as np
 from flexgear.arrays import Array
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.implausible_bearings import untilted
-from flexgear.gears.load_bins import HOUR, LoadBin
+from flexgear.gears.load_bins import HOUR, LoadBin, case_in_bin
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.rating.capacity import FE_RIM, LOAD_FACTORS, OIL, Limit, missing_keys, rate
 from flexgear.gears.rating.damage import Spectrum
@@ -108,6 +108,7 @@ def rate_gears(
     """Load factors by group of gear meshes, ratings of flanks and roots, and reasons why groups are
     not assessed; trains: the train of the case, then those with other deviations."""
     case, bins = trains[0].case, trains[0].bins
+    cases = [case_in_bin(case, load_bin) for load_bin in bins]
     groups: list[GearMeshRating] = []
     histories: dict[_Place, History] = defaultdict(dict)
     rated = {stage for stage, _ in pairs}
@@ -125,13 +126,13 @@ def rate_gears(
             for b, (flow, of_bin) in enumerate(zip(flows, computed, strict=True)):
                 if of_bin is None:
                     continue
-                load = pair_load(pair, flow.stage(stage))
-                factors = load_factors(case, pair, load, group, of_bin)
+                load, ruled = pair_load(pair, flow.stage(stage)), cases[b]
+                factors = load_factors(ruled, pair, load, group, of_bin)
                 if isinstance(factors, tuple):
                     reasons = reasons or (*factors, *_also_missing(case, pair))
                 else:
                     sheets[b] = dated(factors, case.rating.edition)
-                    states = _states(case, pair, load, group, bins[b], flow, factors, of_bin)
+                    states = _states(ruled, pair, load, group, bins[b], flow, factors, of_bin)
                     for place, state in states.items():
                         histories[place][b] = state
                         of_part = safety.setdefault(
@@ -143,16 +144,16 @@ def rate_gears(
             groups.append(GearMeshRating(group, tuple(sheets), planets, largest, safety, reasons))
             missing |= {str(group): "; ".join(reasons)} if reasons else {}
             missing |= _uneven(group, bins, flows, loads)
-            missing |= _without_tilt(group, _untilted(case, group)) if any(sheets) else {}
+            missing |= _without_tilt(group, _untilted(cases, group)) if any(sheets) else {}
     parts = []
     for place, history in histories.items():
         pair = pairs[place.stage, next(iter(history.values())).group.role]
-        part = _part(case, place, history, bins)
-        direct = direct_path(trains, pair, place.kind, history, loads)
-        if not isinstance(direct, str):
+        part = _part(case, place, history, bins, cases)
+        direct, reason = direct_path(trains, pair, place.kind, history, loads)
+        if direct is not None:
             part = replace(part, direct=direct.sheet(), of_teeth=direct.safety_of_teeth)
-        elif direct:
-            missing[f"{place.alike}, direct path"] = direct
+        elif reason:
+            missing[f"{place.alike}, direct path"] = reason
         left_out = pair.gears[next(iter(history.values())).part].rim_left_out
         if left_out and place.kind == "root" and not part.direct and part.reserve >= 1.0:
             part = replace(part, estimates={**part.estimates, "Y_B of the thin FE rim": "as 1"})
@@ -174,8 +175,8 @@ def _states(
     case: Case, pair: GearPair, load: PairLoad, group: GroupName, load_bin: LoadBin,
     flow: PowerFlow, factors: Sheet, computed: GroupLoads,
 ) -> dict[_Place, LoadedState]:  # fmt: skip
-    """Flanks and roots that a group of gear meshes loads in a bin."""
-    view, states = case.view(group.stage), {}
+    """Flanks and roots that a group of gear meshes loads in a bin; case: with its rules."""
+    view, states, pair = case.view(group.stage), {}, replace(pair, rules=case.rating)
     rates = load_cycles(view, flow.stage(group.stage))
     rated = rate(pair, load, {symbol: line.value for symbol, line in factors.items()})
     for (part, kind), state in rated.items():
@@ -208,10 +209,12 @@ def _uneven(
     return {f"{group}, {names[0]}{others_text}": "its planets do not carry the load together there"}
 
 
-def _untilted(case: Case, group: GroupName) -> list[str]:
-    """Keys of gears whose tilting a computed K_Hβ leaves out; empty if it has all, or is stated."""
-    view, stated = case.view(group.stage), case.rating.forced(group.stage, group.role).k_h_beta
-    computed = view.gear_mesh.model == "face_load" and stated is None
+def _untilted(cases: Sequence[Case], group: GroupName) -> list[str]:
+    """Keys of gears whose tilting a computed K_Hβ leaves out; empty if it has all, or is stated in
+    the load bins of all these cases."""
+    view = cases[0].view(group.stage)
+    stated = [case.rating.forced(group.stage, group.role).k_h_beta for case in cases]
+    computed = view.gear_mesh.model == "face_load" and None in stated
     return untilted(view, group.role) if computed else []
 
 
@@ -224,7 +227,8 @@ def _without_tilt(group: GroupName, keys: Sequence[str]) -> dict[str, str]:
 def load_factors(
     case: Case, pair: GearPair, load: PairLoad, group: GroupName, computed: GroupLoads
 ) -> dict[str, Factor] | tuple[str, ...]:
-    """K_A … K_Fα of a gear mesh, each with its source; the reasons if some are unknown."""
+    """K_A … K_Fα of a gear mesh, each with its source; the reasons if some are unknown. case: with
+    the rules of the load bin."""
     rules, lines = case.rating, dict[str, Factor]()
     forced = rules.forced(group.stage, group.role)
     of_planet = "computed" if computed.alike else f"computed, planet {computed.planet}"
@@ -251,7 +255,7 @@ def load_factors(
     take("K_A", ("key application_factor", rules.application_factor))
     take("K_γ", (of_planet, computed.k_gamma))
     k_v, resonance = dynamic_factor(pair, load, product("K_A", "K_γ"))
-    tilt = ", without tilt" if _untilted(case, group) else ""
+    tilt = ", without tilt" if _untilted([case], group) else ""
     along = (of_planet + tilt, computed.k_h_beta)
     take("K_Hβ", along, least=rules.least("face_load_factor"))
     by_rule = (f"{METHOD_B}, N = {resonance:.3g}", k_v)
@@ -276,8 +280,10 @@ def load_factors(
     return lines
 
 
-def _part(case: Case, place: _Place, history: History, bins: Sequence[LoadBin]) -> RatedPart:
-    """Rating of a flank or root over all bins."""
+def _part(
+    case: Case, place: _Place, history: History, bins: Sequence[LoadBin], cases: Sequence[Case]
+) -> RatedPart:
+    """Rating of a flank or root over all bins; cases: with the rules of each bin."""
     load, cycles, safety, damage = (np.zeros(len(bins)) for _ in range(4))
     safety[:] = math.nan
     sheets: list[Sheet] = [{} for _ in bins]
@@ -299,14 +305,14 @@ def _part(case: Case, place: _Place, history: History, bins: Sequence[LoadBin]) 
         damage[lasting], whole = spectrum.damages(), float(spectrum.safety)
         total = float(damage.sum())
         life = sum(b.hours for b in bins) / total if total else math.inf
-    straight = any(_untilted(case, x.group) for x in history.values())
+    straight = any(_untilted([cases[b]], x.group) for b, x in history.items())
     estimates = {"K_Hβ without tilt": "as kinematics of its gears has none"} if straight else {}
     part = RatedPart(
         name=place.name, alike=place.alike, stage=place.stage, kind=place.kind, side=place.side,
         count=stage.planets if of_planets else 1, planets=tuple(planets) if of_planets else (),
         load=load, cycles=cycles,
         safety=safety, damage=damage, life=life, whole_safety=whole,
-        required=states[0].least_safety, missing=missing, factors=tuple(sheets),
+        required=case.rating.least(f"{place.kind}_safety"), missing=missing, factors=tuple(sheets),
         exponent=LOAD_EXPONENT[place.kind], estimates=estimates,
     )  # fmt: skip
     worst = history.get(part.worst_bin)

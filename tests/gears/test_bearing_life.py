@@ -298,8 +298,13 @@ def test_a_bearing_of_a_case():
     assert not rolling_bearing(planet_bearing(**stated)).estimates
     guessed = rolling_bearing(planet_bearing(dynamic_rating_kn=None))
     assert "dynamic_rating" in guessed.estimates
-    pair = rolling_bearing(planet_bearing(count="2"))
+    pair = rolling_bearing(planet_bearing(count="2", **{"elements.laminae": "41"}))
     assert len(pair.rows) == 4 and pair.ratings.rows == 2
+    assert [len(row.drops) for row in (*bearing.rows, *pair.rows)] == [30, 30, *[41] * 4]
+    balls = {"rolling": "ball", "elements.length_mm": None}
+    arms = [rolling_bearing(planet_bearing(**balls, **arm)).rows[0].arm for arm in (
+        {}, {"elements.tilt_arm_mm": "250"})]  # fmt: skip
+    assert arms[0] > 0.2505 and arms[1] == 0.25
 
 
 def test_rollers_that_spring_say_their_size_once():

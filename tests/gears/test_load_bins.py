@@ -7,6 +7,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from small_train import SMALL
 
+from flexgear.files.load_files import table_of_bins
 from flexgear.gears.implausible import implausible
 from flexgear.gears.load_bins import bins_of_load_cases, case_in_bin, idle_loads
 from flexgear.gears.power_flow import power_flow
@@ -97,6 +98,28 @@ def test_rows_of_a_table_are_load_cases(case_with):
     assert storm.extreme and not storm.hours and storm.speed[OUT] == 0.0
     assert storm.torque[OUT] == pytest.approx(1200 / 8)
     assert storm.source.endswith("bins.csv line 4")
+
+
+def test_load_factors_of_a_load_case_replace_those_of_the_rating(case_with):
+    """Of all gear meshes, of a stage, of one kind; a table written of the bins has them again."""
+    more = "[rating]\nk_h_beta = 1.2\nleast_flank_safety = 1.25\nleast_static_flank_safety = 1.0\n"
+    some = in_case(hours=7, k_v=1.1) + '[[load_cases.gear_meshes]]\nkind = "ring"\nk_v = 1.15\n'
+    titles = "name,hours,extreme,k_h_beta,stage_1.k_h_beta,stage_1.ring.k_gamma\n"
+    case = case_with(some, titles + "part,100,,1.3,1.4,1.5\nfull,50,,,,\nstorm,,1,,,\n", more)
+    text = table_of_bins(bins_of_load_cases(case), [IN, OUT])
+    again = case_with(table=text, total=more)
+    for each in (case, again):
+        rules = [case_in_bin(each, b).rating for b in bins_of_load_cases(each)]
+        first, part, full, storm = (
+            [r.forced(*at) for at in (("stage_1", "sun"), ("stage_1", "ring"), ("stage_2", "sun"))]
+            for r in rules
+        )
+        assert [f.k_v for f in first] == [1.1, 1.15, 1.1]
+        assert [f.k_h_beta for f in part] == [1.4, 1.4, 1.3]
+        assert [f.k_gamma for f in part] == [None, 1.5, None]
+        assert [f.k_h_beta for f in (*full, *storm)] == [1.2] * 6
+        assert [r.least("flank_safety") for r in rules] == [1.25, 1.25, 1.25, 1.0]
+        assert {r.least("root_safety") for r in rules} == {1.0}
 
 
 def test_every_bin_has_its_own_name(case_with):
@@ -200,6 +223,9 @@ def test_a_wrong_table_is_one_line_with_its_place(case_with, old, new, words):
         ("stage_2.pinion.speed_rpm", "-50", "is -50 r/min, but the train makes"),
         ("stage_2.pinion.power_kw", "5", "against the rated sense"),
         ("stage_2.gear.force_y_n", "1e9", "is 1e.09 N on stage_2.gear"),
+        ("stage_3.k_v", "1.2", "'stage_3' is no stage -- did you mean"),
+        ("stage_1.rim.k_v", "1.2", "'rim' is unknown -- use one of sun, ring"),
+        ("stage_1.k_h_beta", "0.9", "0.9 is outside 1"),
     ],
 )
 def test_a_wrong_value_of_another_member_is_named_by_the_title_of_its_column(

@@ -9,7 +9,7 @@ import pytest
 
 from flexgear.cli.compare_command import lines_of
 from flexgear.gears.rating.pair import gear_pair
-from flexgear.gears.rating.sheet import sheet_of
+from flexgear.gears.rating.sheet import sheet_of, value_of
 from flexgear.model.bearings import RollingElements
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import load_case
@@ -392,16 +392,36 @@ def test_a_thin_fe_rim_that_nothing_counts_leaves_no_verdict(monkeypatch):
 
 
 def test_extreme_loads_damage_nothing_and_count_for_safety():
-    case = _train().with_(
-        load_cases=(
-            *_cases(("a", 1000.0, 1.0)),
-            LoadCase(name="x", extreme=True, torque=4 * RATED),
-        ),
-        **FROZEN,
-    )
+    """By their own least safeties and load factors, where the case states some."""
+    extreme = LoadCase(name="x", extreme=True, torque=4 * RATED)
+    case = _train().with_(load_cases=(*_cases(("a", 1000.0, 1.0)), extreme), **FROZEN)
     with_it, without = rate(case, workers=1), _frozen(("a", 1000.0, 1.0))
     assert _damages(with_it) == pytest.approx(_damages(without), rel=1e-12)
     for part, other in zip(with_it.parts, without.parts, strict=True):
         assert part.missing == other.missing
         assert part.missing or part.least_safety <= other.least_safety
         assert part.governing_bin in (None, 1)
+    factors = ({"stage": "stage_1", "kind": "ring", "k_h_beta": 1.5},)
+    other = LoadCase(name="x", extreme=True, torque=4 * RATED, k_v=1.2, gear_meshes=factors)
+    limited = rate(
+        case.with_(
+            load_cases=(*_cases(("a", 1000.0, 1.0)), other),
+            **{"rating.least_static_flank_safety": 0.9, "rating.least_static_root_safety": 1.0},
+        ),
+        workers=1,
+    )
+    limits = {"flank": (1.25, 0.9, 0.5), "root": (1.56, 1.0, 1.0)}
+    for part, before in zip(limited.parts, with_it.parts, strict=True):
+        if part.missing or part.kind == "bearing":
+            continue
+        lasting, static, power = limits[part.kind]
+        of_ring = part.kind == "flank" and part.stage == "stage_1" and part.name.endswith("ring")
+        ratio = 1.2 / 1.05 * (1.5 / 1.2 if of_ring or part.name == "stage_1.ring flank" else 1.0)
+        assert part.load[1] / before.load[1] == pytest.approx(ratio**power, rel=1e-9)
+        assert part.load[0] == before.load[0] and part.required == lasting
+        shares = part.whole_safety / lasting, part.safety[1] / static
+        assert part.reserve == pytest.approx(min(shares) ** (1 / power), rel=1e-9)
+        assert part.limit == (static if shares[1] < shares[0] else lasting)
+        assert value_of(part.factors[1], f"S_{'H' if part.kind == 'flank' else 'F'}min") == static
+    extremes = next(v for v in rating_verdicts(limited) if v.subject == "Extreme loads")
+    assert extremes.figure.endswith((" of 0.9", " of 1"))

@@ -36,7 +36,8 @@ pytestmark = pytest.mark.usefixtures("cache")
 def test_with_the_stresses_of_the_norm_its_safeties_come_out(tmp_path, monkeypatch, coasts):
     """Every place under the norm's own stress, in all passes alike, fillets of planets pressed 1.2
     times as much as they are stretched: safety, damage and life are those of the norm, whatever K_A
-    and K_v are; where some load cases coast, too, of suns and rings, which have Y_M < 1 then."""
+    and K_v and the least safety of extreme loads are; where some load cases coast, too, of suns and
+    rings, which have Y_M < 1 then."""
     coast = LoadCase(name="c", hours=40.0, torque=-6e3, back_driven=True)
     states = (("a", 20000.0, 9e3), ("b", 300.0, 13e3))
     case = case_of(
@@ -50,6 +51,7 @@ def test_with_the_stresses_of_the_norm_its_safeties_come_out(tmp_path, monkeypat
         **{
             "rating.application_factor": 1.2, "rating.k_v": 1.1, "rating.k_h_beta": 1.3,
             "rating.gear_mesh_cycles": 2, "rating.positions_per_gear_mesh": 2,
+            "rating.least_static_root_safety": 2.5,  # so that the extreme load governs roots
         },
     )  # fmt: skip
     by_norm = rate(case, workers=1)
@@ -103,6 +105,8 @@ def test_with_the_stresses_of_the_norm_its_safeties_come_out(tmp_path, monkeypat
             assert figures["S_direct"] == pytest.approx(norm.least_safety, rel=1e-9)
             assert figures["D_direct"] == pytest.approx(norm.damage_sum, rel=1e-9)
             assert figures["L_direct"] == pytest.approx(norm.life, rel=1e-9)
+            assert figures["S_Hmin" if part.kind == "flank" else "S_Fmin"] == norm.limit
+            assert norm.limit == (2.5 if part.kind == "root" and "coast" not in part.name else 1.0)
     assert compared >= 6
     # what is written says the same
     data, summary = rating.dataset(), rating_summary(rating)

@@ -53,10 +53,10 @@ def life(loads: np.ndarray) -> float:
     return float(((inner / rated_inner) ** (10 / 3) + (outer / rated_outer) ** (10 / 3)) ** -0.9)
 
 
-@pytest.mark.parametrize("name", [name for name in LOADS if "tilted" not in name])
+@pytest.mark.parametrize("name", list(LOADS)[:4])
 def test_plain_equations(name: str, stiffness: float) -> None:
     """Radial load: balls at ψ close by δ cos ψ − g; thrust: all alike."""
-    gap, (radial, _) = LOADS[name]
+    gap, (radial, *_) = LOADS[name]
     gap *= 1e3
     psi = 2 * np.pi * np.arange(7) / 7
     distance = INSIDE + OUTSIDE - D
@@ -77,7 +77,7 @@ def test_plain_equations(name: str, stiffness: float) -> None:
 
 
 def test_every_line_is_compared() -> None:
-    assert len(published(PAPER, "load zone")) == 18 and len(published(PAPER, "ball bearing")) == 11
+    assert len(published(PAPER, "load zone")) == 18 and len(published(PAPER, "ball bearing")) == 17
 
 
 ROLLERS = {"count": 12, "diameter": 15.0, "pitch": 75.0, "length": 16.0, "rating": 6e4}  # mm, N

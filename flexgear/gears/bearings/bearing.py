@@ -210,7 +210,6 @@ def rate_load(
     return rate_motion(bearing, motion, stationary, lubrication, direction(np.asarray(load)))
 
 
-LAMINAE = 30  # of a roller: the least number that ISO/TS 16281 allows
 ESTIMATES = {
     "dynamic_rating": "by ISO 281 from the size of the rolling elements",
     "static_rating": "by ISO 76 from the size of the rolling elements",
@@ -249,7 +248,7 @@ def _rows(section: Bearing, elements: RollingElements) -> tuple[Row, ...]:
         if section.rolling == "ball":
             grooves = elements.inner_groove, elements.outer_groove
             inner, outer = (ratio * elements.diameter for ratio in grooves)
-            rows.append(BallRow(*common, spacing * place, inner, outer))
+            rows.append(BallRow(*common, spacing * place, inner, outer, elements.tilt_arm))
         else:
             drops = _drops(elements, length)
             edge_stress = elements.edge_stress
@@ -258,12 +257,13 @@ def _rows(section: Bearing, elements: RollingElements) -> tuple[Row, ...]:
 
 
 def _drops(elements: RollingElements, length: float) -> tuple[float, ...]:
-    """Profile drops P_k (LAMINAE,) of a roller, m."""
+    """Profile drops P_k (n_s,) of a roller, m."""
+    count = elements.laminae
     if elements.profile == "logarithmic":
-        return standard_drops(elements.diameter, length, elements.contact_angle, LAMINAE)
+        return standard_drops(elements.diameter, length, elements.contact_angle, count)
     if elements.profile == "straight":
-        return (0.0,) * LAMINAE
-    place = np.abs((2 * np.arange(LAMINAE) + 1) / LAMINAE - 1)
+        return (0.0,) * count
+    place = np.abs((2 * np.arange(count) + 1) / count - 1)
     table = np.interp(place, np.linspace(0, 1, len(elements.drops)), elements.drops)
     return tuple(float(drop) for drop in table)
 

@@ -79,16 +79,16 @@ def rating_verdicts(rating: Rating) -> list[Verdict]:
 def _extreme(rating: Rating) -> list[Verdict]:
     """The verdict on the smallest safety of a tooth under an extreme load, if there is one."""
     every = [
-        (float(part.safety[b]), part, load_bin.name)
+        (float(part.safety[b]), part.required_in(b), part, load_bin.name)
         for part in rating.ranked
         for b, load_bin in enumerate(rating.bins)
         if load_bin.extreme and part.kind != "bearing" and math.isfinite(part.safety[b])
     ]
     if not every:
         return []
-    safety, part, name = min(every, key=lambda x: x[0] / x[1].required)
-    figure = f"{SYMBOLS[part.kind]} {number(safety, 3)} of {number(part.required)}"
-    level: Level = "good" if safety >= part.required else "bad"
+    safety, required, part, name = min(every, key=lambda x: x[0] / x[1])
+    figure = f"{SYMBOLS[part.kind]} {number(safety, 3)} of {number(required)}"
+    level: Level = "good" if safety >= required else "bad"
     text = f"{words(part.name)} in {name}."
     yield_ratios = [
         (sheet["S_0.2"].value, part.name, load_bin.name)
@@ -108,7 +108,7 @@ def _figure(part: RatedPart) -> str:
     if part.kind == "bearing":
         required = "" if math.isnan(part.required) else f" of {life_text(part.required)}"
         return f"life {life_text(part.life)}{required}"
-    return f"{SYMBOLS[part.kind]} {number(part.least_safety, 3)} of {number(part.required)}"
+    return f"{SYMBOLS[part.kind]} {number(part.least_safety, 3)} of {number(part.limit)}"
 
 
 def equal_parts(rating: Rating, parts: Sequence[RatedPart]) -> str:
