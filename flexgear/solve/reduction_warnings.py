@@ -8,7 +8,7 @@ from flexgear.coupling.pace import case_pace
 from flexgear.model.case import Case
 from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
-from flexgear.structures.estimate import PROMISED
+from flexgear.structures.estimate import AT_END, PROMISED
 from flexgear.structures.reduced import ReducedBody
 
 OTHER_TIE = {"root": "flank", "flank": "root"}
@@ -24,7 +24,8 @@ def reduction_warnings(
             continue
         view = case.view(name.stage)
         if fault := _static_fault(body.report):
-            texts.append(f"{name}: {fault}; {_remedy(view, name.part)}")
+            remedy = _remedy(view, name.part, body.report.get("static_error_load") or "")
+            texts.append(f"{name}: {fault}; {remedy}")
         if fault := _frequency_fault(body.report, pace.reduction_limit_of(name)):
             key = view.key(f"{name.part}.fe.fixed_interface_modes")
             texts.append(f"{name}: {fault}; raise {key}")
@@ -55,14 +56,22 @@ def _static_fault(report: Mapping[str, Any]) -> str:
     if error is None or error <= PROMISED:
         return ""
     load = f" (load: {report['static_error_load']})" if report.get("static_error_load") else ""
-    return f"static error {100 * error:.1f} %{load}, above {100 * PROMISED:g} %"
+    return f"static error {100 * error:.3g} %{load}, above {100 * PROMISED:g} %"
 
 
-def _remedy(view: StageView, name: str) -> str:
-    """Advice on how to reduce the static error of a body, or to see its effect."""
+def _remedy(view: StageView, name: str, load: str) -> str:
+    """Advice on how to reduce the static error of a body under a load, or to see its effect: FE
+    influence on teeth that are tied at their roots includes the bending of the rim along the face.
+    """
     key = view.key(f"{name}.fe.flexible")
     comparison = f"compare with {key} = false to see how much its bending matters"
-    if name != "ring":
+    tie = view.fe_tie(name) if name in ("ring", "planet") else None
+    if tie is None:
         return comparison
-    tie = f'try {view.key("ring.fe.tie")} = "{OTHER_TIE[view.ring.tie]}"'
-    return f"{tie}, or {comparison}"
+    changes = {f"{name}.fe.tie": OTHER_TIE[tie]}
+    if AT_END in load and view.gear_mesh.tooth_compliance != "fe":
+        changes = {"gear_mesh.tooth_compliance": "fe"}
+        if tie != "root":
+            changes[f"{name}.fe.tie"] = "root"
+    keys = " and ".join(f'{view.key(key)} = "{value}"' for key, value in changes.items())
+    return f"try {keys}, or {comparison}"

@@ -263,11 +263,29 @@ def test_the_line_says_body_load_and_remedy(case, bodies):
     lines = stage_warnings(case, all_wrong(bodies))
     assert lines[0] == (
         "stage.ring: static error 3.4 % (load: tip end -z), above 2 %; "
-        'try stage.ring.fe.tie = "flank", or compare with '
+        'try stage.gear_mesh.tooth_compliance = "fe", or compare with '
         "stage.ring.fe.flexible = false to see how much its bending matters"
     )
     assert lines[1].startswith("stage.carrier: ")
-    assert "tie" not in lines[1]
+    assert "try" not in lines[1]
+
+
+@pytest.mark.parametrize(
+    ("load", "keys", "advice"),
+    [
+        ("tip", {}, 'try stage.ring.fe.tie = "flank", or'),
+        ("tip end -z", {"stage.ring.fe.tie": "flank"},
+         'try stage.gear_mesh.tooth_compliance = "fe" and stage.ring.fe.tie = "root", or'),
+        ("tip end -z", {"stage.gear_mesh.tooth_compliance": "fe", "stage.ring.fe.tie": "flank"},
+         'try stage.ring.fe.tie = "root", or'),
+    ],
+)  # fmt: skip
+def test_the_remedy_is_that_of_the_load(case, bodies, load, keys, advice):
+    report = {"static_error": 0.034, "static_error_load": load}
+    ring = next(name for name in bodies if name.part == "ring")
+    body = bodies[ring].with_(report={**bodies[ring].report, **report})
+    case = case.with_(**{"stage.gear_mesh.model": "face_load", **keys})
+    assert advice in stage_warnings(case, {ring: body})[0]
 
 
 def test_rigid_bodies_have_no_error_of_reduction(case, bodies):
@@ -283,7 +301,7 @@ def test_keys_are_those_of_the_train(tmp_path):
     lines = reduction_warnings(train, all_wrong(bodies), rigid_bodies(train))
     assert len(lines) == 2
     assert lines[0].startswith("first.ring: static error 3.4 %")
-    assert 'try stages.first.ring.fe.tie = "flank"' in lines[0]
+    assert 'try stages.first.gear_mesh.tooth_compliance = "fe"' in lines[0]
     assert "compare with stages.first.ring.fe.flexible = false" in lines[0]
 
 
