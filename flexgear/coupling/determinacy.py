@@ -32,8 +32,8 @@ DIRECTIONS = {
     "tilt": ((3, 4), "against tilting", "tilt_nm_per_rad"),
     "rotation": ((5,), "against turning", "torsion_nm_per_rad"),
 }
-# bodies supported by other members, whose springs are proposed after those of the others
-_LATER = {"shaft": 1, "planet": 2}
+# the housing's springs are proposed first, those of bodies on other members after the others
+_LATER = {"housing": -1, "shaft": 1, "planet": 2}
 _BOLTS = {
     "radial_n_per_m": "stiffness_radial_n_per_m",
     "axial_n_per_m": "stiffness_axial_n_per_m",
@@ -149,10 +149,14 @@ def loose_fault(bodies: Sequence[Body], source: str, free: Array, allowed: int) 
     others = f" and at {_and(keys[1:])}" if 1 < len(keys) <= MOST_KEYS else ""
     others = ", likewise for the others" if len(keys) > MOST_KEYS else others
     tilts = all(body.name.part == "planet" and d == "tilt" for body, d in loose)
-    alternative = "hold them by a joint"
-    if tilts:
-        alternative = 'gear_mesh.model = "face_load", whose slices resist tilting'
-    remedy = f"give a stiffness there{others}, or {alternative}"
+    alternative = ", or hold them by a joint"
+    if all(body.name.part == "housing" for body, _ in loose):
+        alternative = (
+            "" if loose[0][0].rigid else ", or give the housing more nodes mount_1, mount_2 …"
+        )
+    elif tilts:
+        alternative = ', or gear_mesh.model = "face_load", whose slices resist tilting'
+    remedy = f"give a stiffness there{others}{alternative}"
     lumped = all("support." in key or "planet_bearing." in key for key in keys)
     if lumped and all(d in ("axial", "tilt") for _, d in loose):
         remedy += ', or give each of these members kinematics = "planar"'

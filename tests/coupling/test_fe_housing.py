@@ -159,6 +159,10 @@ def test_walls_of_a_housing_and_bearings_are_springs_in_series(tmp_path):
         moved = [recovery.node(f"stage_1.{g}", f"stage_1.{g}")[:, :2] for g in GEARS]
         force[name] = np.hstack([*moved, 1e-9 * equilibrium.pair_load.sum(axis=-1)])
     assert np.abs(force["fe"] - force["series"]).max() < 1e-5 * np.abs(force["series"]).max()
+    tilt = "housing.mount.tilt_nm_per_rad"
+    with pytest.raises(InputError, match=f"{tilt}.* holds housing .* more nodes mount_1") as caught:
+        build_system(load_case(write(tmp_path, PAIR), fe | {tilt: "0"}))
+    assert "joint" not in str(caught.value)
     axes = '[[sensors]]\nname = "{0}"\non = "housing"\nmeasures = "displacement"\ndirection = "{0}"'
     at_wall = axes + '\nnode = "stage_1.gear"\n'
     text = PAIR + at_wall.format("x") + at_wall.format("y")
