@@ -266,7 +266,7 @@ def check_load_cases(case: Case) -> None:
     hours += [case.load_series.hours] if case.load_series else []
     timed = all(c.cycles is None for c in case.load_cases)
     if total is not None and hours and timed and abs(sum(hours) / total - 1.0) > SUM_OF_HOURS:
-        problem = f"is {total:g}, but the hours of {len(hours)} load cases add up to {sum(hours):g}"
+        problem = f"is {total:g}, but the hours of all load cases add up to {sum(hours):g}"
         raise Refusal("spectrum.total_hours", problem, "correct the hours or the total")
 
 

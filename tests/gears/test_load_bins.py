@@ -238,7 +238,7 @@ def test_a_wrong_value_of_another_member_is_named_by_the_title_of_its_column(
 
 def test_hours_are_held_to_their_total(case_with):
     assert case_with(table=TABLE, total="total_hours = 150").spectrum.total_hours == 150
-    with pytest.raises(InputError, match=r"total_hours: is 200, but the hours of 2 .* up to 150"):
+    with pytest.raises(InputError, match=r"total_hours: is 200, but the hours of all .* up to 150"):
         case_with(table=TABLE, total="total_hours = 200")
 
 
