@@ -19,7 +19,7 @@ from flexgear.studies.early_workers import EarlyWorkers
 from flexgear.views import style
 from flexgear.views.chart import Chart, Drawing, NotDrawn, planned
 from flexgear.views.interactive import panels_of
-from flexgear.views.report import Picture, Side, write_report
+from flexgear.views.report import Picture, Side, with_note, write_report
 from flexgear.views.run_charts import DPI, RUN_CHARTS
 
 TITLE_WIDTH = 85  # characters of a line
@@ -122,9 +122,9 @@ class Pictures:
         if isinstance(drawn, Drawing):
             drawn.write(path)
             return replace(picture, plots=drawn.plots)
-        _title(drawn, chart.caption)
+        sentence = with_note(chart.sentence, _title(drawn, chart.caption))
         style.save_figure(drawn, path, dpi=DPI)
-        return replace(picture, plots=panels_of(drawn))
+        return replace(picture, sentence=sentence, plots=panels_of(drawn))
 
 
 _of_folders: dict[tuple[Path, Path], Pictures] = {}  # by source and target, in each process
@@ -138,12 +138,11 @@ def _picture(folders: tuple[Path, Path], name: str) -> Picture:
     return _of_folders[folders].picture(name)
 
 
-def _title(figure: Any, caption: str) -> None:
+def _title(figure: Any, caption: str) -> str:
     """Set the title of a picture: its caption, whose figures stay beside their units, and the note
-    that the chart has as title."""
-    title = figure.get_suptitle()
-    lines = [
-        *textwrap.wrap(re.sub(r"(?<=\d) (?=\S)", "\N{NO-BREAK SPACE}", caption), TITLE_WIDTH),
-        *([title] if title and title not in caption else []),
-    ]
-    figure.suptitle("\n".join(lines), fontsize=9, weight="bold")
+    that the chart has as title, which is returned, "" without one."""
+    title = str(figure.get_suptitle())
+    note = "" if title in caption else title
+    lines = textwrap.wrap(re.sub(r"(?<=\d) (?=\S)", "\N{NO-BREAK SPACE}", caption), TITLE_WIDTH)
+    figure.suptitle("\n".join(filter(None, [*lines, note])), fontsize=9, weight="bold")
+    return note

@@ -10,11 +10,20 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.text import Annotation, Text
 from matplotlib.ticker import FixedFormatter, FuncFormatter
 
-from flexgear.views.traces import DASHES, colour_of, listed, numbers, plain_math, traces_of
+from flexgear.views.traces import (
+    DASHES,
+    colour_of,
+    listed,
+    look_of,
+    numbers,
+    plain_math,
+    traces_of,
+)
 
 Panel = dict[str, Any]
 TEXTS = 200  # of a panel
@@ -37,7 +46,7 @@ def panels_of(figure: Figure) -> list[Panel]:
         _name_once(panel["data"])
         _scale_once(panel["data"])
         with_hover(panel["data"], panel["layout"])
-    return [panel for panel in panels if panel["data"]]
+    return [panel for panel in panels if any(t.get("x") != [None] for t in panel["data"])]
 
 
 def _colours(traces: list[dict[str, Any]]) -> set[str]:
@@ -214,13 +223,15 @@ def _legend_entries(legend: Any, traces: list[dict[str, Any]]) -> Iterator[dict[
         name = plain_math(text.get_text())
         if name in names:
             continue
-        getter = "get_color" if hasattr(handle, "get_color") else "get_facecolor"
-        colour = getattr(handle, getter)()
-        if isinstance(colour, np.ndarray) and colour.ndim == 2:
-            colour = colour[0] if len(colour) else "#666"
-        dash = DASHES.get(str(getattr(handle, "get_linestyle", lambda: "-")()), "solid")
-        yield {"type": "scatter", "mode": "lines", "x": [None], "y": [None], "name": name,
-               "showlegend": True, "line": {"color": colour_of(colour), "dash": dash}}  # fmt: skip
+        if isinstance(handle, Line2D):
+            look = look_of(handle)
+        else:
+            getter = "get_color" if hasattr(handle, "get_color") else "get_facecolor"
+            colour = getattr(handle, getter)()
+            if isinstance(colour, np.ndarray) and colour.ndim == 2:
+                colour = colour[0] if len(colour) else "#666"
+            look = {"mode": "lines", "line": {"color": colour_of(colour), "dash": "solid"}}
+        yield {"type": "scatter", "x": [None], "y": [None], "name": name, "showlegend": True} | look
 
 
 Trace = dict[str, Any]

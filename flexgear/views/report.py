@@ -7,6 +7,7 @@ data.
 
 import base64
 import io
+import itertools
 import json
 import os
 import re
@@ -28,7 +29,7 @@ from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.results.report.parts import MARKS, SECTIONS, Row, Table, Verdict
 from flexgear.results.report.tables import case_tables
-from flexgear.results.report.wording import FACTOR, factor, number, scale, with_unit
+from flexgear.results.report.wording import FACTOR, factor, number, scale, signed, with_unit
 from flexgear.results.version import version
 from flexgear.views.interactive import panels_of
 from flexgear.views.style import save_figure
@@ -129,7 +130,13 @@ def saved_picture(
 ) -> Picture:
     """Write a figure into a folder; returns it as a picture of the report."""
     path = save_figure(figure, folder / f"{name}.png", dpi=150)
-    return Picture(name, section, caption, sentence, path, panels_of(figure))
+    words = with_note(sentence, str(figure.get_suptitle()))
+    return Picture(name, section, caption, words, path, panels_of(figure))
+
+
+def with_note(sentence: str, note: str) -> str:
+    """The sentence of a picture with the title of its figure, which plots do not have."""
+    return f"{sentence} {note[:1].upper()}{note[1:]}.".replace("\n", "; ") if note else sentence
 
 
 def write_study(
@@ -223,11 +230,14 @@ def within(plots: Mapping[str, Any], limit: int) -> tuple[str, set[str], bool]:
 
 
 def _halved(value: Any) -> Any:
-    """Plots with every second point of their long lines."""
+    """Plots with every second point of their long lines, and all gaps between their pieces."""
     if isinstance(value, Mapping):
         halve = value.get("type") == "scatter" and len(value.get("x", ())) > LEAST_POINTS
+        left = [not halve or k % 2 == 0 or y is None for k, y in enumerate(value.get("y", ()))]
         return {
-            k: v[::2] if halve and k in ("x", "y", "customdata") else _halved(v)
+            k: list(itertools.compress(v, left))
+            if halve and k in ("x", "y", "customdata")
+            else _halved(v)
             for k, v in value.items()
         }
     if isinstance(value, list) and value and isinstance(value[0], Mapping):
@@ -284,10 +294,10 @@ def _cells(rows: Sequence[Row | None]) -> tuple[list[str], str]:
     texts = texts if unit != FACTOR else [factor(v) for v in numbers]
     first, second = numbers
     change = 100 * (second - first) / abs(first) if first else float("inf")
-    zeros = not any(text.partition(" ")[0].strip("-0.") for text in texts)
+    zeros = not any(text.partition(" ")[0].strip("−0.") for text in texts)
     if zeros or first == second or abs(change) < LEAST_CHANGE:
         return texts, "="
-    return texts, f"{change:+.2f} %" if abs(change) < 1e4 else "–"
+    return texts, f"{signed(change, 2)} %" if abs(change) < 1e4 else "–"
 
 
 def _section(

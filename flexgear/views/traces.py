@@ -42,12 +42,16 @@ def _of_line(line: Line2D, limit: int) -> dict[str, Any]:
     x, y = envelope(numbers(line.get_xdata(orig=False)), numbers(line.get_ydata(orig=False)), limit)
     if not x.size:
         return {}
+    return {"type": "scatter", "x": listed(x), "y": listed(y)} | named(line) | look_of(line)
+
+
+def look_of(line: Line2D) -> dict[str, Any]:
+    """Mode, line and marker of a line's trace."""
     colour = colour_of(line.get_color())
     marker, style = str(line.get_marker()), str(line.get_linestyle())
-    trace: dict[str, Any] = {"type": "scatter", "x": listed(x), "y": listed(y)} | named(line)
     drawn = style in DASHES
     marked = marker in MARKERS
-    trace["mode"] = "+".join(["lines"] * drawn + ["markers"] * marked) or "lines"
+    trace: dict[str, Any] = {"mode": "+".join(["lines"] * drawn + ["markers"] * marked) or "lines"}
     if drawn:
         trace["line"] = {"color": colour, "width": 1.25 * float(line.get_linewidth()),
                          "dash": DASHES[style]}  # fmt: skip
@@ -61,12 +65,14 @@ def _of_line(line: Line2D, limit: int) -> dict[str, Any]:
             else colour_of(face),
             "symbol": MARKERS[marker],
             "size": float(line.get_markersize()) * 1.2,
+            "line": {"color": colour_of(line.get_markeredgecolor()), "width": 1},
         }
     return trace
 
 
 def envelope(x: Array, y: Array, limit: int) -> tuple[Array, Array]:
-    """At most about ``limit`` points of a line: the least and largest in equal pieces."""
+    """At most about ``limit`` points of a line: the least and largest in equal pieces, and a gap
+    (NaN) in each that has one."""
     if x.size <= limit:
         return x, y
     pieces = max(1, limit // 2)
@@ -77,7 +83,9 @@ def envelope(x: Array, y: Array, limit: int) -> tuple[Array, Array]:
     piece = padded.reshape(rows, step)
     least = np.where(np.isnan(piece), np.inf, piece).argmin(axis=1)  # 0 if all are NaN
     largest = np.where(np.isnan(piece), -np.inf, piece).argmax(axis=1)
-    at = np.unique(np.arange(rows) * step + [least, largest])
+    gap = np.where(np.isnan(piece).any(axis=1), np.isnan(piece).argmax(axis=1), least)
+    at = np.unique(np.arange(rows) * step + [least, largest, gap])
+    at = at[at < x.size]  # the last piece is filled up with NaN
     return x[at], y[at]
 
 

@@ -219,7 +219,7 @@ def test_labels_of_columns_and_levels_of_sensors_are_words_with_units(flexgear, 
     options = [x for key, value in settings.items() for x in ("--set", f"{key}={value}")]
     file = tmp_path / "run.nc"
     text = flexgear.out("simulate", "lin-parker", *options, "--out", file, "-q")
-    levels = r"  the torque  mean -480 N m, rms about it .*, from -48.* to -47.* N m\n"
+    levels = r"  the torque  mean −480 N m, rms about it .*, from −48.* to −47.* N m\n"
     assert re.search(levels, text)
     assert re.search(r"the speed   mean [\d.\s]+ r/min, rms about it .* r/min\n", text)
     text = flexgear.out("orders", file, "--only", "ring", "--out", tmp_path / "orders", "-q")

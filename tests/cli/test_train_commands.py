@@ -142,7 +142,7 @@ def test_static_prints_what_sensors_read(flexgear):
     assert readings["t"] == pytest.approx(ports["stage_3.pinion"], rel=1e-9)
     text = flexgear.out("static", "nrel-5mw", "--set", sensors)
     assert re.search(
-        rf"x +{1e6 * readings['x']:.2f} µm\n +y +-?[0-9.]+ µm\n +t +-?[0-9.]+ kN m", text
+        rf"x +{1e6 * readings['x']:.2f} µm\n +y +−?[0-9.]+ µm\n +t +−?[0-9.]+ kN m", text
     )
 
 
@@ -235,7 +235,7 @@ def test_run_and_compare(flexgear, tmp_path):
     require_sound(out / "report.html", *OF_RUNS)
     page = (out / "report.html").read_text().replace("\u00a0", " ")
     assert "normal module 22 mm, double-helical" in page
-    assert "sun 100 r/min, 100 kN m, carrier 28.75 r/min, -347.8 kN m" in page  # about +z
+    assert "sun 100 r/min, 100 kN m, carrier 28.75 r/min, −347.8 kN m" in page  # about +z
     both = tmp_path / "both.html"
     code, text, _ = flexgear("compare", out, out, "--out", both, "--quiet", "--no-interactive")
     assert (code, "(A) with" in text) == (0, True)

@@ -22,6 +22,7 @@ from flexgear.views.report import (
     MAX_PLOTS,
     Picture,
     Side,
+    deflated,
     plotly_script,
     side_by_side,
     typeset,
@@ -29,7 +30,7 @@ from flexgear.views.report import (
     write_report,
 )
 from flexgear.views.style import panels, save_figure
-from flexgear.views.traces import envelope, plain_math
+from flexgear.views.traces import envelope, listed, plain_math
 
 PLOTS = re.compile(r'id="plots">([^<]*)<')
 needs_plotly = pytest.mark.skipif(plotly_script() is None, reason="plotly is not installed")
@@ -180,7 +181,7 @@ def test_two_runs_stand_side_by_side_with_their_difference(tmp_path: Path):
     text = page(tmp_path, side(tmp_path), side(tmp_path, 394e3, "other"), interactive=False)
     row = re.search(r'<tr><th scope="row">ring</th>.*?</tr>', text)[0]
     cells = re.findall(r">([^<>]+)</t[hd]>", row)
-    assert cells == ["ring", "788\u00a0kN", "394\u00a0kN", "-50.00\u00a0%"]
+    assert cells == ["ring", "788\u00a0kN", "394\u00a0kN", "−50.00\u00a0%"]
     assert text.count("data:image/webp") == 2
     assert "B: other" in text
 
@@ -194,6 +195,19 @@ def test_long_lines_keep_their_envelope():
     assert few_y.max() == 3.0
     assert few_y.min() == y.min()
     assert np.all(np.diff(few_x) > 0)
+
+
+def test_short_lines_keep_the_gaps_between_them():
+    """A thousand pieces of a saw tooth with a gap after each: no line leads from its top to the
+    next start, neither as drawn nor with half of the points."""
+    y = np.tile([*range(99), np.nan], 1000)
+    _, drawn = envelope(np.arange(y.size) + 0.0, y, 8000)
+    plot = {"a": {"data": [{"type": "scatter", "x": listed(drawn), "y": listed(drawn)}]}}
+    text, _, thinned = within(plot, len(deflated(json.dumps(plot))) - 1)
+    halved = json.loads(zlib.decompress(base64.b64decode(text)))["a"]["data"][0]["y"]
+    assert thinned and len(halved) < drawn.size < y.size
+    for line in (drawn, np.array(halved, float)):
+        assert np.isnan(line).sum() == 1000 and np.nanmin(np.diff(line)) >= 0
 
 
 def test_plots_are_thinned_until_they_fit():
@@ -268,13 +282,29 @@ def test_a_legend_of_the_figure_tells_a_panel_of_its_own_lines():
     right.plot([0, 1], color="red")
     blue = right.plot([1, 0], color="blue", label="blue")
     proxy = Line2D([], [], color="green", ls=":")
+    dots = [Line2D([], [], color="black", ls="", marker="o", mfc=c) for c in ("black", "white")]
     figure.legend([*red, *blue, proxy], ["red", "blue", "dotted: rigid"])
+    right.legend(dots, ["full", "hollow"])
     figure.canvas.draw()
-    named = [[t["name"] for t in p["data"] if t.get("showlegend")] for p in panels_of(figure)]
+    drawn = panels_of(figure)
+    for trace, colour in zip(drawn[1]["data"][2:4], ("#000000", "#ffffff"), strict=True):
+        assert trace["mode"] == "markers" and trace["marker"]["color"] == colour
+        assert trace["marker"]["line"]["color"] == "#000000"
+        drawn[1]["data"].remove(trace)
+    named = [[t["name"] for t in p["data"] if t.get("showlegend")] for p in drawn]
     assert [sorted(names) for names in named] == [
         ["dotted: rigid", "red"],
         ["blue", "dotted: rigid", "red"],
     ]
+
+
+def test_the_title_of_a_figure_stands_below_its_plots(tmp_path: Path):
+    """Plots have those of axes alone: they stated no exaggeration."""
+    figure = Figure()
+    figure.subplots().plot([0, 1], [0, 1])
+    figure.suptitle("displacement × 100\nof the ring")
+    picture = report.saved_picture(figure, tmp_path, "star", "deflections", "Ring", "A sentence.")
+    assert picture.sentence == "A sentence. Displacement × 100; of the ring."
 
 
 def test_maps_of_one_scale_share_a_colour_bar_and_texts_stand_where_they_are_drawn():

@@ -113,6 +113,8 @@ def test_the_map_is_interactive_in_a_report():
     )
     figure = flank_drawing(one, "")
     figure.canvas.draw()
-    maps = [t for p in panels_of(figure) for t in p["data"] if t["type"] == "heatmap"]
+    drawn = panels_of(figure)
+    assert len(drawn) == 3  # map and traces; each trace is in the legend of its own panel
+    maps = [t for p in drawn for t in p["data"] if t["type"] == "heatmap"]
     shown = np.array(maps[0]["z"])
     assert shown.shape[1] == len(maps[0]["x"]) and shown.max() == pytest.approx(8.0, rel=1e-2)

@@ -22,6 +22,7 @@ from flexgear.results.report.wording import (
     excitation_words,
     number,
     of_stage,
+    signed,
     titled_by_stage,
     window_words,
     with_unit,
@@ -230,7 +231,7 @@ def _meeting(row: Mapping[str, Any]) -> Row:
     raised = "" if force is None else f"; force if met {number(100 * force, 2)} %"
     return Row(
         f"{excitation_words(row['excitation'])}{speed} at {modes}",
-        f"{with_unit(row['frequency_hz'], 'Hz')}, {100 * row['away']:+.1f} % from "
+        f"{with_unit(row['frequency_hz'], 'Hz')}, {signed(100 * row['away'], 1)} % from "
         f"{with_unit(row['mode_frequency_hz'], 'Hz')}, {row['type']}; k of the mode "
         f"{row['nodal_index']}{order}{raised}",
     )

@@ -54,23 +54,32 @@ def signal_scale(values: Iterable[float], unit: str) -> tuple[str, float]:
 
 
 def number(value: float, digits: int = 4) -> str:
-    """Text of a number with significant digits and separated thousands; "–" if not finite."""
+    """Text of a number with significant digits, separated thousands and the sign "−"; "–" if not
+    finite."""
     if not math.isfinite(value):
         return "–"
     if value == 0 or abs(value) < ZERO:
         return "0"
-    if abs(value) >= 1e7 or abs(value) < 1e-4:
+    if value < 0:
+        return f"−{number(-value, digits)}"
+    if value >= 1e7 or value < 1e-4:
         mantissa, power = f"{value:.2e}".split("e")
         raised = str(int(power)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
         return f"{mantissa} · 10{raised}"
-    places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+    places = max(0, digits - 1 - math.floor(math.log10(value)))
     text = f"{value:,.{places}f}".replace(",", "\u202f")
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 def factor(value: float) -> str:
     """Text of a load factor, with an additional digit near one: 1.0002, 1.563."""
-    return f"{value:.{4 if abs(value - 1.0) < _EVEN else 3}f}" if math.isfinite(value) else "–"
+    text = f"{value:.{4 if abs(value - 1.0) < _EVEN else 3}f}" if math.isfinite(value) else "–"
+    return text.replace("-", "−")
+
+
+def signed(value: float, places: int) -> str:
+    """Text of a number with its sign and decimal places: "+2.50", "−0.31"."""
+    return f"{value:+.{places}f}".replace("-", "−")
 
 
 def life_text(hours: float) -> str:
@@ -101,7 +110,7 @@ def with_unit(value: float | str | bool | None, unit: str = "") -> str:
     if unit == "h":
         return life_text(value)
     if isinstance(value, int) and not unit:
-        return f"{value:,}".replace(",", "\u202f")
+        return f"{value:,}".replace(",", "\u202f").replace("-", "−")
     printed, by = scale([value], unit)
     by = 0.0 if abs(value) <= ZERO else by
     return f"{number(value * by, digits_of(unit))} {printed}".rstrip()
