@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError, InputError
-from flexgear.results.report.wording import with_unit
+from flexgear.results.report.wording import number, with_unit
 from flexgear.views.style import (
     FULL_WIDTH_MM,
     MICRO,
@@ -291,7 +291,7 @@ def render_deformed(
     largest = float(np.max(np.linalg.norm(displacement, axis=1), initial=0.0)) * MICRO
     limits = (0.0, largest or 1.0)
     shot = snapshot(points, cells, displacement, factor, limits, view, window_size)
-    size = f"displacement {factor_text(factor)}, largest {largest:.1f} µm"
+    size = f"displacement {factor_text(factor)}, largest {number(largest)} µm"
     bar_title, label = size, "displacement magnitude (µm)"
     if relative:
         bar_title, label = "amplitude arbitrary", "displacement (% of the largest)"

@@ -1,5 +1,6 @@
 """Plotly panels of deformed bodies, of their natural modes, and of the animated ring."""
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -9,6 +10,7 @@ from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
 from flexgear.arrays import Array
+from flexgear.results.report.wording import number
 from flexgear.views.interactive import Panel
 from flexgear.views.render import body_surface, deformation_exaggeration
 from flexgear.views.star import StageOutline, ring_points, star_exaggeration
@@ -16,6 +18,7 @@ from flexgear.views.style import (
     DEFORMED_COLOUR,
     MEGA,
     MICRO,
+    MILLI,
     NEUTRAL,
     ORIGINAL_COLOUR,
     SEQUENTIAL_MAP,
@@ -29,6 +32,7 @@ MODE_SIZE = 0.06  # drawn largest displacement in a mode over the size of the bo
 EYE = {"eye": {"x": 0.8, "y": -1.4, "z": 1.3}}
 CORNER = {"direction": "left", "x": 0.02, "y": 0.98, "xanchor": "left", "yanchor": "top"}
 FRAMES = 24  # of the star
+PARTS, COLOURS = 5000, 500  # about: of the largest coordinate, and of the largest colour
 CIRCLE = np.linspace(0, 2 * np.pi, 73)
 
 
@@ -45,15 +49,16 @@ def body_scene(
     u = np.asarray(displacement, dtype=float)
     factor = deformation_exaggeration(np.asarray(points, dtype=float), u)
     at, corners, vertex = coarse_surface(points, cells, triangles)
-    deformed = at + factor * u[vertex]
+    deformed = MILLI * (at + factor * u[vertex])
+    reach = float(np.abs(deformed).max())
     size = np.linalg.norm(u[vertex], axis=1) * MICRO
     trace: dict[str, Any] = {
         "type": "mesh3d",
-        **{name: _short(deformed[:, k], 4) for k, name in enumerate("xyz")},
+        **{name: _short(deformed[:, k], reach) for k, name in enumerate("xyz")},
         **_coloured(corners, size, "µm"),
     }
     shape = f"displacement {factor_text(factor)}"
-    caption = f"{shape}, largest {size.max():.1f} µm"
+    caption = f"{shape}, largest {number(size.max())} µm"
     layout = _layout([{}, {}, {}]) | {"title": {"text": caption}}
     stress = MEGA * np.asarray(von_mises)[vertex]
     layout["updatemenus"] = [_colours_of(trace, shape, caption, stress)]
@@ -72,29 +77,33 @@ def mode_scene(
     displacements of each mode, by label, between which the page animates."""
     at, corners, vertex = coarse_surface(points, cells, triangles)
     by = MODE_SIZE * np.ptp(points, axis=0).max()
-    drawn = by * shapes[:, vertex]
-    sizes = [_short(100 * np.linalg.norm(shape[vertex], axis=1), 0) for shape in shapes]
+    rest, drawn = MILLI * at, MILLI * by * shapes[:, vertex]
+    sizes = [np.rint(100 * np.linalg.norm(shape[vertex], axis=1)) for shape in shapes]
+    reach = float(np.abs(rest).max())
     modes = [
-        {"label": label, "by": [_short(shape[:, k], 4) for k in range(3)], "size": size}
+        {"label": label, "by": [_short(x, reach) for x in shape.T], "size": size.tolist()}
         for label, shape, size in zip(labels, drawn, sizes, strict=True)
     ]
-    low, high = at.min(axis=0) - by, at.max(axis=0) + by
-    layout = _layout([{"range": _short(ends, 4)} for ends in zip(low, high, strict=True)])
+    low, high = (MILLI * (end + sign * by) for end, sign in ((at.min(0), -1), (at.max(0), 1)))
+    layout = _layout([{"range": _short(ends, reach)} for ends in zip(low, high, strict=True)])
     layout["scene"]["uirevision"] = "kept"
     trace = {
         "type": "mesh3d",
-        **_coloured(corners, np.array(sizes[0]), "%"),
+        **_coloured(corners, sizes[0], "%"),
         "cmin": 0,
         "cmax": 100,
     }
-    rest = [_short(at[:, k], 4) for k in range(3)]
-    return [{"data": [trace], "layout": layout, "swing": {"rest": rest, "modes": modes}}]
+    swing = {"rest": [_short(x, reach) for x in rest.T], "modes": modes}
+    return [{"data": [trace], "layout": layout, "swing": swing}]
 
 
 def _layout(axes: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Layout of a 3D panel with equal scales; axes: further settings of x, y and z."""
-    bare = {"showbackground": False, "title": {"text": ""}, "showspikes": False}
-    named = {f"{name}axis": bare | axis for name, axis in zip("xyz", axes, strict=True)}
+    """Layout of a 3D panel with equal scales in mm; axes: further settings of x, y and z."""
+    bare = {"showbackground": False, "showspikes": False}
+    named = {
+        f"{name}axis": {**bare, "title": {"text": f"{name} (mm)"}, **axis}
+        for name, axis in zip("xyz", axes, strict=True)
+    }
     scene = {"aspectmode": "data", "camera": EYE, **named}
     return {"scene": scene, "margin": {"l": 0, "r": 0, "t": 0, "b": 0}}
 
@@ -104,10 +113,10 @@ def _coloured(corners: NDArray[np.integer], size: Array, unit: str) -> dict[str,
     colours = colormaps[SEQUENTIAL_MAP](np.linspace(0, 1, 11))
     return {
         **{name: corners[:, k].tolist() for k, name in enumerate("ijk")},
-        "intensity": _short(size, 1),
+        "intensity": _short(size, float(size.max()), COLOURS),
         "colorscale": [[k / 10, to_hex(c)] for k, c in enumerate(colours)],
         "colorbar": {"title": {"text": unit}, "thickness": 12},
-        "hovertemplate": f"displacement: %{{intensity:.1f}} {unit}<extra></extra>",
+        "hovertemplate": f"displacement: %{{intensity:.4~g}} {unit}<extra></extra>",
         "lighting": {"ambient": 0.6, "diffuse": 0.7, "specular": 0.1},
     }
 
@@ -149,13 +158,13 @@ def _decimated(surface: Any, triangles: int) -> Any:
 
 def _colours_of(trace: dict[str, Any], shape: str, caption: str, stress: Array) -> dict[str, Any]:
     """Buttons that colour a body by displacement, the first state, or by stress in MPa."""
-    of_stress = f"equivalent stress, largest {stress.max():.1f} MPa; {shape}"
+    of_stress = f"equivalent stress, largest {number(stress.max())} MPa; {shape}"
     buttons = []
     for label, values, unit, title in (
         ("displacement", trace["intensity"], "µm", caption),
-        ("stress", _short(stress, 1), "MPa", of_stress),
+        ("stress", _short(stress, float(stress.max()), COLOURS), "MPa", of_stress),
     ):
-        hover = f"{label}: %{{intensity:.1f}} {unit}<extra></extra>"
+        hover = f"{label}: %{{intensity:.4~g}} {unit}<extra></extra>"
         changes = {
             "intensity": [values], "colorbar.title.text": [unit], "hovertemplate": [hover],
         }  # fmt: skip
@@ -187,11 +196,11 @@ def star_scene(displacement: Array, carrier_angles: Array, outline: StageOutline
         {"label": "▶ turn", "method": "animate", "args": [None, play]},
         {"label": "❚❚", "method": "animate", "args": [[None], instant]},
     ]
-    reach = 1.25 * outline.ring_radius
+    reach = 1.25 * MILLI * outline.ring_radius
     layout = {
         "title": {"text": f"displacement {factor_text(factor)}"},
-        "xaxis": {"range": [-reach, reach], "title": {"text": "X (m)"}},
-        "yaxis": {"range": [-reach, reach], "scaleanchor": "x", "title": {"text": "Y (m)"}},
+        "xaxis": {"range": [-reach, reach], "title": {"text": "X (mm)"}},
+        "yaxis": {"range": [-reach, reach], "scaleanchor": "x", "title": {"text": "Y (mm)"}},
         "sliders": [{"steps": steps, "currentvalue": {"prefix": "carrier angle "},
                      "pad": {"t": 42}}],
         "updatemenus": [{"type": "buttons", "buttons": buttons, "showactive": False, **CORNER}],
@@ -230,12 +239,15 @@ def _circle(
 def _line(
     points: Array, colour: str, name: str, width: float = 1.5, dash: str = "solid"
 ) -> dict[str, Any]:
+    reach = MILLI * float(np.abs(points).max())
     return {
         "type": "scatter", "mode": "lines", "name": name, "showlegend": False,
-        "x": _short(points[:, 0], 4), "y": _short(points[:, 1], 4),
+        "x": _short(MILLI * points[:, 0], reach), "y": _short(MILLI * points[:, 1], reach),
         "line": {"color": colour, "width": width, "dash": dash},
     }  # fmt: skip
 
 
-def _short(values: Any, digits: int) -> list[float]:
+def _short(values: Any, largest: float, parts: int = PARTS) -> list[float]:
+    """Numbers rounded to the power of ten that is about ``largest`` over ``parts``."""
+    digits = round(math.log10(parts / largest)) if largest else 0
     return [round(float(v), digits) for v in values]

@@ -27,6 +27,7 @@ from PIL import Image
 
 from flexgear.arrays import Array
 from flexgear.files.atomic import atomic_file
+from flexgear.results.report.wording import number
 from flexgear.results.time_figures import radial
 from flexgear.views.histories import finish_x, tooth_map
 from flexgear.views.select import abscissa, leading_dim, planet_count, thinned, variable
@@ -172,11 +173,9 @@ def ring_star(
         square(ax, reach)
     peak = float(np.nanmax(np.abs(radial(field)))) * MICRO
     gap = " " if columns > 1 else "\n"
+    size = f"displacement {factor_text(factor)}{gap}(largest radial {number(peak)} µm)"
     figure.legend(handles=star_handles(), loc="outside lower center", ncols=min(columns + 1, 3))
-    figure.suptitle(
-        f"Ring tooth nodes, displacement {factor_text(factor)}{gap}(largest radial {peak:.1f} µm)",
-        fontsize=9.5,
-    )
+    figure.suptitle(f"Ring tooth nodes, {size}", fontsize=9.5)
     return figure
 
 

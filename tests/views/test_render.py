@@ -85,7 +85,7 @@ def test_deformed_ring_is_rendered_with_bar_factor_and_scale(annulus):
     )
     ax, bar = figure.axes
     assert "× 2\u2009000" in ax.get_title(loc="left")
-    assert "largest 40.0 µm" in ax.get_title(loc="left")
+    assert "largest 40 µm" in ax.get_title(loc="left")
     assert bar.get_ylabel() == "displacement magnitude (µm)"
     assert any(text.get_text().endswith(" mm") for text in ax.texts)
     picture = np.asarray(ax.images[0].get_array())
