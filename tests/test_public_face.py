@@ -377,6 +377,12 @@ def test_a_comparison_of_gear_pairs_has_no_load_sharing(tmp_path):
     alone, last = (fg.compare(a=m.static([0, 1]), b=m.static([2, 3])) for m in models)
     assert "load factor" not in repr(alone) and "load factor" in repr(last)
     assert [ax.get_ylabel() for ax in alone.plot().axes] == ["largest force (kN)"]
+    weak = fg.compare(
+        **{n: d.assign(gear_mesh_force=1e-2 * d.gear_mesh_force) for n, d in alone.runs.items()}
+    )
+    texts = [repr(of).split() for of in (alone, weak)]
+    assert ["force (kN)" in repr(alone), "force (N)" in repr(weak)] == [True, True]
+    assert float(texts[1][-1]) == pytest.approx(10 * float(texts[0][-1]), rel=1e-3)
     axes = last.plot().axes
     assert [ax.get_visible() for ax in axes[-2:]] == [True, False]
     assert axes[-2].get_xlabel() == axes[-3].get_xlabel() == "turns of stage 1, carrier (–)"

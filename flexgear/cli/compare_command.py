@@ -24,7 +24,7 @@ from flexgear.results.origin import Origin
 from flexgear.results.rating import Rating
 from flexgear.results.report.sharing import DEFINITION
 from flexgear.results.report.study_tables import equal_parts
-from flexgear.results.report.wording import factor, number, titled_by_stage, with_unit
+from flexgear.results.report.wording import factor, number, scale, titled_by_stage, with_unit
 from flexgear.results.run_folder import complete, read_folder
 from flexgear.results.stage_part import displacement_of, has_pairs, stage_part, tooth_loads
 from flexgear.results.time_figures import sharing_summary
@@ -176,11 +176,13 @@ def _variants(case: Case, comparison: Comparison) -> None:
         f"{titled_by_stage(case.name, stage)}: equilibria at rated torque over "
         f"{math.degrees(period):g} deg of the carrier"
     )
+    loads = [row["ring_tooth_load_n_max"] for row in figures.values()]
+    unit, by = scale([load for load in loads if load is not None], "N")
     head = (
         "flexible bodies",
         "K mean",
         "K max",
-        "tooth load kN",
+        f"tooth load {unit}",
         "ring tooth µm",
         "sun turns mrad",
     )
@@ -189,11 +191,11 @@ def _variants(case: Case, comparison: Comparison) -> None:
             {"flexible": "all", "rigid": "none"}.get(label, label),
             f"{row['load_sharing']['mean']:.4f}",
             f"{row['load_sharing']['max']:.4f}",
-            "–" if (load := row["ring_tooth_load_n_max"]) is None else f"{load / 1e3:.1f}",
-            f"{row['tooth_displacement_um_max']:.1f}",
-            f"{row['sun_wind_up_mrad_mean']:.3f}",
+            "–" if load is None else number(by * load),
+            number(row["tooth_displacement_um_max"]),
+            number(row["sun_wind_up_mrad_mean"]),
         )
-        for label, row in figures.items()
+        for (label, row), load in zip(figures.items(), loads, strict=True)
     )
     columns([head, *rows], "<>")
 

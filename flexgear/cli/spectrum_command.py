@@ -7,6 +7,7 @@ import numpy as np
 import typer
 from typer import Option
 
+from flexgear.arrays import Array
 from flexgear.cli import options
 from flexgear.cli.display import as_json_text, columns, evenly_spaced, progress
 from flexgear.files.atomic import write_bytes
@@ -16,12 +17,12 @@ from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.model.units import RPM
+from flexgear.results.report.wording import scale
 from flexgear.solve.load_series import EXPONENTS, SeriesBins, bins_of_series, bins_with_series
 from flexgear.views import style
 from flexgear.views.study_charts import load_duration_chart
 
 MAX_ROWS = 24  # of printed bins
-COLUMNS = ("bin", "hours", "turns", "speed, r/min", "torque, kN m", "force, kN", "moment, kN m")
 
 
 def spectrum(
@@ -93,23 +94,30 @@ def _print(bins: tuple[LoadBin, ...], first: str) -> None:
     lines = evenly_spaced(len(lasting), MAX_ROWS)
     turns = sum(b.turns(b.speed[first]) for b in lasting)
     total = ("all", f"{sum(b.hours for b in lasting):.6g}", f"{turns:.6g}", "", "", "", "")
-    rows = (_row(b, first) for b in [*(lasting[k] for k in lines), *extreme])
-    columns([COLUMNS, *rows, total], "<>")
+    shown = [*(lasting[k] for k in lines), *extreme]
+    amounts = np.array([_amounts(b, first) for b in shown])
+    units = zip(amounts.T, ("N m", "N", "N m"), strict=True)
+    (torque, *_), (force, *_), (moment, *_) = scales = [scale(x, unit) for x, unit in units]
+    amount = (f"torque, {torque}", f"force, {force}", f"moment, {moment}")
+    head = ("bin", "hours", "turns", "speed, r/min", *amount)
+    amounts *= [by for _, by in scales]
+    rows = (_row(b, first, x) for b, x in zip(shown, amounts, strict=True))
+    columns([head, *rows, total], "<>")
     if len(lines) < len(lasting):
         typer.echo(f"  {len(lines)} of {len(lasting)} bins with a duration; --out writes all")
 
 
-def _row(load_bin: LoadBin, first: str) -> tuple[str, ...]:
-    """Cells of a bin; first: the member whose speed, torque and load are shown."""
+def _amounts(load_bin: LoadBin, first: str) -> list[float]:
+    """Torque, N m, force, N, and moment, N m, of a bin on a member."""
+    load = sum((x.first for x in load_bin.loads if x.member == first), np.zeros(6))
+    return [load_bin.torque[first], *(float(np.linalg.norm(x)) for x in (load[:3], load[3:]))]
+
+
+def _row(load_bin: LoadBin, first: str, amounts: Array) -> tuple[str, ...]:
+    """Cells of a bin; first: the member whose speed and amounts (3,) are shown."""
     speed = load_bin.speed[first]
     hours, turns = f"{load_bin.hours:.6g}", f"{load_bin.turns(speed):.6g}"
-    load = sum((x.first for x in load_bin.loads if x.member == first), np.zeros(6)) / 1e3
-    size = [f"{np.linalg.norm(part):.5g}" for part in (load[:3], load[3:])]
     time = ("–", "–") if load_bin.extreme else (hours, turns)
-    return (
-        load_bin.name,
-        *time,
-        f"{speed * RPM:.5g}",
-        f"{load_bin.torque[first] / 1e3:.6g}",
-        *size,
-    )
+    torque, *load = amounts
+    size = (f"{torque:.6g}", *(f"{x:.5g}" for x in load))
+    return (load_bin.name, *time, f"{speed * RPM:.5g}", *size)

@@ -15,6 +15,7 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.arguments import Positive, checked
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.results.dataset_file import reopened
+from flexgear.results.report.wording import scale
 from flexgear.results.run_folder import Run
 from flexgear.results.sinks import TIME, ranges_of
 
@@ -237,8 +238,9 @@ class Comparison:
     def _table(self) -> Any:
         """Largest force and load factor of every run, as a data frame of pandas."""
         largest = self.figures.max("gear_mesh")
+        unit, by = scale(largest["gear_mesh_force"].to_numpy(), "N")
         columns = {
-            "largest gear-mesh force (kN)": 1e-3 * largest["gear_mesh_force"],
+            f"largest gear-mesh force ({unit})": by * largest["gear_mesh_force"],
             "largest load factor": largest["planet_load_factor"],
         }
         return xr.Dataset(columns).to_dataframe().dropna(axis="columns").reset_index()

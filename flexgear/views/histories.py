@@ -43,7 +43,6 @@ from flexgear.views.select import (
     windowed,
 )
 from flexgear.views.style import (
-    KILO,
     MICRO,
     N_PER_M_TO_N_PER_UM,
     NEUTRAL,
@@ -232,11 +231,6 @@ Drawn = tuple[str, Pick, float]  # label, function of a run for the values, fact
 SPEED: Drawn = ("carrier speed\n(r/min)", itemgetter("stage_speed"), RPM)
 SHARING: Drawn = ("load sharing\nfactor $K_γ$ (–)", ring_sharing, 1.0)
 SPREAD: Drawn = ("force spread /\nrated mean (–)", ring_force_spread, 1.0)
-FORCE: Drawn = (
-    "mean ring gear-\nmesh force (kN)",
-    lambda part: of_kind(part, "ring")["gear_mesh_force"].mean("gear_mesh"),
-    KILO,
-)
 
 
 def layer(index: int) -> dict[str, Any]:
@@ -296,6 +290,11 @@ def input_torque(part: xr.Dataset) -> xr.DataArray:
     return part["port_torque"].isel(port=0)
 
 
+def ring_force(part: xr.Dataset) -> xr.DataArray:
+    """Mean force of the ring gear meshes, N."""
+    return of_kind(part, "ring")["gear_mesh_force"].mean("gear_mesh")
+
+
 def torque_panel(axes: Axes, runs: Runs) -> None:
     """Draw the input torque over time in a suitable unit, with zero in view."""
     unit, factor = scale([float(abs(input_torque(d)).max()) for d in runs.values()], "N m")
@@ -327,7 +326,9 @@ def torque_drop(runs: Runs) -> Figure:
     """A torque drop over time: torque, speed, mean mesh force, load sharing, force spread."""
     figure, axes = panels(5, 1, height_mm=190, sharex=True, height_ratios=[0.7, 1, 1, 1, 1])
     torque_panel(axes[0, 0], runs)
-    for ax, drawn in zip(axes[1:, 0], (SPEED, FORCE, SHARING, SPREAD), strict=True):
+    unit, by = force_scale([float(abs(ring_force(d)).max()) for d in runs.values()])
+    force = (f"mean ring gear-\nmesh force ({unit})", ring_force, by)
+    for ax, drawn in zip(axes[1:, 0], (SPEED, force, SHARING, SPREAD), strict=True):
         over_runs(ax, runs, "time", drawn, envelope=False)
     axes[2, 0].axhline(0, color=NEUTRAL, lw=0.7)
     return finish(figure, axes, runs, "time")

@@ -16,13 +16,12 @@ from flexgear.model.errors import FlexgearError
 from flexgear.model.names import GroupName
 from flexgear.results.rating import Rating
 from flexgear.results.report.study_tables import RATING, SPECTRUM
-from flexgear.results.report.wording import rounded, words
+from flexgear.results.report.wording import rounded, scale, words
 from flexgear.results.tolerance_dataset import SPREADS, distribution_band
 from flexgear.solve.load_series import SeriesBins
 from flexgear.views.select import variable
 from flexgear.views.style import (
     DEFORMED_COLOUR,
-    KILO,
     NEUTRAL,
     PLANET_COLOURS,
     labelled_bars,
@@ -37,13 +36,14 @@ from flexgear.views.style import (
 def load_duration_chart(
     bins: Sequence[LoadBin], member: str, samples: SeriesBins | None = None
 ) -> Figure:
-    """Torque (kN m) at a port over the turns of its member with at least this torque.
+    """Torque at a port over the turns of its member with at least this torque.
 
     Bins are steps, extreme loads triangles at the left edge, the samples of series a line.
     """
     lasting = [b for b in bins if not b.extreme]
     turns = np.array([b.turns(b.speed[member]) for b in lasting])
     torque = np.array([b.torque[member] for b in lasting])
+    unit, by = scale([b.torque[member] for b in bins], "N m")
     figure, axes = panels(1, 1, height_mm=80)
     ax = axes[0, 0]
     total = float(turns.sum()) or 1.0
@@ -52,7 +52,7 @@ def load_duration_chart(
     order = np.argsort(-sense * torque)
     edges = np.concatenate([[0.0], np.cumsum(turns[order])])
     ax.stairs(
-        KILO * torque[order], np.maximum(edges, 0.5 * least), baseline=0.0, fill=True,
+        by * torque[order], np.maximum(edges, 0.5 * least), baseline=0.0, fill=True,
         color=PLANET_COLOURS[0], alpha=0.25, label=f"{len(lasting)} load bins",
     )  # fmt: skip
     if samples is not None and samples.duration:
@@ -60,11 +60,11 @@ def load_duration_chart(
         frequent = exceeded > 0.1 * least
         ax.plot(
             exceeded[frequent],
-            KILO * level[frequent],
+            by * level[frequent],
             color=DEFORMED_COLOUR,
             label="samples of series",
         )
-    extreme = [KILO * b.torque[member] for b in bins if b.extreme]
+    extreme = [by * b.torque[member] for b in bins if b.extreme]
     if extreme:
         ax.plot(
             np.full(len(extreme), 0.5 * least), extreme, ">", color=NEUTRAL, clip_on=False,
@@ -73,7 +73,7 @@ def load_duration_chart(
     ax.set_xscale("log")
     ax.set_xlim(0.5 * least, 1.05 * total)
     ax.set_xlabel(f"turns of {words(member)} with at least this torque")
-    ax.set_ylabel(f"torque on {words(member)} (kN m)")
+    ax.set_ylabel(f"torque on {words(member)} ({unit})")
     ax.set_title("Load duration")
     ax.legend(loc="lower left")
     return figure

@@ -90,7 +90,7 @@ RC: Any = {  # its type changes with the version of matplotlib
 
 def force_scale(forces: ArrayLike) -> tuple[str, float]:
     """Unit of forces (…), N, in a picture, and the factor to it: N where all are below 1 kN."""
-    return ("N", 1.0) if np.nanmax(forces, initial=0.0) < 1e3 else ("kN", KILO)
+    return ("N", 1.0) if np.nanmax(np.abs(forces), initial=0.0) < 1e3 else ("kN", KILO)
 
 
 def styled(function: Callable[P, R]) -> Callable[P, R]:

@@ -21,10 +21,10 @@ from flexgear.results.run_orders import rms_of_states
 from flexgear.views.select import variable
 from flexgear.views.style import (
     DEFORMED_COLOUR,
-    KILO,
     MICRO,
     NEUTRAL,
     PLANET_COLOURS,
+    force_scale,
     least_span,
     legend_below,
     legend_lines,
@@ -60,7 +60,9 @@ def response_chart(data: xr.Dataset) -> Figure:
     drawn = _distinct(data)
     names = list(drawn.values())
     of_drawn = data.isel(gear_mesh=list(drawn))
-    top, bottom = (KILO * _measure(of_drawn, FORCE, m) for m in ("maximum", "minimum"))
+    forces = [_measure(of_drawn, FORCE, m) for m in ("maximum", "minimum")]
+    unit, by = force_scale(forces)
+    top, bottom = (by * f for f in forces)
     swing = _measure(of_drawn, ERROR, "maximum") - _measure(of_drawn, ERROR, "minimum")
     swing = MICRO * swing
     for k, colour in enumerate(PLANET_COLOURS[: len(names)]):
@@ -71,17 +73,17 @@ def response_chart(data: xr.Dataset) -> Figure:
     for ax, sensor in zip(of_sensors, sensors, strict=True):
         signal = rms_of_states(data, sensor)
         shown = signal[data["stable"].to_numpy() == 1] if data["stable"].any() else signal
-        unit, by = signal_scale(shown, data["sensor_unit"].sel(sensor=sensor).item())
-        signal = by * signal
+        signal_unit, factor = signal_scale(shown, data["sensor_unit"].sel(sensor=sensor).item())
+        signal = factor * signal
         _curve(ax, data, x, signal, NEUTRAL, 1.2)
         _limit(ax, signal[:, None], 0.0, data["stable"].to_numpy() == 1)
-        ax.set_ylabel(f"{sensor}, rms ({unit})")
+        ax.set_ylabel(f"{sensor}, rms ({signal_unit})")
     for ax, y, low in ((force, top, bottom), (error, swing, swing)):
         _limit(ax, y, float(low.min()), data["stable"].to_numpy() == 1)
         ax.set_xlim(float(x.min()), float(x.max()))
-    _jumps(force, data)
+    _jumps(force, data, by)
     _changes(force, data)
-    force.set_ylabel("gear-mesh force (kN),\nlargest and smallest")
+    force.set_ylabel(f"gear-mesh force ({unit}),\nlargest and smallest")
     error.set_ylabel("transmission error (µm),\npeak to peak")
     axes[-1, 0].set_xlabel(f"{data.attrs['over']} over rated {data.attrs['over']} (–)")
     legend_below(figure, _legend(of_drawn, names), 3)
@@ -153,17 +155,17 @@ def _contact(ax: Axes, data: xr.Dataset, x: Array, y: Array, gear_mesh: int) -> 
             ax.plot(x[run], y[run], color=colour, lw=BROAD, solid_capstyle="butt", zorder=1)
 
 
-def _jumps(ax: Axes, data: xr.Dataset) -> None:
+def _jumps(ax: Axes, data: xr.Dataset, by: float) -> None:
     """Draw a triangle at each turning point and arrows to all stable states to which a sweep may
-    jump."""
+    jump. by: factor to the unit of the axes."""
     for k in range(data.sizes.get("turning_point", 0)):
         row = data.isel(turning_point=k)
         rising = int(row["turning_point_sense"]) > 0
         colour, marker = (UP, ">") if rising else (DOWN, "<")
-        x, y = float(row["turning_point_parameter"]), KILO * float(row["turning_point_force"])
+        x, y = float(row["turning_point_parameter"]), by * float(row["turning_point_force"])
         ax.plot([x], [y], marker, color=colour, ms=4.5, zorder=4)
         targets = row["turning_point_target_force"].to_numpy()
-        for target in KILO * targets[np.isfinite(targets)]:
+        for target in by * targets[np.isfinite(targets)]:
             arrow = {"arrowstyle": "-|>", "color": colour, "lw": 0.9, "shrinkA": 3, "shrinkB": 0}
             ax.annotate("", (x, target), (x, y), arrowprops=arrow, zorder=4).set_in_layout(False)
 
@@ -262,18 +264,20 @@ def linear_response_chart(data: xr.Dataset) -> Figure:
 def _forces(ax: Axes, data: xr.Dataset, stage: str) -> None:
     """Draw the forces of one stage."""
     of_stage = np.flatnonzero(data["stage"].to_numpy() == stage)
-    force = KILO * data["linear_force_amplitude"].to_numpy()[:, of_stage].max(axis=1)
+    forces = data["linear_force_amplitude"].to_numpy()
+    unit, by = force_scale(forces)
+    force = by * forces[:, of_stage].max(axis=1)
     factor = data["speed_factor"].to_numpy()
     for k, order in enumerate(data["gear_mesh_order"].to_numpy().tolist()):
         ax.semilogy(factor, force[:, k], color=planet_colour(order))
     top = float(force.max(initial=0.0)) or 1.0
     ax.set(xlim=(factor[0], factor[-1]), ylim=(top * 10**-DECADES, 3.0 * top))
-    ax.set_ylabel("amplitude of gear-mesh force (kN)")
+    ax.set_ylabel(f"amplitude of gear-mesh force ({unit})")
     names = set(data["gear_mesh"].to_numpy()[of_stage].tolist())
     points = []
     for k in range(data.sizes.get("peak", 0)):
         row = data.isel(peak=k)
-        at, height = float(row["peak_factor"]), KILO * float(row["peak_force"])
+        at, height = float(row["peak_factor"]), by * float(row["peak_force"])
         largest = force[np.argmin(np.abs(factor - at)), int(row["peak_order"]) - 1]
         if str(row["peak_gear_mesh"].values) in names and height >= 0.99 * largest:
             mode = int(data["kept_mode"][int(np.argmax(row["peak_mode_share"].to_numpy()))])

@@ -221,6 +221,10 @@ def test_two_gears_answer_as_one_mass_on_a_spring(tmp_path):
     part = MEAN / (MEAN - MASS * w**2 + 1j * w * damper) * (MEAN + 1j * w * damper)
     share = (part * np.conj(part - MEAN)).real / abs(part - MEAN) ** 2
     assert float(data.peak_mode_share[0, 0]) == pytest.approx(share, abs=0.01)
+    weak = data.assign(linear_force_amplitude=1e-3 * data.linear_force_amplitude)
+    axes = [x.fg.plot.linear_response().axes[0] for x in (data, weak)]  # 1 kN as 1 N
+    assert [ax.get_ylabel().split()[-1] for ax in axes] == ["(kN)", "(N)"]
+    assert axes[0].get_ylim() == pytest.approx(axes[1].get_ylim())
 
 
 def test_peaks_narrower_than_the_distance_of_speeds_have_their_height(tmp_path):

@@ -59,6 +59,11 @@ def test_torque_drop_has_five_panels_with_units(dropped):
     assert len(figure.axes) == 5
     assert all("(" in ax.get_ylabel() for ax in figure.axes)
     assert figure.axes[-1].get_xlim() == pytest.approx((0.8, 1.6), abs=5e-3)
+    weak = {n: d.assign(gear_mesh_force=1e-5 * d["gear_mesh_force"]) for n, d in dropped.items()}
+    axes = figure.axes[2], histories.torque_drop(weak).axes[2]
+    assert [ax.get_ylabel().split()[-1] for ax in axes] == ["(kN)", "(N)"]
+    sizes = [max(np.nanmax(line.get_ydata()) for line in ax.get_lines()) for ax in axes]
+    assert sizes[1] == pytest.approx(1e-2 * sizes[0])
 
 
 def test_tooth_node_has_three_directions_in_micrometres(steady):

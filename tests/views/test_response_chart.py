@@ -8,7 +8,7 @@ import xarray as xr
 
 from flexgear.model.load import load_case
 from flexgear.views.interactive import panels_of
-from flexgear.views.vibration_charts import response_chart
+from flexgear.views.vibration_charts import FORCE, response_chart
 
 
 @pytest.fixture
@@ -60,6 +60,13 @@ def test_unstable_states_are_dashed_and_jumps_are_marked(curve):
     assert force.get_ylim()[1] > 8.0 > 0.9 * force.get_ylim()[1]
     assert [len(panel["data"]) > 3 for panel in panels_of(figure)] == [True, True]
     assert np.ptp(error.get_ylim()) > 0.0
+    assert force.get_ylabel().startswith("gear-mesh force (kN)")
+    names = FORCE, "turning_point_force", "turning_point_target_force"
+    small = response_chart(curve.assign({n: 0.1 * curve[n] for n in names})).axes[0]
+    assert small.get_ylabel().startswith("gear-mesh force (N)")  # 800 N, jumps at 500 and 600 N
+    assert small.get_ylim()[1] > 800.0 > 0.9 * small.get_ylim()[1]
+    jumps = [line.get_ydata()[0] for line in small.lines if len(line.get_xdata()) == 1]
+    assert jumps == pytest.approx([500.0, 600.0])
 
 
 @pytest.mark.parametrize(("stable", "label"), [(1, "stable"), (0, "unstable")])
@@ -123,7 +130,11 @@ def test_labels_of_panels_do_not_overlap(curve):
 def test_marks_of_jumps_and_changes_are_on_the_page(curve):
     curve["stability_change_kind"][:] = 1
     force, _ = panels_of(response_chart(curve))
-    marks = {t["marker"]["symbol"]: (t["mode"], t["x"]) for t in force["data"] if "marker" in t}
+    marks = {
+        t["marker"]["symbol"]: (t["mode"], t["x"])
+        for t in force["data"]
+        if "marker" in t and t["x"] != [None]
+    }
     assert marks == {
         "triangle-right": ("markers", [1.2]),
         "triangle-left": ("markers", [0.9]),
