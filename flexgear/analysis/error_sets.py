@@ -51,9 +51,9 @@ class GapSets:
 class ErrorSets:
     """Errors of J sets: axis j, then the axes of the corresponding arrays of ``PairData``.
 
-    amplitude m, phase rad, offset m, slope along the face m/m (J, M); gear (J, M, z), planet
-    (J, M, z_p) m; runout_amplitude m, runout_phase rad (J, M, H), with the rates and angles of the
-    system; gaps: deviations of flank modifications from those of the case, or None.
+    amplitude m, phase rad (J, M, L), offset m, slope along the face m/m (J, M); gear (J, M, z),
+    planet (J, M, z_p) m; runout_amplitude m, runout_phase rad (J, M, H), with the rates and angles
+    of the system; gaps: deviations of flank modifications from those of the case, or None.
     """
 
     amplitude: Array

@@ -95,8 +95,8 @@ class PairData(NamedTuple):
     planet_teeth: Ints  # (M,)
     slices: Ints  # (M,) number of slices of a contact line; 0 for pairs as one spring
     coupled: Ints  # (M,) 1 for slices coupled by FE influences
-    error_amplitude: Array  # (M,) m
-    error_phase: Array  # (M,) rad
+    error_amplitude: Array  # (M, L) m: Σ A_l sin(2π l s/p_b + phase), l = 1 … L
+    error_phase: Array  # (M, L) rad
     error_offset: Array  # (M,) m
     error_slope: Array  # (M,) m/m, along the face from its middle
     error_gear: Array  # (M, z) m
@@ -136,7 +136,7 @@ class PairData(NamedTuple):
 
 def largest_errors(data: PairData) -> Array:
     """Upper bound (M,) of the sum of errors of a pair, m."""
-    largest = data.error_offset + np.abs(data.error_amplitude)
+    largest = data.error_offset + np.abs(data.error_amplitude).sum(axis=1)
     largest = largest + np.abs(data.error_slope) * data.half_face
     largest += np.abs(data.runout_amplitude).sum(axis=1)
     return largest + np.abs(data.error_gear).max(axis=1) + np.abs(data.error_planet).max(axis=1)

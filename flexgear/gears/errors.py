@@ -30,7 +30,7 @@ With equal size and opposite signs at sun and ring, rotation of the planet would
 carrier's error. In Hu et al. 2023, eq. 1, where e is subtracted from the deflection, the signs of
 ring, ring offset, planet at the sun and carrier at the ring are wrong.
 
-Deviations of teeth are functions of the gears' angles, not of time: the harmonic part,
+Deviations of teeth are functions of the gears' angles, not of time: the first harmonic,
 ½ (f_a + f_b) sin(…) after Tan et al. 2023, eq. 19, has the phase 2π s/p_bt of the pair's path
 coordinate, so gear-mesh frequency at any speed; pitch deviations belong to numbered teeth. Drive
 and coast flanks have them. Both halves of a double-helical stage have the same errors except the
@@ -61,7 +61,8 @@ STAGE_ANGLE, CARRIER_ANGLE = 0, 1
 class PairErrors:
     """Errors of one kind of gear mesh at N planets.
 
-    harmonic_amplitude m, harmonic_phase rad, offset m, slope along the face m/m: (N,); gear_tooth
+    harmonic_amplitude m, harmonic_phase rad: (N, L), Σ A_l sin(2π l s/p_b + φ_l) with l = 1 … L;
+    offset m, slope along the face m/m: (N,); gear_tooth
     (z,) and planet_tooth (N, z_p): pitch deviations by tooth number, m. Runout is
     Σ_h A sin(rate · angle + phase): runout_amplitude m and runout_phase rad (N, H), runout_rate
     (H,) rad/rad, runout_angle (H,) ``STAGE_ANGLE`` θ or ``CARRIER_ANGLE`` Θ.
@@ -124,11 +125,12 @@ def stage_errors(
 def _opposite(
     coast: PairErrors, path: GearMeshPath, drive: PairErrors, drive_path: GearMeshPath
 ) -> PairErrors:
-    """Errors of coast flanks with a harmonic opposite to that of the drive flanks. −A sin(π − x)
-    where the drive flanks have A sin x, x = 2π s/p_b + φ: pairs move in opposite directions along
+    """Errors of coast flanks with harmonics opposite to those of the drive flanks. −A sin(π − x)
+    where the drive flanks have A sin x, x = 2π l s/p_b + φ: pairs move in opposite directions along
     the two paths."""
-    starts = 2.0 * math.pi * (path.s0 + drive_path.s0) / path.base_pitch
-    phase = math.pi - drive.harmonic_phase - starts
+    starts = 2.0 * math.pi * (path.s0 + drive_path.s0)[:, None] / path.base_pitch
+    orders = np.arange(1, drive.harmonic_phase.shape[1] + 1)
+    phase = math.pi - drive.harmonic_phase - orders * starts
     return replace(coast, harmonic_amplitude=-drive.harmonic_amplitude, harmonic_phase=phase)
 
 
@@ -142,7 +144,7 @@ def errors_closing(drive: PairErrors, coast: PairErrors, half_face: float) -> Ar
         drive.offset
         + coast.offset
         + np.abs(phasors[0] + phasors[1]).sum(axis=1)
-        + np.abs(drive.harmonic_amplitude + coast.harmonic_amplitude)
+        + np.abs(drive.harmonic_amplitude + coast.harmonic_amplitude).sum(axis=1)
         + np.abs(drive.slope + coast.slope) * half_face
         + teeth[0]
         + teeth[1]
@@ -159,10 +161,10 @@ def _errors_of(
     normal = path.cos_base_helix * complex(*path.normal_xy).conjugate()
     turning = _turning(stage, e, role)
     waves = normal * np.array([v.displacement for v in turning], dtype=complex).reshape(-1, n).T
-    amplitude, phase = _gear_mesh_harmonic(e, role)
+    harmonics = _gear_mesh_harmonics(e, role)
     return PairErrors(
-        harmonic_amplitude=np.full(n, amplitude),
-        harmonic_phase=np.full(n, phase),
+        harmonic_amplitude=np.tile(np.abs(harmonics), (n, 1)),
+        harmonic_phase=np.tile(np.angle(harmonics), (n, 1)),
         offset=_thickness(stage, e, path) - (normal * _pins(stage, e)).real,
         slope=_helix_slopes(stage, e, path, role),
         gear_tooth=pitch[0],
@@ -219,15 +221,16 @@ def _helix_slopes(stage: Stage, e: GearErrors, path: GearMeshPath, role: str) ->
     return -outward * path.cos_base_helix * missing / (2.0 * path.half_face)
 
 
-def _gear_mesh_harmonic(e: GearErrors, role: str) -> tuple[float, float]:
-    """Amplitude, m, and phase, rad, of the error at gear-mesh frequency: the sum, as phasors, of
-    the error of teeth ½ (f_a + f_b) and the error that is given for the gear mesh."""
-    teeth, phase = 0.5 * (getattr(e, f"{role}_tooth") + e.planet_tooth), getattr(e, f"{role}_phase")
-    stated = getattr(e, f"{role}_gear_mesh")
-    if not stated:
-        return teeth, phase
-    stated_phase = getattr(e, f"{role}_gear_mesh_phase")
-    return cmath.polar(cmath.rect(teeth, phase) + cmath.rect(stated, stated_phase))
+def _gear_mesh_harmonics(e: GearErrors, role: str) -> Complex:
+    """Harmonics A_l e^{iφ_l} (L,) of the error at gear-mesh frequency, m: those that are given for
+    the gear mesh, to the first of which the error of teeth ½ (f_a + f_b) is added."""
+    stated, phases = getattr(e, f"{role}_gear_mesh"), getattr(e, f"{role}_gear_mesh_phase")
+    teeth = 0.5 * (getattr(e, f"{role}_tooth") + e.planet_tooth)
+    harmonics = np.zeros(max(len(stated), 1), dtype=complex)
+    harmonics[0] = cmath.rect(teeth, getattr(e, f"{role}_phase"))
+    for order, size in enumerate(stated):
+        harmonics[order] += cmath.rect(size, phases[order] if order < len(phases) else 0.0)
+    return harmonics
 
 
 def _pitch_by_path(

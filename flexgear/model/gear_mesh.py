@@ -169,6 +169,9 @@ PLANET_LISTS = (
 )  # fmt: skip
 PIN_LISTS = ("pin_tangential", "pin_radial")
 OF_PLANETS = (*PIN_LISTS, *PLANET_LISTS)  # keys with one value for each planet
+HARMONICS = (
+    "ring_gear_mesh", "ring_gear_mesh_phase", "sun_gear_mesh", "sun_gear_mesh_phase",
+)  # fmt: skip
 MAX_PLANETS = 20
 
 
@@ -201,8 +204,8 @@ def _or_one_number(schema: dict[str, Any]) -> None:
     schema["anyOf"] = [several, several["items"]]
 
 
-def _of_planets() -> Any:
-    """Field for a list with one value for each planet."""
+def _or_number() -> Any:
+    """Field for a list, with one value for each planet or harmonic, or a number."""
     return Field(default=(), json_schema_extra=_or_one_number)
 
 
@@ -218,12 +221,12 @@ class GearErrors(Section):
     of the eccentricity. sun_eccentricity_phase, ring_eccentricity_phase,
     carrier_eccentricity_phase, planet_eccentricity_phase: phase of the eccentricity. ring_offset:
     offset of the ring's centre, fixed in space. ring_offset_phase: direction of the offset from the
-    x axis. ring_gear_mesh_phase, sun_gear_mesh_phase: phase of the error at gear-mesh frequency.
-    seed: of random deviations.
-    planet_thickness: excess of the tooth thickness on the reference circle. Lists of planets have
-    one value for all or one for each planet. ring_gear_mesh, sun_gear_mesh: amplitude of an error
-    at gear-mesh frequency, excess of material positive. In a parallel stage the pinion has the
-    sun's errors and the wheel the planet's.
+    x axis. seed: of random deviations. planet_thickness: excess of the tooth thickness on the
+    reference circle. Lists of planets have one value for all or one for each planet.
+    ring_gear_mesh, sun_gear_mesh: amplitudes A_l of an error Σ A_l sin(2π l s/p_b + φ_l) at
+    gear-mesh frequency and its multiples, excess of material positive; a number is that of the
+    first. ring_gear_mesh_phase, sun_gear_mesh_phase: φ_l; 0 if left out. In a parallel stage the
+    pinion has the sun's errors and the wheel the planet's.
 
     ring_tooth, planet_tooth, sun_tooth: tooth-to-tooth (single-tooth) deviation f_i' of each gear;
     a gear mesh has the harmonic error 0.5 (f_i'1 + f_i'2) sin(2π s/p_b + phase), the same for all
@@ -250,34 +253,37 @@ class GearErrors(Section):
     planet_pitch: Length = Field(default=0.0, ge=0.0, le=1e-3)
     sun_pitch: Length = Field(default=0.0, ge=0.0, le=1e-3)
     seed: int = Field(default=1, ge=0)
-    pin_tangential: tuple[Length, ...] = _of_planets()
-    pin_radial: tuple[Length, ...] = _of_planets()
+    pin_tangential: tuple[Length, ...] = _or_number()
+    pin_radial: tuple[Length, ...] = _or_number()
     sun_eccentricity: Length = Field(default=0.0, ge=0.0, le=_LARGEST)
     sun_eccentricity_phase: Angle = 0.0
     ring_eccentricity: Length = Field(default=0.0, ge=0.0, le=_LARGEST)
     ring_eccentricity_phase: Angle = 0.0
     carrier_eccentricity: Length = Field(default=0.0, ge=0.0, le=_LARGEST)
     carrier_eccentricity_phase: Angle = 0.0
-    planet_eccentricity: tuple[Length, ...] = _of_planets()
-    planet_eccentricity_phase: tuple[Angle, ...] = _of_planets()
+    planet_eccentricity: tuple[Length, ...] = _or_number()
+    planet_eccentricity_phase: tuple[Angle, ...] = _or_number()
     ring_offset: Length = Field(default=0.0, ge=0.0, le=_LARGEST)
     ring_offset_phase: Angle = 0.0
-    planet_thickness: tuple[Length, ...] = _of_planets()
+    planet_thickness: tuple[Length, ...] = _or_number()
     sun_helix_slope: Length = Field(default=0.0, ge=-_LARGEST, le=_LARGEST)
     ring_helix_slope: Length = Field(default=0.0, ge=-_LARGEST, le=_LARGEST)
-    planet_sun_helix_slope: tuple[Length, ...] = _of_planets()
-    planet_ring_helix_slope: tuple[Length, ...] = _of_planets()
-    ring_gear_mesh: Length = Field(default=0.0, ge=-_LARGEST, le=_LARGEST)
-    ring_gear_mesh_phase: Angle = 0.0
-    sun_gear_mesh: Length = Field(default=0.0, ge=-_LARGEST, le=_LARGEST)
-    sun_gear_mesh_phase: Angle = 0.0
+    planet_sun_helix_slope: tuple[Length, ...] = _or_number()
+    planet_ring_helix_slope: tuple[Length, ...] = _or_number()
+    ring_gear_mesh: tuple[Length, ...] = _or_number()
+    ring_gear_mesh_phase: tuple[Angle, ...] = _or_number()
+    sun_gear_mesh: tuple[Length, ...] = _or_number()
+    sun_gear_mesh_phase: tuple[Angle, ...] = _or_number()
     harmonic_on_coast: Literal["excess", "opposite"] = "excess"
 
     @staticmethod
     def for_each(data: Mapping[str, Any], planets: int) -> dict[str, Any]:
-        """Raw data of the section with numbers in place of lists expanded to one per planet."""
-        numbers = [key for key in OF_PLANETS if isinstance(data.get(key), (int, float))]
-        return {**data, **{key: each_planet(key, data[key], planets) for key in numbers}}
+        """Raw data of the section with numbers in place of lists expanded to one per planet, and to
+        the first harmonic."""
+        numbers = {key: data[key] for key in data if isinstance(data[key], (int, float))}
+        of_planets = {k: each_planet(k, x, planets) for k, x in numbers.items() if k in OF_PLANETS}
+        first = {k: (x,) if x else () for k, x in numbers.items() if k in HARMONICS}
+        return {**data, **of_planets, **first}
 
     def require_planets(self, planets: int) -> None:
         """Raise Refusal for a list whose number of values differs from that of the planets."""
@@ -303,8 +309,13 @@ class GearErrors(Section):
         return values
 
     def _check(self) -> None:
-        for name in OF_PLANETS:
-            if name == "planet_eccentricity_phase":
+        for name in ("ring_gear_mesh", "sun_gear_mesh"):
+            phases, stated = getattr(self, f"{name}_phase"), getattr(self, name)
+            if stated and phases and len(phases) != len(stated):
+                problem = f"{len(phases)} phases for {len(stated)} harmonics"
+                raise Refusal(f"{name}_phase", problem, f"give one for each of {name}")
+        for name in (*OF_PLANETS, *HARMONICS):
+            if name.endswith("_phase"):
                 continue
             values = getattr(self, name)
             low = 0.0 if name == "planet_eccentricity" else -_LARGEST

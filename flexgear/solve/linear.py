@@ -160,11 +160,11 @@ def error_harmonics(system: System) -> tuple[Array, Complex]:
         (m, 0.0, complex(v)) for m, v in enumerate(pairs.error_offset - pairs.gap)
     ]
     for m in range(len(pairs.s0)):
-        if pairs.error_amplitude[m]:
-            wave_number = 2 * math.pi / pairs.pitch[m]
-            phase = wave_number * pairs.s0[m] + pairs.error_phase[m]
+        for h in np.flatnonzero(pairs.error_amplitude[m]):
+            wave_number = 2 * math.pi * (h + 1) / pairs.pitch[m]
+            phase = wave_number * pairs.s0[m] + pairs.error_phase[m, h]
             rate = wave_number * pairs.rate[m] * speed[pairs.angle[m]]
-            waves.append(_sine(m, rate, pairs.error_amplitude[m], phase))
+            waves.append(_sine(m, rate, pairs.error_amplitude[m, h], phase))
         for h in np.flatnonzero(pairs.runout_amplitude[m]):
             rate = pairs.runout_rate[m, h] * speed[pairs.runout_angle[m, h]]
             waves.append(_sine(m, rate, pairs.runout_amplitude[m, h], pairs.runout_phase[m, h]))

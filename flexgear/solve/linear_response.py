@@ -152,9 +152,10 @@ def _excitation(
         rows.append(cycle.mean_row @ cycle.blocks)
         closings[k] = _harmonics(varying, orders, varying)
         shift += _harmonics(moving, orders, cycle.load) @ cycle.blocks
-        phase = 2 * np.pi * pairs.s0[m] / pairs.pitch[m] + pairs.error_phase[m]
-        wave = -1j * pairs.error_amplitude[m] * np.exp(1j * phase)
-        error[k, 0] = wave if pairs.rate[m] > 0.0 else np.conj(wave)
+        order = np.arange(1, pairs.error_amplitude.shape[1] + 1)
+        phase = 2 * np.pi * order * pairs.s0[m] / pairs.pitch[m] + pairs.error_phase[m]
+        waves = (-1j * pairs.error_amplitude[m] * np.exp(1j * phase))[:orders]
+        error[k, : len(waves)] = waves if pairs.rate[m] > 0.0 else waves.conj()
     stiffness = np.array([cycles[m].stiffness.mean() for m in flanks])
     damping = np.array([cycles[m].damping.mean() for m in flanks])
     whole = np.reshape(rows, (len(indices), len(shapes)))

@@ -24,7 +24,7 @@ from flexgear.gears.paths import PathKey, stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.gear_mesh import NOT_PARALLEL, OF_PLANETS
+from flexgear.model.gear_mesh import HARMONICS, NOT_PARALLEL, OF_PLANETS
 from flexgear.model.modifications import Relief
 from flexgear.model.stage import Stage
 from flexgear.model.tolerance import (
@@ -165,7 +165,7 @@ def with_sample(case: Case, values: Values, j: int, seeds: Sequence[int]) -> Cas
         for (name, key), lines in values.items():
             if name == stage.name and key in type(stage.errors).model_fields:
                 numbers = tuple(float(x) for x in lines[j])
-                update[key] = numbers if key in OF_PLANETS else numbers[0]
+                update[key] = numbers if key in (*OF_PLANETS, *HARMONICS) else numbers[0]
         errors = stage.errors.model_copy(update=update)
         stages.append(stage.model_copy(update={"errors": errors}))
     return case.model_copy(update={"stages": tuple(stages)})
@@ -176,9 +176,10 @@ def nominal(case: Case, drawn: Sequence[DrawnError]) -> Values:
     values = {}
     for error in drawn:
         of_errors = case.stage(error.stage).errors
-        stated = error.flank.base if error.flank else getattr(of_errors, error.key)
+        stated: Any = error.flank.base if error.flank else getattr(of_errors, error.key)
         line = np.zeros((1, error.count))
-        line[:] = stated if stated != () else 0.0
+        if stated != ():
+            line[:] = stated[:1] if error.key in HARMONICS else stated
         values[error.stage, error.key] = line if error.is_phase else np.where(line == 0, TINY, line)
     return values
 
@@ -218,8 +219,9 @@ def _write_errors(
     sets: ErrorSets, j: int, places: list[int], planets: list[int], e: PairErrors
 ) -> None:
     """Write the errors of one kind of gear mesh into set j; places: indices of gear meshes."""
-    sets.amplitude[j, places] = e.harmonic_amplitude[planets]
-    sets.phase[j, places] = e.harmonic_phase[planets]
+    orders = e.harmonic_amplitude.shape[1]
+    sets.amplitude[j, places, :orders] = e.harmonic_amplitude[planets]
+    sets.phase[j, places, :orders] = e.harmonic_phase[planets]
     sets.offset[j, places] = e.offset[planets]
     sets.slope[j, places] = e.slope[planets]
     sets.gear[j, places, : len(e.gear_tooth)] = e.gear_tooth

@@ -194,7 +194,7 @@ def test_ren_and_hu_with_the_signs_of_their_own_deflections(theta, i):
 def test_gear_mesh_error_adds_to_the_tooth_errors_as_a_phasor():
     stage = planetary(errors={
         "sun_tooth": 8 * UM, "planet_tooth": 4 * UM, "sun_phase": 0.2, "sun_gear_mesh": 5 * UM,
-        "sun_gear_mesh_phase": 1.9, "ring_gear_mesh": -3 * UM,
+        "sun_gear_mesh_phase": 1.9, "ring_gear_mesh": (-3 * UM, 7 * UM),
     })  # fmt: skip
     errors, paths = errors_and_paths(stage)
     x = 2 * np.pi * np.linspace(0, 1, 9)
@@ -203,9 +203,11 @@ def test_gear_mesh_error_adds_to_the_tooth_errors_as_a_phasor():
         wave = e.harmonic_amplitude[1] * np.sin(x + e.harmonic_phase[1])
         assert wave == pytest.approx(6 * UM * np.sin(x + 0.2) + 5 * UM * np.sin(x + 1.9), abs=1e-18)
     e = errors["ring", ""]
-    wave = e.harmonic_amplitude[0] * np.sin(x + e.harmonic_phase[0])
-    assert wave == pytest.approx((2 - 3) * UM * np.sin(x), abs=1e-18)
+    wave = e.harmonic_amplitude[0] @ np.sin(np.outer([1, 2], x) + e.harmonic_phase[0][:, None])
+    assert wave == pytest.approx((2 - 3) * UM * np.sin(x) + 7 * UM * np.sin(2 * x), abs=1e-18)
     assert paths["sun", ""].wave is not None
+    with pytest.raises(ValueError, match="1 phases for 2 harmonics"):
+        planetary(errors={"ring_gear_mesh": (UM, UM), "ring_gear_mesh_phase": 1.0})
 
 
 def test_halves_share_errors_of_bodies_and_have_pitch_deviations_of_their_own():

@@ -93,6 +93,30 @@ def test_a_gear_mesh_that_excites_nothing_carries_its_mean_force(pair):
     assert not data.sizes["turning_point"]
 
 
+def test_harmonics_of_an_error_force_an_oscillator_at_their_orders_and_phases(tmp_path):
+    """Teeth that stay in contact on constant stiffness: m δ̈ + c δ̇ + k δ = F₀ + m ë in closed form,
+    by harmonic balance, and each order by the linear response."""
+    path, errors = tmp_path / "pair.toml", "stages.0.errors."
+    path.write_text(case_text(share=0.0))
+    stated = {
+        f"{errors}sun_gear_mesh_um": "[0.6, 0.3, 0.2]",
+        f"{errors}harmonic_on_coast": "opposite",
+    }
+    stated[f"{errors}sun_gear_mesh_phase_deg"] = "[10, 80, 200]"
+    model = flexgear.load_case(path, stated).assemble()
+    w = 2 * np.pi * 1.6 * GEAR_MESH_HZ * np.array([1, 2, 3])
+    error = -1e-6j * np.array([0.6, 0.3, 0.2]) * np.exp(1j * np.radians([10, 80, 200]))
+    spring = 4e8 + 2j * w * 0.1 * 2e4
+    force = -(w**2) * error * spring / (spring - w**2)
+    wave = np.real(np.exp(1j * np.outer(2 * np.pi * np.arange(64) / 64, [1, 2, 3])) @ force)
+    data = model.response((1.59, 1.6), harmonics=4, doublings=0).isel(point=-1)
+    largest = data["response_gear_mesh_force"].sel(measure=["maximum", "minimum"])
+    np.testing.assert_allclose(largest[0], 100 / RADIUS + np.r_[wave.max(), wave.min()], rtol=1e-3)
+    linear = model.linear_response((1.59, 1.6), count=2, orders=3).isel(speed_factor=-1)
+    amplitude = linear["linear_force_amplitude"].to_numpy()[0]
+    np.testing.assert_allclose(amplitude, np.abs(force), rtol=1e-6)
+
+
 def test_a_long_response_first_says_how_long_it_takes(pair, monkeypatch):
     """Its first line, before a curve is begun, by a warning that the command line prints; what is
     followed outside the range is shown."""

@@ -53,11 +53,12 @@ GEAR_MESH = _record(
     "gear_tooth0 gear_step gear_teeth planet_tooth0 planet_step planet_teeth slices coupled slots "
     "places",
     "phi center_distance s0 rate pitch s_lo s_hi slope half_face z_offset planet_arm gear_arm "
-    "cos_b sin_b s_pitch gap error_amplitude error_phase error_offset error_slope largest_error "
+    "cos_b sin_b s_pitch gap error_offset error_slope largest_error "
     "damping constant_damping radial_x radial_y normal_x normal_y tangent_x tangent_y "
     "table_start table_step",
 )
 RUNOUT = _record("angle", "amplitude rate phase")
+HARMONIC = _record("", "amplitude phase")
 FIXED_ROW = _record("kind owner", "stiffness")
 FIXED_END = _record("block angle", "")
 FIXED_ELEMENT = _record("law first rows grows history angle turned", "")
@@ -83,6 +84,7 @@ class GearMeshes(NamedTuple):
     gear_table: Ints  # (M, z) added to the index of the table for a tooth
     planet_table: Ints  # (M, z_p)
     runout: Records  # (M, H) RUNOUT: Σ A sin(rate · θ_angle + phase)
+    harmonic: Records  # (M, L) HARMONIC: Σ A_l sin(2π l s/p_b + phase), l = 1 … L
     tooth_position: Array  # (B, 3) m, by block
 
 
@@ -140,6 +142,8 @@ def packed(data: PairData) -> Elements:
     runout = np.zeros(data.runout_amplitude.shape, dtype=RUNOUT)
     for name in RUNOUT.names or ():
         runout[name] = getattr(data, f"runout_{name}")
+    harmonic = np.zeros(data.error_amplitude.shape, dtype=HARMONIC)
+    harmonic["amplitude"], harmonic["phase"] = data.error_amplitude, data.error_phase
     gears = GearMeshes(
         gear_mesh=gear_mesh,
         table=np.ascontiguousarray(np.stack([data.k_table, data.z_table, data.gap_table], axis=-1)),
@@ -149,6 +153,7 @@ def packed(data: PairData) -> Elements:
         gear_table=np.ascontiguousarray(data.gear_table),
         planet_table=np.ascontiguousarray(data.planet_table),
         runout=runout,
+        harmonic=harmonic,
         tooth_position=np.ascontiguousarray(data.tooth_position),
     )
     return Elements(gears, _fixed_rows(data))

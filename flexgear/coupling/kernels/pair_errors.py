@@ -2,9 +2,9 @@
 
 At the angles θ (A,) the error of the flanks of a gear mesh is
 
-    e = e₀ + Σ_h A_h sin(r_h θ_h + φ_h) + A sin(2π s/p_bt + φ),    s = s0 + (ds/dθ) θ :
+    e = e₀ + Σ_h A_h sin(r_h θ_h + φ_h) + Σ_l A_l sin(2π l s/p_bt + φ_l),    s = s0 + (ds/dθ) θ :
 
-offset, runouts and a wave over the base pitch. Dampers act on the rate of approach of the flanks,
+offset, runouts and waves over the base pitch. Dampers act on the rate of approach of the flanks,
 Vᵀu̇ + ė. Changes due to movement of the contact over the flanks (V, gaps of modifications,
 deviations between teeth) have no rate, as no body approaches another when load passes from pair to
 pair.
@@ -16,16 +16,18 @@ from flexgear.compiled import INNER, UNCOUNTED, njit
 
 
 @njit(**INNER)
-def common_error(gear_mesh, runout, theta, base):
-    """Error common to all pairs of a gear mesh, m; base: path coordinate s of pair 0, m."""
+def common_error(gears, m, theta, base):
+    """Error common to all pairs of gear mesh m, m; base: path coordinate s of pair 0, m."""
+    gear_mesh, runout, harmonic = gears.gear_mesh[m], gears.runout[m], gears.harmonic[m]
     total = gear_mesh.error_offset
     for h in range(runout.shape[0]):
         wave = runout[h]
         if wave.amplitude != 0.0:
             total += wave.amplitude * math.sin(wave.rate * theta[wave.angle] + wave.phase)
-    if gear_mesh.error_amplitude != 0.0:
-        angle = 2 * math.pi * base / gear_mesh.pitch + gear_mesh.error_phase
-        total += gear_mesh.error_amplitude * math.sin(angle)
+    for h in range(harmonic.shape[0]):
+        if harmonic[h].amplitude != 0.0:
+            angle = 2 * math.pi * (h + 1) * base / gear_mesh.pitch + harmonic[h].phase
+            total += harmonic[h].amplitude * math.sin(angle)
     return total
 
 
@@ -36,20 +38,20 @@ def error_rates(gears, theta, speeds, active_flanks, out):
     for m in range(gears.gear_mesh.shape[0]):
         if active_flanks[m] == 0:
             continue
-        gear_mesh, runout, total = gears.gear_mesh[m], gears.runout[m], 0.0
+        gear_mesh, runout, harmonic = gears.gear_mesh[m], gears.runout[m], gears.harmonic[m]
+        total = 0.0
         for h in range(runout.shape[0]):
             wave = runout[h]
             if wave.amplitude != 0.0:
                 turning = wave.amplitude * wave.rate * speeds[wave.angle]
                 total += turning * math.cos(wave.rate * theta[wave.angle] + wave.phase)
-        if gear_mesh.error_amplitude != 0.0:
-            turns = 2 * math.pi / gear_mesh.pitch
-            rolling = gear_mesh.rate * speeds[gear_mesh.angle]
-            angle = (
-                turns * (gear_mesh.s0 + gear_mesh.rate * theta[gear_mesh.angle])
-                + gear_mesh.error_phase
-            )
-            total += gear_mesh.error_amplitude * turns * rolling * math.cos(angle)
+        base = gear_mesh.s0 + gear_mesh.rate * theta[gear_mesh.angle]
+        rolling = gear_mesh.rate * speeds[gear_mesh.angle]
+        for h in range(harmonic.shape[0]):
+            if harmonic[h].amplitude != 0.0:
+                turns = 2 * math.pi * (h + 1) / gear_mesh.pitch
+                angle = turns * base + harmonic[h].phase
+                total += harmonic[h].amplitude * turns * rolling * math.cos(angle)
         out[m] = total
 
 
