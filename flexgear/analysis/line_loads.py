@@ -120,7 +120,8 @@ def _fill_gear_mesh(
         force = stiffness * np.maximum(x, 0.0)
         shares = np.stack([1.0 - second_share, second_share], axis=1)
         tangent = np.einsum("nik,njk,nk->nij", shares, shares, stiffness * (x > 0.0))
-    low, high = _line_ends_of(pairs, m, s)
+    span = (float(pairs.s_lo[m]), float(pairs.s_hi[m]))
+    low, high = line_ends(s, Line(span, span, float(pairs.slope[m]), float(pairs.half_face[m])))
     width = (high - low) / count
     width = np.where(width > LEAST_WIDTH * pairs.half_face[m] / count, width, np.nan)
     place = (at[0], np.full_like(at[0], m), at[1])
@@ -161,12 +162,6 @@ def _interpolate(pairs: PairData, m: int, values: Array, s: Array, tables: Ints 
     j, k = np.minimum(y.astype(int), last - 1), first if tables is None else tables
     w = (y - j).reshape(-1, *[1] * (values.ndim - 2))
     return np.asarray((1.0 - w) * values[k, j] + w * values[k, j + 1])
-
-
-def _line_ends_of(pairs: PairData, m: int, s: Array) -> tuple[Array, Array]:
-    """Lower and upper ends (n,) of contact lines along z at path coordinates s (n,), m."""
-    span = (float(pairs.s_lo[m]), float(pairs.s_hi[m]))
-    return line_ends(s, Line(span, span, float(pairs.slope[m]), float(pairs.half_face[m])))
 
 
 AT_END = 1e-6  # distance over half a face within which a contact line ends at the face's end

@@ -83,7 +83,8 @@ def whirl_modes(
     mass, stiffness, gyroscopic, centripetal: (d, d), the last two at factor 1. FlexgearError if
     the gyroscopic matrix is not skew-symmetric.
     """
-    _check_skew(gyroscopic)
+    if not np.allclose(gyroscopic, -gyroscopic.T, atol=1e-9 * np.abs(gyroscopic).max(initial=0.0)):
+        raise FlexgearError("the gyroscopic matrix is not skew-symmetric: it would do work")
     lower = linalg.cholesky(mass, lower=True)
 
     def scaled(a: Array) -> Array:
@@ -133,11 +134,6 @@ def _general(k: Array, turning: Array, size: int) -> tuple[Array, Complex, Array
     real = int(np.sum(values.imag == 0))  # in pairs: growth and decay, or twice zero
     keep = np.concatenate([order[: real // 2], order[real : d + real // 2]])[:size]
     return values[keep].imag, vectors[:d, keep], values[keep].real
-
-
-def _check_skew(gyroscopic: Array) -> None:
-    if not np.allclose(gyroscopic, -gyroscopic.T, atol=1e-9 * np.abs(gyroscopic).max(initial=0.0)):
-        raise FlexgearError("the gyroscopic matrix is not skew-symmetric: it would do work")
 
 
 def whirl_sense(shapes: Complex, planes: Array, weights: ArrayLike | None = None) -> Array:
@@ -239,7 +235,13 @@ def harmonic_response(
     out = np.zeros(loads.shape, dtype=complex)
     for i, w in enumerate(np.atleast_1d(np.asarray(omega, dtype=float))):
         if w == 0:
-            _check_balance(basis[:, :r], loads[:, i], forces[:r, i])
+            # forces Rᵀ f on the rigid motions are rounding
+            allowed = UNBALANCED * (np.abs(basis[:, :r]).T @ np.abs(loads[:, i]))
+            if np.any(np.abs(forces[:r, i]) > allowed):
+                raise FlexgearError(
+                    "the mean load is not balanced: it would accelerate the train without end; "
+                    "give input and output torques that agree with the power flow"
+                )
             b = _solve(k[r:, r:].astype(complex), forces[r:, i], w)
             out[:, i] = basis[:, r:] @ b
         else:
@@ -259,16 +261,6 @@ def _split(mass: Array, stiffness: Array, rigid: Array | None) -> tuple[Array, i
     y, _ = linalg.qr(lower.T @ rigid)  # columns after the first r span the complement
     basis = linalg.solve_triangular(lower, y, lower=True, trans="T")
     return basis, rigid.shape[1]
-
-
-def _check_balance(rigid: Array, load: Complex, rigid_force: Complex) -> None:
-    """FlexgearError for a mean load with forces Rᵀ f on the rigid motions, beyond rounding."""
-    allowed = UNBALANCED * (np.abs(rigid).T @ np.abs(load))
-    if np.any(np.abs(rigid_force) > allowed):
-        raise FlexgearError(
-            "the mean load is not balanced: it would accelerate the train without end; give "
-            "input and output torques that agree with the power flow"
-        )
 
 
 def _solve(matrix: Complex, load: Complex, omega: float) -> Complex:

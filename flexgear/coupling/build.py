@@ -48,7 +48,7 @@ from flexgear.model.faults import bearing_defects
 from flexgear.model.names import MOUNT, BodyName, MemberName, NodeName
 from flexgear.model.read import nearest
 from flexgear.model.sensor import ON_AXIS, require_places
-from flexgear.model.stage_view import StageView, inside
+from flexgear.model.stage_view import inside
 from flexgear.model.train import Joint
 from flexgear.structures.bodies import Body, lumped_body
 from flexgear.structures.reduced import ReducedBody, RimFlexibility
@@ -93,7 +93,11 @@ def build_system(
         drag = (f"{port.member}_drag", a.rotation(port.member), np.zeros(a.size))
         a.damper(*drag, port.damping)
     if a.housing is not None:
-        _mount_housing(a, a.housing)
+        # at every mount node of an FE housing
+        matrix = a.case.housing.mount.matrix
+        nodes = [name for name in a.housing.node_names if NodeName.parse(name).kind == MOUNT]
+        for node in nodes or ["housing"]:
+            a.link(f"housing_{node if nodes else 'mount'}", a.node_rows("housing", node), matrix)
     return _system(a, rigid)
 
 
@@ -107,14 +111,6 @@ def _housing(case: Case) -> Body | None:
 
         return given_housing(housing, case.source)
     return None
-
-
-def _mount_housing(a: Assembly, body: Body) -> None:
-    """Adds the springs between housing and ground, at every mount node of an FE housing."""
-    matrix = a.case.housing.mount.matrix
-    nodes = [name for name in body.node_names if NodeName.parse(name).kind == MOUNT]
-    for node in nodes or ["housing"]:
-        a.link(f"housing_{node if nodes else 'mount'}", a.node_rows("housing", node), matrix)
 
 
 def _frame(a: Assembly, number: int) -> StageFrame:
@@ -315,9 +311,17 @@ def require_workable(case: Case) -> None:
             stage_paths(case.view(stage.name), forces)
             continue
         with inside(case, stage):
-            _require_stage(case.view(stage.name))
+            view = case.view(stage.name)
+            require_assembly(view, stage_geometry(view))
+            for source in fe_sources(view).values():
+                source.check()
     for stage in case.stages:
-        _require_influences(case.view(stage.name))
+        view = case.view(stage.name)
+        if "fe" in (view.gear_mesh.tooth_compliance, view.gear_mesh.root_stress):
+            # imports FE modules that other cases do not need
+            from flexgear.structures.tooth_influence.roots import require_influences
+
+            require_influences(view)
     system = rigid_system(case)
     _require_torques(case, system.torque_names)
     require_nodes(case, system)
@@ -371,20 +375,3 @@ def _require_steps(case: Case, frequency: float) -> None:
             problem = f"a step of {step:.3g} s is too long for a gear-mesh period of {period:.3g} s"
             remedy = f"at most {longest:.3g} s; a tenth of that resolves gear-mesh excitation"
             raise InputError(case.source, f"solver.{key}_s", problem, remedy)
-
-
-def _require_stage(view: StageView) -> None:
-    """Raises InputError for gears that do not mesh or assemble, and FE bodies that cannot be made
-    or read."""
-    require_assembly(view, stage_geometry(view))
-    for source in fe_sources(view).values():
-        source.check()
-
-
-def _require_influences(view: StageView) -> None:
-    """Raises InputError for teeth of which no FE influences can be computed."""
-    if "fe" in (view.gear_mesh.tooth_compliance, view.gear_mesh.root_stress):
-        # imports FE modules that other cases do not need
-        from flexgear.structures.tooth_influence.roots import require_influences
-
-        require_influences(view)

@@ -47,7 +47,10 @@ def one_at_a_time(product: Path, waiting: Callable[[float], object]) -> Iterator
         finally:
             with contextlib.suppress(OSError):
                 file.unlink()  # processes that wait have the file open
-            _release(lock)
+            # releases the lock of forked processes, too, which have the file open
+            if fcntl is not None:
+                with contextlib.suppress(OSError):
+                    fcntl.flock(lock, fcntl.LOCK_UN)
     finally:
         os.close(lock)
 
@@ -63,13 +66,6 @@ def acquire(file: int) -> bool:
     except OSError:
         return True
     return True
-
-
-def _release(file: int) -> None:
-    """Release a lock, also that of forked processes, which have the file open."""
-    if fcntl is not None:
-        with contextlib.suppress(OSError):
-            fcntl.flock(file, fcntl.LOCK_UN)
 
 
 def if_stale(file: Path, remove: Callable[[], object]) -> None:

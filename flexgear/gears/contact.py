@@ -199,13 +199,6 @@ def assembly_mismatch(g: StageGeometry, planet_angles: Array) -> Array:
     return tooth_numbers(sigma, float(sigma[0]), g.sun.teeth)[1]
 
 
-def _coast_planet_tooth(g: StageGeometry, gamma: Array, s_coast: Array) -> Array:
-    """Angles (N,) of planet teeth 0 when the coast flank of ring tooth 0 touches, rad."""
-    pitch = 2 * math.pi / g.planet.teeth
-    angle = -planet_tooth_angle(g, s_coast)
-    return angle - pitch * np.rint((angle - gamma) / pitch)
-
-
 # s0 of every planet, m, and numbers of the teeth of gear and planet in contact there, (N,) each
 Start = tuple[Array, Ints, Ints]
 
@@ -220,7 +213,10 @@ def planetary_starts(g: StageGeometry, planet_angles: Array) -> dict[GearMeshKin
     sigma0 = float((sun_tooth_angle(g, sun) + phi)[0])
     # coast flanks are drive flanks of the stage mirrored in y = 0; ring and sun are thinned there
     ring_coast = ring_start(g, -phi) + g.ring_gear_mesh.allowance / math.cos(g.base_helix_angle)
-    gamma_coast = _coast_planet_tooth(g, gamma, ring_coast)
+    # planet teeth 0 when the coast flank of ring tooth 0 touches
+    pitch = 2 * math.pi / g.planet.teeth
+    angle = -planet_tooth_angle(g, ring_coast)
+    gamma_coast = angle - pitch * np.rint((angle - gamma) / pitch)
     sun_coast = sun_side(g, -gamma_coast)
 
     def sun_teeth(s: Array, m: int) -> Ints:

@@ -203,7 +203,14 @@ def _gear_mesh(
             low = high = radii.base["planet"] * math.tan(angle)
     else:
         _require_contact(view, gears, role, radii)
-        backlash = _backlash(view, gears, role, radii, allowance)
+        # zero where it is no larger than the rounding of profile shifts
+        rounding = ROUNDING * view.stage.normal_module
+        backlash = allowance + inherent_backlash(gears, role, radii)
+        if backlash < -rounding:
+            problem = f"teeth overlap by {-1e6 * backlash:.3g} µm at this distance"
+            remedy = f"raise backlash_{role}_mm or change the centre distance"
+            raise view.refuse(view.part(role), problem, remedy)
+        backlash = backlash if backlash > (0.0 if allowance else rounding) else 0.0
     if ratio is not None:
         middle, half = 0.5 * (low + high), 0.5 * ratio * pitch
         low, high = middle - half, middle + half
@@ -289,21 +296,3 @@ def inherent_backlash(gears: Mapping[str, ToothGeometry], role: str, radii: Stag
     r_g, r_p = gear.base_radius / cos_w, planet.base_radius / cos_w
     play = planet.pitch_angle * r_p - gear.thickness_at(r_g) - planet.thickness_at(r_p)
     return play * cos_w * math.cos(radii.base_helix_angle)
-
-
-def _backlash(
-    view: StageView,
-    gears: Mapping[str, ToothGeometry],
-    role: str,
-    radii: StageRadii,
-    allowance: float,
-) -> float:
-    """Normal backlash, m: inherent backlash plus allowance, 0 if no larger than the rounding of
-    profile shifts. Raises InputError for teeth that overlap."""
-    rounding = ROUNDING * view.stage.normal_module
-    backlash = allowance + inherent_backlash(gears, role, radii)
-    if backlash < -rounding:
-        problem = f"teeth overlap by {-1e6 * backlash:.3g} µm at this distance"
-        remedy = f"raise backlash_{role}_mm or change the centre distance"
-        raise view.refuse(view.part(role), problem, remedy)
-    return backlash if backlash > (0.0 if allowance else rounding) else 0.0

@@ -185,7 +185,14 @@ def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:
     g, paths, stage = stage_geometry(view), stage_paths(view, forces), view.stage
     report: Report = {"assembly": _assembly(view, g)}
     for role, gear in g.gears.items():
-        report[view.part(role)] = _gear(gear, g.base[role])
+        rows: dict[str, Any] = {
+            "teeth": gear.teeth,
+            "reference_diameter_mm": 2e3 * gear.reference_radius,
+            "base_diameter_mm": 2e3 * g.base[role],
+            "tip_diameter_mm": 2e3 * gear.tip_radius,
+            "root_diameter_mm": 2e3 * gear.root_radius,
+        }
+        report[view.part(role)] = {**rows, **_tool(gear)} if gear.is_cut else rows
     side = "left" if stage.double_helical else ""
     stresses = stage_root_stress(view, g, forces)
     errors = stage_errors(view, paths) if view.gear_mesh.contact_law == "one-sided" else {}
@@ -234,18 +241,6 @@ def _assembly(view: StageView, g: StageGeometry) -> dict[str, Any]:
     if g.overridden:
         rows["radii"] = "as given, not those of the teeth"
     return rows
-
-
-def _gear(gear: ToothGeometry, base_radius: float) -> dict[str, Any]:
-    """Rows of the diameters and the tool of a gear."""
-    rows: dict[str, Any] = {
-        "teeth": gear.teeth,
-        "reference_diameter_mm": 2e3 * gear.reference_radius,
-        "base_diameter_mm": 2e3 * base_radius,
-        "tip_diameter_mm": 2e3 * gear.tip_radius,
-        "root_diameter_mm": 2e3 * gear.root_radius,
-    }
-    return {**rows, **_tool(gear)} if gear.is_cut else rows
 
 
 def _tool(gear: ToothGeometry) -> dict[str, Any]:

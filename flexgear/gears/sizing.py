@@ -77,16 +77,12 @@ def _candidates(
         low = max(math.ceil(exact * (1 - RATIO_TOLERANCE)), sun + 2 * LEAST_TEETH)
         for ring in range(low, min(math.floor(exact * (1 + RATIO_TOLERANCE)), MOST_RING) + 1):
             planet = (ring - sun) // 2
-            clearance = _clearance(planet, ring, planets, helix)
+            # between tips of neighbouring planets without profile shift, modules
+            distance = (ring - planet) / math.cos(helix)
+            clearance = distance * math.sin(math.pi / planets) - planet / math.cos(helix) - 2.0
             if (sun + ring) % planets == 0 and clearance >= LEAST_CLEARANCE:
                 cost = _cost(abs(ring / exact - 1), sun, planet, ring)
                 yield cost + max(0.0, 1.0 - clearance), sun, planet, ring
-
-
-def _clearance(planet: int, ring: int, planets: int, helix: float) -> float:
-    """Clearance between tips of neighbouring planets without profile shift, modules."""
-    distance = (ring - planet) / math.cos(helix)
-    return distance * math.sin(math.pi / planets) - planet / math.cos(helix) - 2.0
 
 
 def _cost(ratio_error: float, sun: int, planet: int, ring: int) -> float:

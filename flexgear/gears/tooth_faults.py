@@ -243,7 +243,11 @@ def _depth(view: StageView, path: GearMeshPath, lines: Slices, fault: Fault) -> 
     tooth, total = tooth_of(path, role), np.zeros_like(lines.z)
     first, last = sorted(map(tooth.roll_length, _radii(tooth, fault)))
     least, most = first * (1.0 - SAME_LENGTH), last * (1.0 + SAME_LENGTH)  # with the tip edge
-    low, high = _ends_along_face(path, fault)
+    half = path.half_face
+    low = -half if fault.face_start is None else fault.face_start
+    high = half if fault.face_end is None else fault.face_end
+    if path.side == "left":  # on which the case counts towards −z
+        low, high = -high, -low
     for k in range(POINTS_IN_SLICE):
         z = lines.z + lines.width * ((k + 0.5) / POINTS_IN_SLICE - 0.5)
         s = np.clip(lines.s[:, None] + path.slope * z, *lines.span)
@@ -262,14 +266,6 @@ def _radii(tooth: ToothGeometry, fault: Fault) -> tuple[float, float]:
     low = ends[0] if fault.start_diameter is None else 0.5 * fault.start_diameter
     high = ends[1] if fault.end_diameter is None else 0.5 * fault.end_diameter
     return low, high
-
-
-def _ends_along_face(path: GearMeshPath, fault: Fault) -> tuple[float, float]:
-    """Range of a pit or wear along z, m; on the left half the case counts towards −z."""
-    half = path.half_face
-    low = -half if fault.face_start is None else fault.face_start
-    high = half if fault.face_end is None else fault.face_end
-    return (-high, -low) if path.side == "left" else (low, high)
 
 
 def _require_on_tooth(view: StageView, numbered: Numbered, tooth: ToothGeometry) -> None:

@@ -84,7 +84,11 @@ def tooth_compliance(
     x_cross = tooth.base_radius / np.cos(angle)
     bending = np.empty_like(radius)
     for n, (cross, a) in enumerate(zip(x_cross, angle, strict=True)):
-        x, half = _outline_below(outline, float(cross))
+        # outline from the load's line to the root section; one point below the root section
+        at, order = float(cross), -outline.tooth.outward
+        keep = order * outline.x > order * at
+        y = float(np.interp(order * at, order * outline.x, outline.y))
+        x, half = np.concatenate([[at], outline.x[keep]]), np.concatenate([[y], outline.y[keep]])
         lever = x - cross
         flexure = abs(float(np.trapezoid(lever**2 / (2 * half) ** 3, x)))
         inverse = abs(float(np.trapezoid(1 / (2 * half), x)))
@@ -131,15 +135,6 @@ def pair_compliance(
         tooth_compliance(gear.outline(), r_g, young, poisson),
         contact.secant(line_load),
     )
-
-
-def _outline_below(outline: ToothOutline, at: float) -> tuple[Array, Array]:
-    """Outline x and y, m, from the section at x = ``at`` to the root section; one point if ``at``
-    is below the root section."""
-    order = -outline.tooth.outward
-    keep = order * outline.x > order * at
-    y = float(np.interp(order * at, order * outline.x, outline.y))
-    return np.concatenate([[at], outline.x[keep]]), np.concatenate([[y], outline.y[keep]])
 
 
 def middle_depth(tooth: ToothGeometry, radius: Array) -> Array:

@@ -118,7 +118,9 @@ def read_table(
 def read_cells(path: Path, what: str) -> tuple[list[str], Iterator[Row], str]:
     """Titles, rows of cells, and separator of a CSV file."""
     text = read_text(path, what, MAX_CSV_BYTES)
-    separator = _separator(text)
+    lines = (line for line in text.splitlines() if line.strip() and not _comment(line))
+    title = next(lines, "")  # the first line that is not a comment
+    separator = next((sign for sign in ";\t" if sign in title), ",")
     rows = _rows(text, separator, str(path))
     return [h.strip() for h in next(rows, (0, []))[1]], rows, separator
 
@@ -152,13 +154,6 @@ def _values(
             value = number_in(cell, separator, where, f"line {number}, {header[at]}")
             values[name] = Quantity(dimension).to_si(value, suffix)
         yield number, values
-
-
-def _separator(text: str) -> str:
-    """Column separator of the first line that is not a comment."""
-    lines = (line for line in text.splitlines() if line.strip() and not _comment(line))
-    title = next(lines, "")
-    return next((sign for sign in ";\t" if sign in title), ",")
 
 
 def _comment(cell: str) -> bool:

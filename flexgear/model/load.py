@@ -162,28 +162,22 @@ def case_of_toml(
     folder = folder or Path()
     refuse_earlier_file(raw, where)
     try:
-        return _case(with_list(raw, where), overrides or {}, where, folder, name)
+        overrides = overrides or {}
+        written = Written()
+        data = to_si(Case, with_list(raw, where), where, written)
+        named = [key for key in overrides if key.rpartition(".")[2] == "case"]
+        for key in named:  # the case of a stage comes before changes of its keys
+            data = _override(data, key, overrides[key], written)
+        take_stages(data, where, folder, load_case)
+        for key, value in overrides.items():
+            if key not in named:
+                data = _override(data, key, value, written)
+        resolve_files(data, folder)
+        take_spectrum(data, written)
+        return validated_case({"name": name, **data, "source": where}, where, written)
     except InputError as error:
         fault = with_places(Case, error)
         raise (of_only_stage(fault) if "stage" in raw else fault) from None
-
-
-def _case(
-    raw: Mapping[str, Any], overrides: Mapping[str, object], where: str, folder: Path, name: str
-) -> Case:
-    """The case of TOML data with ``stages``, with overrides applied."""
-    written = Written()
-    data = to_si(Case, raw, where, written)
-    named = [key for key in overrides if key.rpartition(".")[2] == "case"]
-    for key in named:  # the case of a stage comes before changes of its keys
-        data = _override(data, key, overrides[key], written)
-    take_stages(data, where, folder, load_case)
-    for key, value in overrides.items():
-        if key not in named:
-            data = _override(data, key, value, written)
-    resolve_files(data, folder)
-    take_spectrum(data, written)
-    return validated_case({"name": name, **data, "source": where}, where, written)
 
 
 def _override(data: dict[str, Any], key: str, value: object, written: Written) -> dict[str, Any]:

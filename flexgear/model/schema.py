@@ -222,7 +222,15 @@ def json_schema() -> Schema:
     definitions: Schema = {}
     for section in sections():
         if section is not Case:
-            definitions[section.__name__] = _whole(section)
+            needed = [
+                {"anyOf": [{"required": [name]} for name in key.spellings]}
+                for key in keys(section)
+                if key.required
+            ]
+            definitions[section.__name__] = {
+                **_table(section, ""),
+                **({"allOf": needed} if needed else {}),
+            }
             definitions[section.__name__ + _PART] = _table(section, _PART)
     taken = {"required": ["case"]}
     whole = {"$ref": f"#/definitions/{Stage.__name__}"}
@@ -245,16 +253,6 @@ def json_schema() -> Schema:
         "oneOf": [{"required": ["stage"]}, {"required": ["stages"]}],
         "definitions": definitions,
     }
-
-
-def _whole(section: type[Section]) -> Schema:
-    """Schema of a complete section, with its required keys."""
-    needed = [
-        {"anyOf": [{"required": [name]} for name in key.spellings]}
-        for key in keys(section)
-        if key.required
-    ]
-    return {**_table(section, ""), **({"allOf": needed} if needed else {})}
 
 
 def _table(section: type[Section], of: str) -> Schema:

@@ -104,7 +104,11 @@ def _fits(
                 neighbours.indices[neighbours.indptr[some][:, None] + np.arange(size)],
             )
             terms, scaling = _terms(points[near] - points[at][:, None])
-            solvable = determined[at] = _determine(terms)
+            # the values determine a quadratic whose terms have no small singular value
+            squared_singular_values = np.linalg.eigvalsh(terms.swapaxes(1, 2) @ terms)
+            smallest, largest = squared_singular_values[:, 0], squared_singular_values[:, -1]
+            too_few = terms.shape[1] < terms.shape[2]
+            solvable = determined[at] = (not too_few) & (smallest > _DETERMINED**2 * largest)
             fitted = solvable if determined_only else np.ones_like(solvable)
             at, near = at[fitted], near[fitted]
             weights = _derivatives(terms[fitted], scaling[fitted], solvable[fitted])
@@ -132,14 +136,6 @@ def _terms(arm: Array) -> tuple[Array, Array]:
     x, y, z = np.moveaxis(arm @ scaling, 2, 0)
     squares = [0.5 * x * x, 0.5 * y * y, 0.5 * z * z, x * y, y * z, x * z]
     return np.stack([np.ones_like(x), x, y, z, *squares], axis=2), scaling
-
-
-def _determine(terms: Array) -> NDArray[np.bool_]:
-    """Whether values determine each quadratic (n,), by the singular values of its terms."""
-    squared_singular_values = np.linalg.eigvalsh(terms.swapaxes(1, 2) @ terms)
-    smallest, largest = squared_singular_values[:, 0], squared_singular_values[:, -1]
-    too_few = terms.shape[1] < terms.shape[2]
-    return (not too_few) & (smallest > _DETERMINED**2 * largest)
 
 
 def _derivatives(terms: Array, scaling: Array, determined: NDArray[np.bool_]) -> Array:

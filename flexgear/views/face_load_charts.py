@@ -109,7 +109,12 @@ def contact_pattern(data: xr.Dataset) -> Figure:
         scales = {"slice_path": MILLI, "slice_position": MILLI, "line_load": N_PER_MM}
         x, z, w = (of_flank[n].to_numpy().ravel() * scale for n, scale in scales.items())
         touches = np.isfinite(w) & (w > 0)
-        across, along, largest = _binned(x[touches], z[touches], w[touches])
+        cells = (CELLS // 2, CELLS)
+        largest, along, across, _ = scipy.stats.binned_statistic_2d(
+            z[touches], x[touches], w[touches], "max", cells
+        )
+        # cells without a sample are interpolated from their neighbours, or NaN at the border
+        largest = filled(largest)
         mapped = ax.pcolormesh(across, along, largest, cmap=SEQUENTIAL_MAP, shading="flat")
         planet = int(of_flank["flank_planet"])
         ax.set_title(f"{title}, planet {planet}: largest {np.nanmax(largest):.4g} N/mm")
@@ -145,13 +150,6 @@ def misalignment_chart(data: xr.Dataset) -> Figure:
         ax.set_ylabel("closer at +z than at −z (µm)")
     legend_of(figure, axes)
     return figure
-
-
-def _binned(x: Array, z: Array, w: Array) -> tuple[Array, ...]:
-    """Edges of cells along x and z, and the largest w in each cell; cells without a sample are
-    interpolated from their neighbours, or NaN at the border."""
-    largest, along, across, _ = scipy.stats.binned_statistic_2d(z, x, w, "max", (CELLS // 2, CELLS))
-    return across, along, filled(largest)
 
 
 COLUMNS = 8
@@ -220,9 +218,16 @@ def root_stress_chart(data: xr.Dataset, stage: str) -> Figure:
                 left.plot(turn, of_flank["root_stress"] * MEGA, lw=0.9, label=title, **look)
                 compression = of_flank["face_root_compression"].min("face") * MEGA
                 left.plot(turn, compression, lw=0.4, **look)
-            _along(
-                right, of_flank, look, f"planet {planet}" if kind == gear or kind == "ring" else ""
+            worst = int(np.nanargmax(of_flank["root_stress"].to_numpy()))
+            at = of_flank.isel(position=worst)
+            right.plot(
+                of_flank["face"],
+                at["face_root_stress"] * MEGA,
+                lw=0.9,
+                label=f"planet {planet}" if kind in (gear, "ring") else None,
+                **look,
             )
+            right.plot(of_flank["face"], at["face_root_compression"] * MEGA, lw=0.4, **look)
         if gear == "ring" and "tooth_root_stress" in of_gear:
             _first_tooth(left, turn, of_gear, stage)
         left.set_title(f"{gear}: largest {float(of_gear['root_stress'].max()) * MEGA:.0f} MPa")
@@ -233,14 +238,6 @@ def root_stress_chart(data: xr.Dataset, stage: str) -> Figure:
     axes[-1, 1].set_xlabel(ALONG_FACE)
     legend_of(figure, axes, 4)
     return figure
-
-
-def _along(ax: Axes, of_flank: xr.Dataset, look: dict[str, Any], label: str) -> None:
-    """Draw root stress and compression along the face at the position of the largest stress."""
-    worst = int(np.nanargmax(of_flank["root_stress"].to_numpy()))
-    at = of_flank.isel(position=worst)
-    ax.plot(of_flank["face"], at["face_root_stress"] * MEGA, lw=0.9, label=label or None, **look)
-    ax.plot(of_flank["face"], at["face_root_compression"] * MEGA, lw=0.4, **look)
 
 
 def _first_tooth(ax: Axes, turn: Any, of_gear: xr.Dataset, stage: str) -> None:

@@ -145,7 +145,13 @@ def model_of_case(case: Case, rated: BinResults | None = None) -> Outgoing:
     loaded = dict.fromkeys(load.member for load in (*case.loads, *of_bins) if _is_written(load))
     forces = {member: _add_forces(train, member) for member in loaded}
     for b, load_bin in enumerate(bins):
-        _add_load_case(train, load_bin, ports, forces)
+        train.begin_load_case(load_bin.name)
+        train.result(train.unit, operating_time=HOUR * load_bin.hours)
+        _add_state(train, ports, load_bin.speed, load_bin.torque)
+        for member, number in forces.items():
+            force = _force_attributes(load_bin.loads, member)
+            if force != _force_attributes(case.loads, member):
+                train.result(number, **force)
         for number, attributes in _results(train, rated) if rated else ():
             values = {name: float(by_bin[b]) for name, by_bin in attributes.items()}
             train.result(number, **{name: x for name, x in values.items() if math.isfinite(x)})
@@ -225,20 +231,6 @@ def _add_forces(train: TrainOut, member: str) -> int:
         transmits_torque=False,
         **_force_attributes(train.case.loads, member),
     )
-
-
-def _add_load_case(
-    train: TrainOut, load_bin: LoadBin, ports: dict[str, int], forces: dict[str, int]
-) -> None:
-    """Add a load case with speeds, torques, powers and loads of a load bin. ports, forces: ids of
-    external loads by member. Loads equal to those of the case are not repeated."""
-    train.begin_load_case(load_bin.name)
-    train.result(train.unit, operating_time=HOUR * load_bin.hours)
-    _add_state(train, ports, load_bin.speed, load_bin.torque)
-    for member, number in forces.items():
-        attributes = _force_attributes(load_bin.loads, member)
-        if attributes != _force_attributes(train.case.loads, member):
-            train.result(number, **attributes)
 
 
 def _add_state(

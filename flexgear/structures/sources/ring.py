@@ -12,7 +12,7 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.model.names import NodeName
-from flexgear.model.ring import End, Ring, RingSupport, ring_supports
+from flexgear.model.ring import Ring, RingSupport, ring_supports
 from flexgear.model.stage_view import StageView
 from flexgear.structures.bodies import Spring
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
@@ -71,7 +71,11 @@ class RingSource(ToothedSource):
         for s in self.held_by:
             place = np.array(s.place)
             if s.end is not None and fe_mesh is not None:
-                place[2] = _bolted_face(fe_mesh, s.end)
+                # of the end's group, or of the body's end where there is no group
+                name = "end_plus" if s.end == "+z" else "end_minus"
+                points, facets = np.asarray(fe_mesh.points), fe_mesh.facets
+                z = points[facets[name] if name in facets else slice(None)][..., 2]
+                place[2] = float(z.max() if s.end == "+z" else z.min())
             support_tie = tie if s.end is not None and s.group else "averaging"
             nodes.append(TiedNode(s.node, place, support_tie, s.group, s.diameter, s.angle))
         return nodes
@@ -96,14 +100,6 @@ class RingSource(ToothedSource):
         if self.parameters.divisions != DIVISIONS[self.parameters.fidelity][0]:
             content["divisions"] = self.parameters.divisions
         return content
-
-
-def _bolted_face(fe_mesh: FeMesh, end: End) -> float:
-    """Position z of an end face, m: of its group, or of the body's end where there is no group."""
-    name = "end_plus" if end == "+z" else "end_minus"
-    points, facets = np.asarray(fe_mesh.points), fe_mesh.facets
-    z = points[facets[name] if name in facets else slice(None)][..., 2]
-    return float(z.max() if end == "+z" else z.min())
 
 
 def source(view: StageView) -> RingSource:
