@@ -6,14 +6,12 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-import xarray as xr
 from typer import Option
 
 from flexgear.cli import options
 from flexgear.cli.display import resumable, show, show_table, show_verdicts, warn
 from flexgear.files.atomic import write_bytes, write_json
 from flexgear.files.rexs.from_case import model_of_case
-from flexgear.model.case import Case
 from flexgear.results.dataset_file import write_netcdf
 from flexgear.results.origin import origin_of_case
 from flexgear.results.rating import Rating
@@ -126,37 +124,27 @@ def tolerance(
         write_json(stage / "summary.json", summary)
         largest = data["load_sharing_max"].max("sample").to_series().to_dict()
         pulled = pulling_teeth(case, beyond_all_planets(case, largest))
-        _write_tolerance_page(case, data, summary, stage, study.pictures, pulled)
+        drawn = [
+            saved_picture(
+                tolerance_chart(data, name), stage, spread.file, TOLERANCE,
+                spread.file.replace("_", " ").capitalize(), SAMPLES_SENTENCE,
+            )
+            for name, spread in SPREADS.items()
+            if study.pictures and spread.key in summary
+        ]  # fmt: skip
+        lead = (
+            f"{summary['samples']} sets of parts with random errors. Bodies: {summary['variant']}."
+        )
+        lead = " ".join([lead, *pulled])
+        verdicts = tolerance_verdicts(summary)
+        tables = tolerance_tables(summary)
+        write_study(stage, case, "tolerance study", lead, drawn, verdicts, tables)
     tolerances.batch_store(case).clear()
     show(summary, lambda: _show_tolerance(summary), study.as_json, folder)
     warn(pulled)
     if summary["failed"]:
         count = f"{summary['failed']} of {summary['samples']} samples"
         warn([f"{count} have no equilibrium somewhere; they are left out"])
-
-
-def _write_tolerance_page(
-    case: Case,
-    data: xr.Dataset,
-    summary: dict[str, Any],
-    folder: Path,
-    pictures: bool,
-    notes: list[str],
-) -> None:
-    """Write the page of a study, with histogram and distribution of each of its figures."""
-    drawn = [
-        saved_picture(
-            tolerance_chart(data, name), folder, spread.file, TOLERANCE,
-            spread.file.replace("_", " ").capitalize(), SAMPLES_SENTENCE,
-        )
-        for name, spread in SPREADS.items()
-        if pictures and spread.key in summary
-    ]  # fmt: skip
-    lead = f"{summary['samples']} sets of parts with random errors. Bodies: {summary['variant']}."
-    lead = " ".join([lead, *notes])
-    verdicts = tolerance_verdicts(summary)
-    tables = tolerance_tables(summary)
-    write_study(folder, case, "tolerance study", lead, drawn, verdicts, tables)
 
 
 def _show_tolerance(summary: dict[str, Any]) -> None:

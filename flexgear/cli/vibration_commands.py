@@ -127,7 +127,11 @@ def stability(
     with analysis.model(pictured=True) as (model, report):
         data = over_speed(model, speed_range, count=count, limit_hz=limit_hz, progress=report)
     analysis.save(data, stability_chart)
-    bands = _bands(data)
+    bands = [
+        {"stage": stage, "growth_rate_per_s": band.pop("growth_rate"), **band}
+        for stage in map(str, data["turning_stage"].to_numpy())
+        for band in bands_of(data, stage)
+    ]
     analysis.show({"bands": bands}, partial(_show_stability, model, data, bands))
 
 
@@ -308,15 +312,6 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
 def _spans(spans: list[list[float]]) -> str:
     ends = ([f"{x:.4g}" for x in span] for span in spans)
     return ", ".join(" to ".join(dict.fromkeys(span)) for span in ends)
-
-
-def _bands(data: xr.Dataset) -> list[dict[str, Any]]:
-    """Bands of all stages, as rows of ``--json``."""
-    return [
-        {"stage": stage, "growth_rate_per_s": band.pop("growth_rate"), **band}
-        for stage in map(str, data["turning_stage"].to_numpy())
-        for band in bands_of(data, stage)
-    ]
 
 
 def _show_stability(model: Model, data: xr.Dataset, bands: list[dict[str, Any]]) -> None:

@@ -39,7 +39,7 @@ from flexgear.analysis.equilibrium import Equilibrium, revolution
 from flexgear.arrays import Array
 from flexgear.gears.error_cycle import AngleSamples
 from flexgear.gears.load_bins import LoadBin, case_in_bin
-from flexgear.gears.power_flow import PowerFlow, power_flow
+from flexgear.gears.power_flow import power_flow
 from flexgear.gears.slices import factor_along
 from flexgear.model.case import Case
 from flexgear.model.machine import Machine, machines_of
@@ -216,7 +216,8 @@ def model_in_bin(train: SpectrumTrain, load_bin: LoadBin) -> Model:
     share = np.array([components[k, c] / size for k, c, size in varying(model.case.loads)])
     varies = pairs.load_history >= 0
     sizes[varies] = share[pairs.load_history[varies]]
-    sizes[pairs.load_grows == 1] = _speed_share(model.flow, flow) ** 2
+    fastest, rated = max(model.flow.speed.items(), key=lambda item: abs(item[1]))
+    sizes[pairs.load_grows == 1] = (flow.speed[fastest] / rated) ** 2 if rated else 0.0
     system = model.system.with_(pairs=pairs._replace(load_size=sizes))
     return replace(
         model,
@@ -272,12 +273,6 @@ def roots_in_bin(
     forces = np.nansum(np.abs(result.pair_load), axis=(0, 2))
     flanks = np.flatnonzero(model.gear_meshes.sign[:, gear_mesh])
     return held_roots(model.root_tables, result, int(flanks[np.argmax(forces[flanks])]), member)
-
-
-def _speed_share(rated: PowerFlow, flow: PowerFlow) -> float:
-    """Speed in a bin over rated speed, of the fastest member."""
-    fastest = max(rated.speed, key=lambda m: abs(rated.speed[m]))
-    return flow.speed[fastest] / rated.speed[fastest] if rated.speed[fastest] else 0.0
 
 
 def _groups(

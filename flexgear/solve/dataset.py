@@ -22,7 +22,6 @@ from flexgear.arrays import Array
 from flexgear.coupling.laws.journal import CLEARANCE, JOURNAL
 from flexgear.coupling.pair_data import WAVE
 from flexgear.coupling.system import System
-from flexgear.model.case import Case
 from flexgear.model.names import BodyName, NodeName
 from flexgear.results.dataset_file import provenance
 from flexgear.results.labelled_dataset import GEAR_MESH, fields_of, labelled_dataset
@@ -38,13 +37,14 @@ def transient_data(model: Model, result: Transient, **attrs: Any) -> xr.Dataset:
     """Dataset of a transient; attrs: further attributes."""
     speeds = result.input_motion[:, :, 1]
     recovery = Recovery(result, model.outputs)
+    angles = model.system.angles @ model.system.rolling
     arrays = {
         "dynamic_transmission_error": dynamic_transmission_error(
             recovery, model.gear_meshes.carrying
         ),
         "input_speed": speeds,
         "inertia_torque": result.torques @ (model.system.port_rows @ model.system.rolling),
-        "stage_speed": _stage_rates(model, speeds),
+        "stage_speed": (speeds @ angles.T)[:, _stage_angles(model)],
         "port_speed": result.speeds,
         "output_speed": result.speeds[:, -1],
     }
@@ -74,12 +74,6 @@ def sensor_data(model: Model, recorder: Recorder, run: Transient) -> xr.Dataset:
         {"sensor_band_hz": clock.band, "sensor_sampling_rate_hz": clock.rate},
         {"input_coordinate": given_speeds(model.case), **sensors.labels},
     )
-
-
-def _stage_rates(model: Model, speeds: Array) -> Array:
-    """Speeds (t, stages) of the stages' angles from the independent ones (t, F), rad/s."""
-    system = model.system
-    return np.asarray(speeds @ (system.angles @ system.rolling).T)[:, _stage_angles(model)]
 
 
 def _stage_angles(model: Model) -> list[int]:
@@ -173,8 +167,14 @@ def result_labels(model: Model) -> dict[str, list[str]]:
 
 def result_attrs(model: Model, **more: Any) -> dict[str, Any]:
     """Attributes of a result: provenance, contact laws, reduction errors of FE bodies, ``more``."""
-    laws = _laws(model.case)
-    return provenance(model.case, model.variant, **laws, **_reduction_errors(model), **more)
+    case = model.case
+    of_stages: dict[str, list[str]] = {
+        "contact_law": [s.gear_mesh.contact_law for s in case.stages],
+        "pair_stiffness": [s.gear_mesh.pair_stiffness for s in case.stages],
+        "tie": [f"{s.ring.tie}, {s.ring.tie_kind}" for s in case.fe_ring_stages.values()],
+    }
+    laws = {name: "; ".join(dict.fromkeys(words)) for name, words in of_stages.items() if words}
+    return provenance(case, model.variant, **laws, **_reduction_errors(model), **more)
 
 
 def _reduction_errors(model: Model) -> dict[str, float]:
@@ -185,16 +185,6 @@ def _reduction_errors(model: Model) -> dict[str, float]:
         for kind in ("static_error", "frequency_error")
         if body.report.get(kind) is not None and name not in model.system.rigid_bodies
     }
-
-
-def _laws(case: Case) -> dict[str, str]:
-    """Models of contact, pair stiffness and ties; of several stages separated by "; "."""
-    laws: dict[str, list[str]] = {
-        "contact_law": [s.gear_mesh.contact_law for s in case.stages],
-        "pair_stiffness": [s.gear_mesh.pair_stiffness for s in case.stages],
-        "tie": [f"{s.ring.tie}, {s.ring.tie_kind}" for s in case.fe_ring_stages.values()],
-    }
-    return {name: "; ".join(dict.fromkeys(words)) for name, words in laws.items() if words}
 
 
 def result_name(body: BodyName) -> BodyName:

@@ -30,11 +30,13 @@ def resonance_figures(case: Case, campbell: xr.Dataset, modes: xr.Dataset) -> di
     only errors cause, each in the order of the force at exact resonance.
     """
     rows = sorted(_rows(case, campbell, modes), key=_rank)
+    # stages whose gear-mesh stiffness is not constant or nearly so
+    varying = {stage for stage, _, share in _gear_mesh_lines(campbell) if share >= LEAST}
     return {
         "margin": float(campbell.attrs["margin"]),
         "speed_factors": [float(f) for f in np.atleast_1d(campbell.attrs["operating_factors"])],
         "orders": gear_mesh_orders(campbell),
-        "unknown_spectrum": _constant(campbell),
+        "unknown_spectrum": [stage for stage in gear_mesh_orders(campbell) if stage not in varying],
         "ideal": sum(row["cause"] == IDEAL for row in rows),
         "errors": sum(row["cause"] == ERRORS for row in rows),
         "met": rows[:MAX_LISTED],
@@ -52,12 +54,6 @@ def gear_mesh_orders(campbell: xr.Dataset) -> dict[str, list[int | float]]:
     for stage, order, _ in _gear_mesh_lines(campbell):
         orders.setdefault(stage, []).append(int(order) if order.is_integer() else order)
     return orders
-
-
-def _constant(campbell: xr.Dataset) -> list[str]:
-    """Stages whose gear-mesh stiffness is constant or nearly so."""
-    varying = {stage for stage, _, share in _gear_mesh_lines(campbell) if share >= LEAST}
-    return [stage for stage in gear_mesh_orders(campbell) if stage not in varying]
 
 
 def _gear_mesh_lines(campbell: xr.Dataset) -> Iterator[tuple[str, float, float]]:

@@ -74,7 +74,11 @@ def response(
     number = _stage_number(model, stage)
     count = _harmonics(model, number, span, harmonics)
     progress(START, 0.0)
-    elements = _elements(model, number, count)
+    # fewer samples per harmonic for many gear meshes; coast flanks where contact is one-sided
+    one_sided = model.system.pairs.one_sided
+    flanks = sum(label.stage == number for label in model.system.gear_meshes)
+    per_harmonic = int(np.clip(FLANK_SAMPLES // flanks, SAMPLES, MAX_SAMPLES))
+    elements = orbit_elements(model.modal, number, per_harmonic * count, one_sided)
     train = condensed_train(elements, count)
     figures = Figures(model, train, span, progress)
     resonance = model.pace.resonance / elements.frequency
@@ -146,15 +150,6 @@ def _harmonics(model: Model, stage: int, span: Range, count: int | None) -> int:
     base = model.flow.stages[stage].gear_mesh_frequency * lowest
     harmonics = math.ceil(BAND * model.pace.resonance / base)
     return int(np.clip(harmonics, MIN_HARMONICS, MAX_HARMONICS))
-
-
-def _elements(model: Model, stage: int, harmonics: int) -> OrbitElements:
-    """Force elements of a stage, with fewer samples per harmonic for many gear meshes, and with
-    coast flanks where contact is one-sided."""
-    one_sided = model.system.pairs.one_sided
-    flanks = sum(label.stage == stage for label in model.system.gear_meshes)
-    per_harmonic = int(np.clip(FLANK_SAMPLES // flanks, SAMPLES, MAX_SAMPLES))
-    return orbit_elements(model.modal, stage, per_harmonic * harmonics, one_sided)
 
 
 class _Record:

@@ -310,7 +310,15 @@ def _beside_sharing(case: Case, flow: PowerFlow, sharing: Sharing) -> list[dict[
     k = sharing.in_equilibria if sharing.in_equilibria is not None else sharing.in_time
     rims, _ = _estimates(case.view(sharing.stage), flow)
     deflection = sum(rims)
-    teeth = _teeth_deflection(case, flow, sharing.stage)
+    stage = sharing.stage
+    forces = flow.stage(stage).gear_mesh_forces
+    paths = stage_paths(case.view(stage), forces)
+    side = "left" if case.stage(stage).double_helical else ""
+    # deflection of a planet's teeth along both lines of action together
+    teeth = sum(
+        abs(forces[kind.gear]) / paths[kind, side].mean_stiffness
+        for kind in (GearMeshKind.SUN, GearMeshKind.RING)
+    )
     if k is None or not deflection:
         return []
     least = 1.0 + (k - 1.0) * teeth / (teeth + deflection)
@@ -350,14 +358,3 @@ def _estimates(view: StageView, flow: PowerFlow) -> tuple[list[float], float]:
 def _about(size: float) -> str:
     """An estimated length, m, in words: µm with three digits."""
     return f"{number(1e6 * size, 3)} µm"
-
-
-def _teeth_deflection(case: Case, flow: PowerFlow, stage: str) -> float:
-    """Deflection of a planet's teeth at rated torque along both lines of action together, m."""
-    forces = flow.stage(stage).gear_mesh_forces
-    paths = stage_paths(case.view(stage), forces)
-    side = "left" if case.stage(stage).double_helical else ""
-    return sum(
-        abs(forces[kind.gear]) / paths[kind, side].mean_stiffness
-        for kind in (GearMeshKind.SUN, GearMeshKind.RING)
-    )

@@ -305,7 +305,11 @@ def group_stresses(
         tension = _cycle_extremes(data["face_root_stress"], per_cycle, np.fmax)
         compression = _cycle_extremes(data["face_root_compression"], per_cycle, np.fmin)
         if group.kind == "ring" and "tooth_root_least" in data:
-            lowest = _ring_lowest(data, group)
+            # in the fillet under the loaded flank, at the point of the largest stress
+            fillet = 0 if float(data["root_side"].isel(flank=0, pair_member=1)) < 0.0 else 1
+            teeth = (data["tooth_stage"] == group.stage) & (data["tooth_side"] == group.side)
+            least = data["tooth_root_least"].isel(fillet=fillet).to_numpy()
+            lowest = np.asarray(least[teeth.to_numpy()])
     planets = np.array(view.stage.planet_angles)[:, None]
     azimuth = np.mod(carrier - ring + planets, 2.0 * math.pi)
     return GroupStresses(azimuth, path, pressure, tension, compression, lowest)
@@ -338,15 +342,6 @@ def _cycle_extremes(values: xr.DataArray, per_cycle: int, extreme: np.ufunc) -> 
     array = values.transpose("position", "flank", ...).to_numpy()
     array = array.reshape(-1, per_cycle, *array.shape[1:])
     return np.nan_to_num(np.moveaxis(extreme.reduce(array, axis=1), 1, 0))
-
-
-def _ring_lowest(data: xr.Dataset, group: GroupName) -> Array:
-    """Least stress (z,) in the fillet under the loaded flank of every tooth of an FE ring, at the
-    point of its largest stress, Pa."""
-    fillet = 0 if float(data["root_side"].isel(flank=0, pair_member=1)) < 0.0 else 1
-    teeth = (data["tooth_stage"] == group.stage) & (data["tooth_side"] == group.side)
-    least = data["tooth_root_least"].isel(fillet=fillet).to_numpy()
-    return np.asarray(least[teeth.to_numpy()])
 
 
 @dataclass(frozen=True)

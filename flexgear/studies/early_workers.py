@@ -154,17 +154,6 @@ def block_interrupts_in_children() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _silence() -> None:
-    """Make a worker print nothing and ignore Ctrl-C; other signals end it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    for name in ("SIGTERM", "SIGHUP"):
-        if hasattr(signal, name):
-            signal.signal(getattr(signal, name), signal.SIG_DFL)
-    with open(os.devnull, "r+b") as null:
-        for stream in range(3):
-            os.dup2(null.fileno(), stream)
-
-
 def _start_worker(
     initialise: Callable[[], object], child_end: Connection, parent_end: Connection
 ) -> None:
@@ -182,5 +171,11 @@ def end_with_parent(child_end: Connection) -> None:
             child_end.poll(None)
         os._exit(1)
 
-    _silence()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for name in ("SIGTERM", "SIGHUP"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_DFL)
+    with open(os.devnull, "r+b") as null:
+        for stream in range(3):
+            os.dup2(null.fileno(), stream)
     threading.Thread(target=wait, daemon=True).start()

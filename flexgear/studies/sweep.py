@@ -137,7 +137,16 @@ def run_sweep(
     if scheduler is not None:
         reach(scheduler)
     bodies, broken = _prepared(plan.workable, progress)
-    outcomes = _outcomes(plan, broken, workers, scheduler, progress)
+    outcomes = [Outcome[MeasuredValues](None, _fault(case, broken)) for case in plan.cases]
+    left = {k: plan.cases[k] for k, outcome in enumerate(outcomes) if not outcome.message}
+    jobs = [case for case in left.values() if isinstance(case, Case)]
+    values, messages = stored_or_run(
+        plan.store, [_file(case) for case in jobs], measured,
+        (plan.base, plan.measures, plan.modes), jobs, workers=workers, scheduler=scheduler,
+        progress=lambda share: progress("points", share),
+    )  # fmt: skip
+    for job, k in enumerate(left):
+        outcomes[k] = Outcome(values.get(job), messages.get(job, ""))
     if all(o.value is None for o in outcomes):
         sets = ", ".join(f"{key} = {text}" for key, text in plan.grid[0].items())
         first = f"{sets}: {outcomes[0].message}"
@@ -263,27 +272,6 @@ def _prepared(cases: Sequence[Case], progress: Progress) -> tuple[int, dict[str,
             continue
         different.add(tuple(zlib.crc32(p.stiffness.tobytes()) for p in bodies.values()))
     return len(different), broken
-
-
-def _outcomes(
-    plan: Sweep,
-    broken: Mapping[str, str],
-    workers: int | None,
-    scheduler: str | None,
-    progress: Progress,
-) -> list[Outcome[MeasuredValues]]:
-    """Outcome of every point, stored or computed now: measured values, or the reason of failure."""
-    outcomes = [Outcome[MeasuredValues](None, _fault(case, broken)) for case in plan.cases]
-    left = {k: plan.cases[k] for k, outcome in enumerate(outcomes) if not outcome.message}
-    jobs = [case for case in left.values() if isinstance(case, Case)]
-    values, messages = stored_or_run(
-        plan.store, [_file(case) for case in jobs], measured,
-        (plan.base, plan.measures, plan.modes), jobs, workers=workers, scheduler=scheduler,
-        progress=lambda share: progress("points", share),
-    )  # fmt: skip
-    for job, k in enumerate(left):
-        outcomes[k] = Outcome(values.get(job), messages.get(job, ""))
-    return outcomes
 
 
 def _fault(case: Case | InputError, broken: Mapping[str, str]) -> str:

@@ -128,7 +128,11 @@ def points(keys: Sequence[SweptKey]) -> list[dict[str, str]]:
     InputError for keys of one field."""
     for k, key in enumerate(keys):
         for other in keys[:k]:
-            _require_apart(key, other)
+            short, long = sorted((key.path, other.path), key=len)
+            if long[: len(short)] == short:
+                raise InputError(
+                    WHERE, key.key, f"sets the same value as {other.key}", "sweep one of them"
+                )
     count = math.prod(len(k.values.texts) for k in keys)
     if count > MAX_POINTS:
         raise InputError(
@@ -137,13 +141,6 @@ def points(keys: Sequence[SweptKey]) -> list[dict[str, str]]:
     names = [key.key for key in keys]
     grid = itertools.product(*(key.values.texts for key in keys))
     return [dict(zip(names, texts, strict=True)) for texts in grid]
-
-
-def _require_apart(key: SweptKey, other: SweptKey) -> None:
-    """InputError if both keys set the same field or one sets an element of the other."""
-    short, long = sorted((key.path, other.path), key=len)
-    if long[: len(short)] == short:
-        raise InputError(WHERE, key.key, f"sets the same value as {other.key}", "sweep one of them")
 
 
 def _range(key: str, text: str) -> Values:

@@ -167,7 +167,11 @@ def _solved(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]
     sliced = bool(modal.system.pairs.slices.any())
     look = store_face_loads if sliced else None
     forces = gear_mesh_forces(modal, setup.input_angles, modal.system.rated_torque, sets, look)
-    force = _both_flanks(forces, setup.sign)
+    # in a fixed order, so that rounding does not depend on the number of samples
+    sign = setup.sign
+    force = np.zeros((forces.shape[2], forces.shape[0], sign.shape[1]))
+    for m, g in zip(*np.nonzero(sign), strict=True):
+        force[:, :, g] += sign[m, g] * forces[:, m].T
     along = along if sliced else along[:, :, :0]
     factor, share = [], []
     for g in setup.groups:
@@ -229,17 +233,6 @@ def _along_face(setup: ToleranceSetup, equilibrium: Equilibrium) -> tuple[list[f
         means = zip(along[g.positions][:, flanks].mean(axis=0), share[flanks], strict=True)
         factors.append(max(factor_along(mean, load) for mean, load in means if mean.max() > 0))
     return factors, loads
-
-
-def _both_flanks(force: Array, sign: Array) -> Array:
-    """Gear-mesh forces (J, p, G) from those of every flank (p, M, J), N.
-
-    Summed in a fixed order, so that rounding does not depend on the number of samples.
-    """
-    force_by_flank = np.zeros((force.shape[2], force.shape[0], sign.shape[1]))
-    for m, g in zip(*np.nonzero(sign), strict=True):
-        force_by_flank[:, :, g] += sign[m, g] * force[:, m].T
-    return force_by_flank
 
 
 def _columns(drawn: Sequence[DrawnError], values: Values, count: int, phases: bool) -> Array:
@@ -312,8 +305,19 @@ def tolerance(
     with threadpool_limits(limits=1):
         setup = tolerance_setup(case, progress)
         stated = as_stated(setup)
-        batches = _all(setup, workers, scheduler, progress)
-    data = _dataset(setup, stated, batches)
+        batches = batches_of(setup.case.tolerance.samples)
+        solved, faults = stored_or_run(
+            batch_store(setup.case), [_file(b) for b in batches], sampled, setup, batches,
+            workers=workers, scheduler=scheduler, progress=lambda share: progress("samples", share),
+        )  # fmt: skip
+        if faults:
+            first = batches[min(faults)]
+            raise FlexgearError(
+                f"{len(faults)} of {len(batches)} batches of samples failed; samples "
+                f"{first.start} to {first.stop - 1}: {faults[min(faults)]}; the same study goes on "
+                "with what is missing"
+            )
+    data = _dataset(setup, stated, [solved[k] for k in range(len(batches))])
     if not keep_batches:
         batch_store(case).clear()
     return data
@@ -328,24 +332,6 @@ def finished(case: Case) -> int:
     """Samples of a study that an interrupted run has left on disk."""
     store, batches = batch_store(case), batches_of(case.tolerance.samples)
     return sum(len(batch) for batch in batches if store.get(_file(batch)) is not None)
-
-
-def _all(
-    setup: ToleranceSetup, workers: int | None, scheduler: str | None, progress: Progress
-) -> list[Batch]:
-    """Every batch, stored or solved now."""
-    batches = batches_of(setup.case.tolerance.samples)
-    finished, faults = stored_or_run(
-        batch_store(setup.case), [_file(b) for b in batches], sampled, setup, batches,
-        workers=workers, scheduler=scheduler, progress=lambda share: progress("samples", share),
-    )  # fmt: skip
-    if faults:
-        first = batches[min(faults)]
-        raise FlexgearError(
-            f"{len(faults)} of {len(batches)} batches of samples failed; samples {first.start} to "
-            f"{first.stop - 1}: {faults[min(faults)]}; the same study goes on with what is missing"
-        )
-    return [finished[k] for k in range(len(batches))]
 
 
 def _dataset(setup: ToleranceSetup, stated: Batch, batches: Sequence[Batch]) -> xr.Dataset:

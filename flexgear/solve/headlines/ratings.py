@@ -1,7 +1,7 @@
 """Headlines of ratings: stresses in teeth compared with allowable ones, lives of bearings."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -178,7 +178,9 @@ def _life(findings: Findings) -> Iterator[Answer]:
         view = findings.case.view(stage)
         missing, (film, touches) = _unrated(view, figures, lives), _film(view, figures)
         if lives:
-            required = _required(view, lives)
+            bearings = {label: place.bearing for place in view.bearings for label in place.labels}
+            seconds = {name: bearings[name].required_life for name in lives}
+            required = {n: None if s is None else UNIT.from_si(s, "h") for n, s in seconds.items()}
             shares = {n: lives[n] / hours for n, hours in required.items() if hours is not None}
             name = min(shares or lives, key=lambda n: (shares or lives)[n])
             nominal = figures.get("nominal_planet_bearing_life_h")
@@ -237,13 +239,6 @@ def _film(view: StageView, figures: Mapping[str, Any]) -> tuple[str, bool]:
     limit = 1e6 * bearing.journal.least_film
     sentence = f"Plain planet bearings have no rating life: least oil film {number(least)} µm"
     return f"{sentence}, surfaces touch at {number(limit)} µm.", least <= limit
-
-
-def _required(view: StageView, names: Iterable[str]) -> dict[str, float | None]:
-    """Required lives of bearings by their names in a summary, h; None where not given."""
-    bearings = {label: place.bearing for place in view.bearings for label in place.labels}
-    seconds = {name: bearings[name].required_life for name in names}
-    return {n: None if s is None else UNIT.from_si(s, "h") for n, s in seconds.items()}
 
 
 def _unrated(view: StageView, figures: Mapping[str, Any], lives: Mapping[str, float]) -> str:
