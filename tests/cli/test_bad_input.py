@@ -74,24 +74,6 @@ def test_wrong_arguments_are_refused(flexgear, arguments, words):
     flexgear.refused(*arguments, says=words)
 
 
-def test_mesh_file_without_named_groups(flexgear, tmp_path):
-    import numpy as np
-
-    from flexgear.structures.fe_mesh.fe_mesh import FeMesh
-    from flexgear.structures.fe_mesh.files import write_fe_mesh
-
-    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
-    # one brick of the ring's outer size, right-handed in scikit-fem's order
-    brick = FeMesh((corners - 0.5) * 2.13, np.array([[0, 4, 2, 1, 6, 5, 3, 7]]), "hex", {})
-    write_fe_mesh(brick, tmp_path / "bare.vtu")
-    flexgear.refused(
-        "mesh", "wind-5mw", "-c", "ring", "--quiet",
-        "--set", "stage.ring.fe.fe_mesh=file",
-        "--set", f"stage.ring.fe.fe_mesh_file={tmp_path / 'bare.vtu'}",
-        "--set", "stage.ring.fe.fe_mesh_unit=m", says=["bare.vtu", "tooth_root_001"],
-    )  # fmt: skip
-
-
 def test_run_into_a_file_is_refused_before_any_work(flexgear, tmp_path):
     (tmp_path / "taken").write_text("")
     flexgear.refused("run", "wind-5mw", "--out", tmp_path / "taken", says=["name a folder"])

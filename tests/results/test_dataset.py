@@ -70,12 +70,6 @@ def test_missing_and_foreign_files(tmp_path):
         load(tmp_path / "text.nc")
 
 
-def test_unwritable_place_is_one_line(make_run, tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(FlexgearError, match="cannot make the folder"):
-        save(make_run(), tmp_path / "file" / "run.nc")
-
-
 FULL = """
 import resource, sys
 import numpy as np

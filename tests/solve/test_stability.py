@@ -313,12 +313,6 @@ def test_load_that_moves_along_the_face_tilts_the_gears():
     )
 
 
-def test_constant_stiffness_without_errors_excites_nothing(tmp_path):
-    case = pair(tmp_path).case.with_(**{"stages.stage_1.gear_mesh.model": "constant"})
-    data = case.assemble().linear_response((0.2, 2.0), count=9)
-    assert data.linear_force_amplitude.max() < 1e-6
-
-
 def test_planets_that_do_not_stand_evenly_are_excited_by_their_own_forces(tmp_path):
     """x_1 = F̄ a/k̄ of a wave k̄ (1 + a cos ψ), to first order, with F̄ of the equilibrium."""
     wave = {"model": '"fourier"', "sun_harmonic_shares": "[1e-4]", "ring_harmonic_shares": "[1e-4]"}
