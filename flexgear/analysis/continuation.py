@@ -125,7 +125,7 @@ def _starts(
     them the first one at a speed ``BESIDE`` the range; for a range of torques also those at the
     lowest torque on curves over speed."""
     shares = SEEDS if span.low < span.high else SEEDS[:1]
-    values = [span.low + share * (span.high - span.low) for share in shares]
+    values = [(1.0 - share) * span.low + share * span.high for share in shares]
     values += [v for v in (wide.low, wide.high) if not span.low <= v <= span.high]
     converged = False
     for value in values:
