@@ -42,11 +42,13 @@ MAX_ITERATIONS = 40  # for the forces of rows of one sample that are coupled by 
 
 @dataclass(frozen=True)
 class ChannelSprings:
-    """Linear springs: rows (s, n_c) on the channels, stiffness (s,) N/m and damping (s,) N s/m."""
+    """Linear springs: rows (s, n_c) on the channels, stiffness (s,) N/m and damping (s,) N s/m;
+    number (s,): of the bearing row of a damper, −1 for others."""
 
     rows: Array
     stiffness: Array
     damping: Array
+    number: Ints
 
 
 @dataclass(frozen=True)
@@ -344,14 +346,16 @@ def _left_out(modal: ModalSystem, stage: int) -> tuple[str, ...]:
 
 
 def _springs(modal: ModalSystem, collected: RowCollector, stage: int) -> ChannelSprings:
-    """Supports in turning frames at angle zero, and mean springs of other stages' gear meshes."""
-    springs = [(row, k, 0.0) for row, k in collected.support_rows]
+    """Supports in turning frames at angle zero, dampers, and mean springs of other stages' gear
+    meshes."""
+    springs = list(collected.linear_rows)
     for columns, flank_rows, damping in mean_channel_springs(modal, stage):
         full = np.zeros((len(flank_rows), len(modal.channels)))
         full[:, columns] = flank_rows
-        springs += [(row, 1.0, damping) for row in full]
-    rows = np.reshape([row for row, _, _ in springs], (-1, len(modal.channels)))
-    return ChannelSprings(rows, *np.reshape([numbers for _, *numbers in springs], (-1, 2)).T)
+        springs += [(row, 1.0, damping, -1) for row in full]
+    rows = np.reshape([row for row, *_ in springs], (-1, len(modal.channels)))
+    numbers = np.reshape([numbers for _, *numbers in springs], (-1, 3)).T
+    return ChannelSprings(rows, numbers[0], numbers[1], numbers[2].astype(np.int64))
 
 
 def _loads(modal: ModalSystem, pairs: PairData) -> Array:

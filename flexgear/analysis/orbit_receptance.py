@@ -7,8 +7,8 @@ under forces f on the channels at harmonic l, ω_l = 2π l f_z, by
     A_l = Ω² − s² C − ω_l² + iω_l (D + s G).
 
 R is the residual flexibility, which does not contribute to velocities, as in time steps. Linear
-rows L with forces −Y_l u_L (supports in turning frames, mean springs of other stages, machines
-whose torque depends on the motion of their port) are eliminated,
+rows L with forces −Y_l u_L (supports in turning frames, dampers, mean springs of other stages,
+machines whose torque depends on the motion of their port) are eliminated,
 H = H_qq − H_qL (1 + Y H_LL)⁻¹ Y H_Lq. Ports of given speed do not move.
 
 At l = 0 the rigid rotation of the train is free, and no row of a force element depends on it: the
@@ -35,6 +35,8 @@ from flexgear.analysis.orbit import OrbitElements
 from flexgear.arrays import Array, Complex, Ints
 from flexgear.coupling.machines import Brake, Controller, GivenSpeed
 from flexgear.coupling.modal import ModalSystem
+
+UNDAMPED = 1e-8  # least damping ratio of a mode, which a harmonic may meet exactly
 
 
 @dataclass(frozen=True)
@@ -158,7 +160,8 @@ class CondensedTrain:
     def operator(self, omega: Array, speed: float) -> Complex:
         """A (H, n, n) at ω (H,) rad/s, or its diagonals (H, n) where modes do not couple."""
         m, w = self.modal, omega[:, None]
-        diagonals: Complex = m.omega**2 - w**2 + 1j * w * m.damping
+        damping = np.maximum(m.damping, 2.0 * UNDAMPED * m.omega)
+        diagonals: Complex = m.omega**2 - w**2 + 1j * w * damping
         if not m.gyroscopic.size:
             return diagonals
         coupled = 1j * w[:, :, None] * speed * m.gyroscopic - speed**2 * m.centripetal

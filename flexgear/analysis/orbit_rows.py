@@ -12,9 +12,11 @@ from flexgear.arrays import Array, Ints
 from flexgear.coupling.kernels.elements import Rows, between_rows, packed, pair_rows
 from flexgear.coupling.kernels.pair_errors import error_rates
 from flexgear.coupling.kernels.pairs import fill_rows
+from flexgear.coupling.laws import LAW_NUMBERS
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import LOAD, SUPPORT, PairData
 
+DAMPER = -100  # kind of the rows of dampers
 LEAST_SINGULAR = 1e-9  # singular values over the largest, below which directions are dropped
 # where teeth are blocks: flexibility, proportional to the square, is then exact to 1e-4
 LEAST_SINGULAR_OF_TEETH = 1e-2
@@ -49,15 +51,21 @@ class RowCollector:
         self.row_data: list[tuple[Ints, Array]] = []
         self.source: list[int] = []  # flank of every channel
         self.bearing_rows: dict[int, Array] = {}
-        self.support_rows: list[tuple[Array, float]] = []  # row and stiffness
+        # of supports and dampers: row, stiffness, damping, and bearing row or −1
+        self.linear_rows: list[tuple[Array, float, float, int]] = []
         self.flexibilities: dict[int, Array] = {}  # between rows (n, n), by sample
 
     def add(self, j: int, angles: Array, start: Array) -> None:
         """Add sample j at angles (A,); start (A,): angles of sample 0."""
         work = self.work
         n, count, _ = fill_rows(self.data, angles, self.flanks, work)
-        kinds = work.row["kind"][:n]
-        taken = np.flatnonzero((kinds != SUPPORT) & (kinds != LOAD))
+        kinds = work.row["kind"][:n].copy()
+        element, damped = work.element[:count], np.zeros(n)
+        for e in np.flatnonzero(element["law"] == LAW_NUMBERS["dampers"]):
+            first, rows = int(element["first"][e]), int(element["rows"][e])
+            damped[first : first + rows] = work.parameters[e, :rows]
+            kinds[first : first + rows] = DAMPER
+        taken = np.flatnonzero((kinds != SUPPORT) & (kinds != LOAD) & (kinds != DAMPER))
         row, of_teeth = work.row[taken], kinds[taken] >= 0
         owner = row["owner"].astype(np.int64)
         flank, slopes = np.where(of_teeth, owner, 0), np.zeros(len(self.flanks))
@@ -71,18 +79,20 @@ class RowCollector:
             self.coefficients[m].append(self.ends[m].coefficients(work, at, angles, start))
         for i, number in zip(taken[~of_teeth], owner[~of_teeth].tolist(), strict=True):
             self.bearing_rows.setdefault(number, self._on_channels(work, int(i)))
-        element = work.element[:count]
         selected = np.isin(element["first"], taken)
-        first = np.searchsorted(taken, element["first"])
-        columns = np.column_stack([element["law"], 0 * first + j, first, element["rows"]])
+        place = np.searchsorted(taken, element["first"])
+        columns = np.column_stack([element["law"], 0 * place + j, place, element["rows"]])
         self.elements.append(columns[selected])
         self.parameters.append(work.parameters[:count][selected])
         if work.row["following"][:n].any():
             self.flexibilities[j] = between_rows(work, n)[np.ix_(taken, taken)]
         if j == 0:
-            for i in np.flatnonzero(kinds == SUPPORT):
-                row = self._on_channels(work, int(i))
-                self.support_rows.append((row, float(work.row["stiffness"][i])))
+            for i in np.flatnonzero((kinds == SUPPORT) | (damped > 0.0)).tolist():
+                turning = kinds[i] == SUPPORT
+                stiffness = float(work.row["stiffness"][i]) if turning else 0.0
+                number = -1 if turning else int(work.row["owner"][i])
+                row = self._on_channels(work, i)
+                self.linear_rows.append((row, stiffness, float(damped[i]), number))
 
     def _on_channels(self, work: Rows, i: int) -> Array:
         row = np.zeros(len(self.modal.channels))

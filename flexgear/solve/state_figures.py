@@ -190,6 +190,9 @@ def recovery_of(
     bearings = elements.bearing_rows
     first = q - len(bearings)
     loads.support_load[:, bearings] = -in_time(f[:, first:], count)
+    dampers = np.flatnonzero(elements.springs.number >= 0)
+    at = elements.springs.number[dampers]
+    loads.support_load[:, at] = -in_time(linear_forces[:, dampers], count)
     result = Equilibrium(
         modal=modal,
         theta=np.zeros((count, len(system.angles))),

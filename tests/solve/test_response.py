@@ -118,6 +118,24 @@ def test_harmonics_of_an_error_force_an_oscillator_at_their_orders_and_phases(tm
     np.testing.assert_allclose(amplitude, np.abs(force), rtol=1e-6)
 
 
+def test_dampers_of_bearings_at_the_natural_frequency_of_the_gears_on_them(tmp_path):
+    """Gears that turn and sway on linear bearings, which order 1 meets exactly, along the line of
+    action: F = K e/(1 + K α), α = −1/(mω²) + 2/(k_b − Mω² + iωc_b), K = k + iωc."""
+    path, w, mass, c = tmp_path / "pair.toml", 2 * np.pi * GEAR_MESH_HZ * 1.6, 4.0, 2e4
+    bearing = f"radial_n_per_m = {mass * w**2!r}, damping = {{ radial_n_s_per_m = {c} }}"
+    sways = f'kinematics = "planar", mass_kg = {mass}, support = {{ {bearing} }}'
+    path.write_text(case_text(share=0.0).replace('kinematics = "torsional"', sways))
+    data = flexgear.load_case(path).assemble().response((1.55, 1.6), harmonics=2, doublings=0)
+    at = data.isel(point=int(data["response_speed_share"].to_numpy().argmax()))
+    alpha, spring = 2 / (1j * w * c) - 1 / w**2, 4e8 + 2j * w * 0.1 * 2e4
+    force = abs(spring * 2e-6 / (1 + spring * alpha))
+    amplitude = at["response_gear_mesh_force_amplitude"].to_numpy()[0]
+    np.testing.assert_allclose(amplitude, [force, 0.0], rtol=1e-6, atol=1e-6 * force)
+    bearing = 100 / RADIUS + force * abs(mass * w**2 + 1j * w * c) / (w * c)
+    largest = at["response_bearing_force"].sel(measure="maximum")
+    np.testing.assert_allclose(largest, [bearing, bearing], rtol=1e-3)
+
+
 def test_a_long_response_first_says_how_long_it_takes(pair, monkeypatch):
     """Its first line, before a curve is begun, by a warning that the command line prints; what is
     followed outside the range is shown."""
