@@ -42,7 +42,9 @@ def sweep(
         Argument(
             metavar="KEY=VALUES [KEY2=VALUES2]",
             help="One or two keys of the case; values as 1,2,3 or start:stop:count or "
-            "start:stop:count:log. A number at the end of a key selects an element of a list.",
+            "start:stop:count:log. A number at the end of a key selects an element of a list. "
+            "Where a key takes a list, 0.1,0.2 are two points with lists of one element, and "
+            "'[0.1,0.2],[0.2,0.1]' two points with lists of two.",
         ),
     ],
     measure: Annotated[

@@ -1,8 +1,9 @@
 """Keys of a parameter study, their values, and the points of the grid.
 
-VALUES is ``1,2,3`` (numbers or words; lists in brackets), ``start:stop:count`` in equal steps, or
-``start:stop:count:log`` in equal ratios. A number at the end of a key selects an element of a list:
-``stage.errors.pin_tangential_um.0=0:50:6`` moves only the pin of the first planet.
+VALUES is ``1,2,3`` (numbers or words; lists in brackets, in whose place a number is a list of one
+element), ``start:stop:count`` in equal steps, or ``start:stop:count:log`` in equal ratios. A number
+at the end of a key selects an element of a list: ``stage.errors.pin_tangential_um.0=0:50:6`` moves
+only the pin of the first planet.
 """
 
 import itertools
