@@ -23,7 +23,7 @@ def test_check_prints_what_follows_from_the_case(flexgear):
         "number of planets                             5\n",
         "gap between the tips of neighbouring planets  5.1602 mm\n",
         "speeds (r/min)\n  sun      50.089\n  ring     0\n  carrier  11.27\n",
-        "torques from outside (MN m)\n  carrier  4\n  sun      -0.9\n  ring     -3.1\n",
+        "torques from outside (MN m)\n  carrier  4\n  sun      −0.9\n  ring     −3.1\n",
         "largest misfit of a sun tooth                 0 pitches\n",
     ):
         assert words in out
