@@ -258,9 +258,13 @@ def show_campbell(model: Model, data: xr.Dataset, figures: dict[str, Any]) -> No
             typer.echo("")
             show_table(each)
     count, total = len(figures["met"]), figures["ideal"] + figures["errors"]
-    if count:
-        more = f"; {count} of {total} meetings are listed" if count < total else ""
-        typer.echo(f"force if met: a gear mesh's over its mean, of one planet's teeth alone{more}")
+    notes = []
+    if any(row["force_share"] is not None for row in figures["met"]):
+        notes.append("force if met: a gear mesh's over its mean, of one planet's teeth alone")
+    if count < total:
+        notes.append(f"{count} of {total} meetings are listed")
+    if notes:
+        typer.echo("; ".join(notes))
     typer.echo(f"\nresonance: {figures['verdict']}")
 
 

@@ -256,7 +256,8 @@ class Rating:
         return xr.Dataset(variables, coords, attrs)
 
     def __repr__(self) -> str:
-        return f"<flexgear rating of {self.case.name}: {len(self.bins)} bins, {self.hours:g} h>"
+        bins = f"{len(self.bins)} bin{'s' if len(self.bins) != 1 else ''}"
+        return f"<flexgear rating of {self.case.name}: {bins}, {self.hours:g} h>"
 
 
 def _last(value: float) -> float:

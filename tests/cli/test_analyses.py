@@ -427,6 +427,6 @@ def test_a_peak_of_a_gear_mesh_without_mean_force_is_a_warning(capsys):
     peak = {"gear_mesh": GearMeshName.parse("stage sun 1"), "order": 1, "speed_share": 0.5,
             "force_n": 2.0, "mean_force_n": 0.0, "modes": {}}  # fmt: skip
     vibration_commands._show_linear(model, [], peak)
-    assert "amplitude 2 N at 0.5 of rated speed exceeds the mean force of 0 kN" in (
+    assert "amplitude 2 N at 0.5 of rated speed exceeds the mean force of 0 N" in (
         capsys.readouterr().err
     )

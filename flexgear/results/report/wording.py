@@ -40,11 +40,12 @@ _ALWAYS = {"iso": "ISO", "hz": "Hz", "fe": "FE", "id": "name"}
 
 
 def scale(values: Iterable[float], unit: str) -> tuple[str, float]:
-    """Printed unit for the largest of some values in an SI unit, and the factor to it."""
+    """Printed unit for the largest of some values in an SI unit, the smallest one if all are zero,
+    and the factor to it."""
     largest = max((abs(v) for v in values if math.isfinite(v)), default=0.0)
     steps = _SCALES.get(unit, ((0, unit, 1.0),))
     if largest <= ZERO:
-        return steps[min(1, len(steps) - 1)][1:]
+        return steps[-1][1:]
     return next((name, by) for least, name, by in steps if largest >= least)
 
 
