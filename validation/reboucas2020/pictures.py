@@ -20,8 +20,9 @@ def differences() -> Figure:
     """One dot for each line, by stage."""
     figure, axes = panels(1, 1, height_mm=90)
     values, axis = figures(), axes[0][0]
-    for stage in ("stage 1", "stage 2", "stage 3"):
-        lines = [line for line in reference(PAPER).values() if line.where == stage]
+    published = reference(PAPER).values()
+    for stage in dict.fromkeys(line.where for line in published):
+        lines = [line for line in published if line.where == stage]
         off = [100 * (values[line.quantity] / line.value - 1) for line in lines]
         axis.plot(range(len(off)), off, ".", label=stage)
     axis.set(xlabel="line of its stage", ylabel="computed against printed (%)")
