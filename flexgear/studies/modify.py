@@ -78,7 +78,7 @@ def require_slices(case: Case, stage: str) -> None:
     """InputError where the pairs of a stage have no slices."""
     if case.stage(stage).gear_mesh.model != "face_load":
         problem = f"is {case.stage(stage).gear_mesh.model!r}, which knows no load along the face"
-        raise InputError(case.name, f"{stage}.gear_mesh.model", problem, 'set it to "face_load"')
+        raise InputError(case.source, f"{stage}.gear_mesh.model", problem, 'set it to "face_load"')
 
 
 def propose_modifications(

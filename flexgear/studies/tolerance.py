@@ -99,10 +99,10 @@ def tolerance_setup(case: Case, progress: Progress = silent) -> ToleranceSetup:
     """Input of the batches of a study, with the assembled case; InputError where no error is drawn
     or no planets share a load."""
     require_sound(case, "a tolerance study")
+    turns = _turns(case)
     drawn = drawn_errors(case)
     seeds = [0] * len(case.stages)
     with_all_errors = with_sample(case, sample_values(drawn, 0, [0]), 0, seeds)
-    turns = _turns(case)
     model = assemble(with_all_errors, bodies=reduced_bodies(with_all_errors, progress))
     system = model.system
     input_angles, slices = _positions(system, turns)

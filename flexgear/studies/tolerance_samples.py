@@ -81,8 +81,9 @@ def drawn_errors(case: Case) -> tuple[DrawnError, ...]:
         ]
         drawn += _drawn_amounts(case, stage)
     if not drawn and not any(getattr(e, pitch) for e in errors for pitch in PITCHES):
-        problem = "is empty, so there is nothing to draw"
-        remedy = "give a distribution: [tolerance.errors.pin_tangential] standard_deviation_um = 10"
+        problem = "has no error of a part of these stages, so there is nothing to draw"
+        key = "pin_tangential" if "planetary" in {s.kind for s in case.stages} else "sun_gear_mesh"
+        remedy = f"give a distribution: [tolerance.errors.{key}] standard_deviation_um = 10"
         raise InputError(case.source, "tolerance.errors", problem, remedy)
     return tuple(drawn)
 

@@ -10,7 +10,7 @@ import xarray as xr
 from scipy import stats
 from small_train import FLEXIBLE
 from stage_samples import cheap_stage
-from trains import stage_train
+from trains import spur_pair, stage_train, write
 
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.line_loads import line_loads
@@ -210,8 +210,12 @@ class TestInterrupted:
 
 
 def test_nothing_to_share_is_refused(tmp_path):
-    with pytest.raises(InputError, match="no stage whose planets share a load"):
-        tolerance(stage_train(tmp_path, planets=1, **{PIN: "10"}))
+    pair = load_case(write(tmp_path, spur_pair()), {PIN: "10"})
+    for case in (pair, stage_train(tmp_path, planets=1, **{PIN: "10"})):
+        with pytest.raises(InputError, match="no stage whose planets share a load"):
+            tolerance(case)
+    with pytest.raises(InputError, match="no error of a part.*sun_gear_mesh"):
+        drawn_errors(pair)
 
 
 @pytest.mark.slow
