@@ -97,7 +97,7 @@ def _ring_figures(part: xr.Dataset, planets: int) -> dict[str, Any]:
     size = size if size > SHAPELESS * float(largest.max()) else 0.0
     return {
         "load_sharing": number(ring_sharing(part)[0]),
-        "planet_force_spread": float(without_rounding(ring_force_spread(part)[0], largest=1.0)),
+        "planet_force_spread": number(without_rounding(ring_force_spread(part)[0], largest=1.0)),
         "tooth_displacement_largest_um": (1e6 * largest).tolist(),
         f"radial_harmonic_{planets}_um": 1e6 * size,
         **({f"star_angle_{planets}_deg": math.degrees(star_angle(star, planets))} if size else {}),
@@ -308,7 +308,7 @@ def transient_figures(ranges: Ranges) -> dict[str, Any]:
         "ring_mesh_force_n_mean": float(ranges.mean["ring_force"].mean()),
         **of_pairs,
         "load_sharing_max": number(most["load_sharing"]),
-        "planet_force_spread_max": float(most["planet_force_spread"]),
+        "planet_force_spread_max": number(most["planet_force_spread"]),
     }
 
 

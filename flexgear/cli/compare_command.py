@@ -189,13 +189,13 @@ def _variants(case: Case, comparison: Comparison) -> None:
     rows = (
         (
             {"flexible": "all", "rigid": "none"}.get(label, label),
-            f"{row['load_sharing']['mean']:.4f}",
-            f"{row['load_sharing']['max']:.4f}",
+            *("–" if k is None else f"{k:.4f}" for k in sharing),
             "–" if load is None else number(by * load),
             number(row["tooth_displacement_um_max"]),
             number(row["sun_wind_up_mrad_mean"]),
         )
         for (label, row), load in zip(figures.items(), loads, strict=True)
+        for sharing in [(row["load_sharing"]["mean"], row["load_sharing"]["max"])]
     )
     columns([head, *rows], "<>")
 

@@ -161,7 +161,7 @@ def without_rounding(force: ArrayLike, largest: float = 0.0) -> Array:
     both flanks of a gear mesh, and the forces of other gear meshes are rounding errors.
     """
     f = np.asarray(force, dtype=float)
-    return np.where(np.abs(f) > ROUNDING * np.abs(f).max(initial=largest), f, 0.0)
+    return np.where(np.abs(f) <= ROUNDING * np.abs(f).max(initial=largest), 0.0, f)
 
 
 def sharing_histories(

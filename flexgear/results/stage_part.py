@@ -69,11 +69,12 @@ def ring_sharing(part: xr.Dataset) -> xr.DataArray:
 
 
 def ring_force_spread(part: xr.Dataset) -> xr.DataArray:
-    """(max F − min F) / rated mean F (sample,) of the ring's gear meshes in the part of a stage."""
+    """(max F − min F) / rated mean F (sample,) of the ring's gear meshes in the part of a stage;
+    NaN without rated force."""
     ring = of_kind(part, "ring")
     force = ring["gear_mesh_force"]
     rated = float(ring["rated_gear_mesh_force"].mean())
-    spread = np.ptp(force.to_numpy().astype(float), axis=-1) / abs(rated)
+    spread = np.ptp(force.to_numpy().astype(float), axis=-1) / (abs(rated) or np.nan)
     return force.isel(gear_mesh=0, drop=True).copy(deep=False, data=spread)
 
 

@@ -337,11 +337,16 @@ def _shares(force: Array, at: NDArray[np.int64], together: list[int], per_cycle:
 
 
 def _face_factors(flanks: xr.Dataset, per_cycle: int) -> Array:
-    """K_Hβ (cycles, flanks) of flanks over each of their gear-mesh cycles."""
+    """K_Hβ (cycles, flanks) of flanks over each of their gear-mesh cycles; 1 without load."""
     load = flanks["face_line_load"].to_numpy()
     load = load.reshape(-1, per_cycle, *load.shape[1:]).mean(axis=1)
     section = flanks["face_section"].to_numpy()
-    return np.array([[factor_along(w, s) for w, s in zip(c, section, strict=True)] for c in load])
+    return np.array(
+        [
+            [factor_along(w, s) if w.any() else 1.0 for w, s in zip(c, section, strict=True)]
+            for c in load
+        ]
+    )
 
 
 def _steadily_driven(case: Case) -> Case:

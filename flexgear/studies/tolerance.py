@@ -253,8 +253,9 @@ def _turns(case: Case) -> dict[str, Array]:
         if s.planets > 1 and m.theta != 0
     }
     if not turns:
-        problem = "there is no stage whose planets share a load"
-        raise InputError(case.source, "planets", problem, "take a case with two planets or more")
+        problem = "there is no stage whose planets share a load and turn"
+        remedy = "take a case with two planets or more, at a speed that is not zero"
+        raise InputError(case.source, "planets", problem, remedy)
     return turns
 
 

@@ -99,6 +99,13 @@ def test_without_keys_of_rating(flexgear, tmp_path):
     assert summary["reliability"] is None
 
 
+def test_a_flank_may_carry_nothing_at_half_of_the_positions(flexgear, tmp_path):
+    slices = 'stages.stage_1.gear_mesh={ model = "face_load", slices = 5 }'
+    options = [*FEW, "--set", slices, "--out", tmp_path / "r", "--no-pictures"]
+    summary = flexgear.json("rate", "pitch-drive", *options)
+    assert 0.0 <= summary["load_factor_change_with_half_of_positions"] < 1.0
+
+
 def test_comparing_two_designs_says_why_a_part_has_no_life(flexgear, tmp_path):
     flexgear.out("cases", "nrel-5mw", "--copy", tmp_path / "own.toml")
     text = (tmp_path / "own.toml").read_text()

@@ -214,7 +214,7 @@ def test_nothing_to_share_is_refused(tmp_path):
     for case in (pair, stage_train(tmp_path, planets=1, **{PIN: "10"})):
         with pytest.raises(InputError, match="no stage whose planets share a load"):
             tolerance(case)
-    with pytest.raises(InputError, match="no error of a part.*sun_gear_mesh"):
+    with pytest.raises(InputError, match=r"no error of a part.*sun_gear_mesh"):
         drawn_errors(pair)
 
 
