@@ -208,7 +208,13 @@ def draw_star(
     points = ring_points(displacement, outline.ring_radius, factor)
     closed = np.vstack([points, points[:1]])
     axes.plot(
-        *closed.T, color=DEFORMED_COLOUR, marker="o", ms=1.8, lw=1.3, zorder=3, label="deformed"
+        *closed.T,
+        color=DEFORMED_COLOUR,
+        marker="o",
+        ms=1.8,
+        lw=1.3,
+        zorder=3,
+        label="deformed ring",
     )
     axes.set_title(angle_text(angle, len(outline.planet_angles)))
 

@@ -12,7 +12,7 @@ TENTH, FIFTH = 2 * np.pi / 10, 2 * np.pi / 5
 
 
 def deformed(axes) -> np.ndarray:
-    (line,) = [li for li in axes.get_lines() if li.get_label() == "deformed"]
+    (line,) = [li for li in axes.get_lines() if li.get_label() == "deformed ring"]
     return np.column_stack(line.get_data())
 
 
