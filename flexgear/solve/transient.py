@@ -56,12 +56,15 @@ class PortHistories:
 
     @property
     def jumps(self) -> tuple[float, ...]:
-        """Times at which a torque or set speed jumps, or the slope of a given speed changes, s."""
-        times: set[float] = set()
-        for machine in self.machines:
-            if machine is not None and machine.law != "brake":
-                times.update(machine.kinks() if machine.law == "speed" else machine.change_times())
-        return tuple(sorted(times))
+        """Times at which a torque or set speed jumps, s."""
+        machines = (m for m in self.machines if m is not None and m.law not in ("brake", "speed"))
+        return tuple(sorted({time for m in machines for time in m.change_times()}))
+
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """Times at which the slope of a given speed changes, s."""
+        machines = (m for m in self.machines if m is not None and m.law == "speed")
+        return tuple(sorted({time for m in machines for time in m.kinks()}))
 
     @property
     def varies(self) -> bool:
@@ -239,8 +242,8 @@ def stepping_of(
     """Steps and samples of a run; duration: s, ``usual_duration`` if left out; drive: see
     ``simulate``; output_interval: between samples, s; start: time at its start, s.
 
-    Unless the case states the time step, steps are finer after a jump until the train has settled,
-    and with load or torque series during the whole run.
+    Steps are finer after a jump until the train has settled, and, unless the case states the step,
+    with load, torque or speed series during the whole run.
     """
     pace, histories = case_pace(case), port_histories(case, flow, drive)
     span = usual_duration(case, flow) if duration is None else duration
@@ -257,7 +260,7 @@ def stepping_of(
         duration=span,
         time_step=pace.time_step,
         output_interval=min(output_interval or pace.output_interval, span),
-        jumps=tuple(t for t in jumps if t >= start),
+        jumps=tuple(sorted(t for t in {*jumps, *histories.kinks} if start <= t < end)),
         windows=tuple(windows),
         adaptive=adaptive,
         start=start,

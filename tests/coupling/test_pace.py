@@ -136,6 +136,10 @@ def test_a_series_is_run_with_the_step_that_is_asked_for():
     assert case_pace(asked).figures["series_time_step_s"] == 1e-6
     both = small(**RAMP, solver__time_step_s=1e-6, solver__step_time_step_s=2e-7)
     assert [w.time_step for w in windows(both)] == [2e-7]
+    speed = '{law = "speed", kind = "ramp", times_s = [0, 0.01], speeds_rpm = [60, 50]}'
+    followed = small(inputs__0__machine=speed, solver__time_step_s=1e-6)
+    plan = stepping_of(followed, power_flow(followed), 0.02)
+    assert plan.jumps == (0.0, 0.01) and not plan.windows  # a new start at kinks, no finer step
     assert too_coarse(case_pace(both), both.solver) == []
 
 
