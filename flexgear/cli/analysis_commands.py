@@ -21,6 +21,7 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import InputError
 from flexgear.model.units import RPM, size_text
 from flexgear.results.dataset_file import chosen, dataset_file, reopened
+from flexgear.results.load_sharing import ROUNDING
 from flexgear.results.result_quantities import RESULT_QUANTITIES
 from flexgear.results.run_folder import transient_file
 from flexgear.results.settling import SensorRanges, WindowedRanges, window_edges, window_of
@@ -223,6 +224,8 @@ def simulate(
 def _figures(model: Model, run: TimedRun, settled: Ranges) -> dict[str, Any]:
     """Summary figures of a transient; settled: ranges of histories over its settled window."""
     mean = settled.mean
+    ports = _ends(settled, "port_torque", 1.0)
+    least = ROUNDING * max(abs(end) for ends in ports.values() for end in ends.values())
     return {
         "time_s": run.simulated,
         **window_of(run.data, float(run.data.attrs["end_time_s"])).figures,
@@ -236,19 +239,23 @@ def _figures(model: Model, run: TimedRun, settled: Ranges) -> dict[str, Any]:
         },
         "port_torque_range_nm": {
             port: ends
-            for port, ends in _ends(settled, "port_torque", 1.0).items()
+            for port, ends in ports.items()
             if ends["max"] - ends["min"] > CONSTANT * max(abs(ends["max"]), abs(ends["min"]))
         },
-        "inertia_torque_nm": _ends(settled, "inertia_torque", 1.0),
+        "inertia_torque_nm": _ends(settled, "inertia_torque", 1.0, least),
         "gear_mesh_force": force_ranges(settled),
         "load_sharing": sharing_summary_of(run.data),
         "distance_from_axis_um_max": distance_summary(settled.largest["axis_distance"]),
     }
 
 
-def _ends(ranges: Ranges, name: str, factor: float) -> dict[str, dict[str, float]]:
-    """Least and largest value of every input coordinate or port, times ``factor``."""
-    least, largest = (r[name].to_series() for r in (ranges.least, ranges.largest))
+def _ends(
+    ranges: Ranges, name: str, factor: float, rounding: float = 0.0
+) -> dict[str, dict[str, float]]:
+    """Least and largest value of every input coordinate or port, times ``factor``; 0 up to
+    ``rounding``."""
+    both = (r[name].to_series() for r in (ranges.least, ranges.largest))
+    least, largest = (ends.where(ends.abs() > rounding, 0.0) for ends in both)
     return {
         str(m): {"min": float(low) * factor, "max": float(high) * factor}
         for (m, low), high in zip(least.items(), largest, strict=True)
