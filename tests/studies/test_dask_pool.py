@@ -52,8 +52,9 @@ GUIDE = Path(__file__).parents[2] / "docs" / "howto" / "cluster.md"
 
 def test_the_guide_opens_no_port_to_others(tmp_path):
     """Its first commands, as they stand there, listen at the loopback address: tasks are pickles,
-    and Dask takes all addresses unless told otherwise."""
+    and Dask takes all addresses unless told otherwise; all others name theirs."""
     lines = [x for x in GUIDE.read_text("utf-8").splitlines() if x.startswith(("dask s", "dask w"))]
+    assert len(lines) == 4 and all(" --host " in line for line in lines)
     scheduler, worker = (shlex.split(line.removesuffix("&")) for line in lines[:2])
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
