@@ -167,7 +167,7 @@ def power_flow_chart(flow: PowerFlow) -> Figure:
     )
     labels = [_marked(n, flow) for n in names]
     for ax, (title, unit, values) in zip(axes[0], quantities, strict=True):
-        labelled_bars(ax, values, labels, list(map(_signed, values)), colours)
+        labelled_bars(ax, values, labels, [number(v, 5) for v in values], colours)
         ax.axvline(0, color="black", lw=0.7)
         ax.set_xlabel(f"{title} ({unit})")
         ax.xaxis.set_major_locator(MaxNLocator(4))
@@ -313,10 +313,6 @@ def _in_unit(values: list[float], unit: str) -> tuple[str, list[float]]:
     """Values with a prefix of the unit that suits the largest."""
     printed, by = scale(values, unit)
     return printed, [by * v for v in values]
-
-
-def _signed(value: float) -> str:
-    return "0" if abs(value) < 1e-12 else f"{value:.5g}".replace("-", "−")
 
 
 @styled
