@@ -170,7 +170,7 @@ def test_what_excites_gear_meshes_is_named_beside_the_peak():
     assert "at once" not in sentence(**spur, gear_mesh__model="face_load")
     constant = sentence(**spur, gear_mesh__model="constant")
     assert "is constant in this model, so that" in constant
-    assert 'gear_mesh.model = "per_pair" computes it.' in constant
+    assert "each tooth pair (key per_pair) computes it." in constant
     assert "is constant" not in sentence(**spur) + sentence()
 
 

@@ -111,7 +111,7 @@ def _excitation(findings: Findings, stage: str) -> str:
         return (
             " The stiffness of its gear meshes is constant in this model, so that tooth pairs "
             "excite no vibration as they come into contact and leave it. Load factors must cover "
-            'that, too; gear_mesh.model = "per_pair" computes it.'
+            "that, too; a gear mesh with a spring for each tooth pair (key per_pair) computes it."
         )
     if view.gear_mesh.model != "per_pair" or view.stage.helix_angle != 0.0:
         return ""
