@@ -40,17 +40,26 @@ def start_state(modal: ModalSystem, prescribed: float | Array) -> State:
 
     prescribed: torque of the first port, N·m, the others in rated proportion; or the prescribed
     values (P,) of all machines (``transient.Drive``).
+
+    Speeds s at which equilibria ask for the speeds g(s) = s: Aitken's relaxation s + ω r with r =
+    g(s) − s, ω ← −ω r·Δr/Δr² (Irons and Tuck 1969), as g falls steeply where drag is large beside
+    the brake.
     """
     system = modal.system
     values = np.asarray(prescribed, dtype=float)
     values = system.proportional_torques(values[None])[0] if values.ndim == 0 else values
     balanced = replace(modal, system=_balanced(system))
     speeds, converged = _given_speeds(system, values, 1.0), False
+    relaxation, residual = 1.0, np.zeros(len(speeds))
     while not converged:
         torques, share = _known_torques(balanced.system, values, speeds), _share(modal, speeds)
         turning = replace(balanced, system=_at_speed(balanced.system, share, speeds))
         equilibrium = revolution(turning, 0.0, torques[None])
-        before, speeds = speeds, _speeds(balanced.system, values, equilibrium.torques[0])
+        aim, last = _speeds(balanced.system, values, equilibrium.torques[0]), residual
+        residual = aim - speeds
+        if last.any() and (change := residual - last).any():
+            relaxation *= -float(last @ change) / float(change @ change)
+        before, speeds = speeds, aim + (relaxation - 1.0) * residual
         new_torques = _known_torques(balanced.system, values, speeds)
         converged = bool(
             np.abs(new_torques - torques).max() <= TOLERANCE * np.abs(new_torques).max()

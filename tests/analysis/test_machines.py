@@ -7,14 +7,18 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 from stepped import Jumping, jump, stepped
-from two_gears import TORQUE, Exact, two_gears
+from trains import write
+from two_gears import TORQUE, Exact, gears_text, two_gears
 
 from flexgear.analysis.kernels.energy import LEFT_OVER
 from flexgear.analysis.start import start_state
 from flexgear.analysis.step_space import consistent_acceleration, step_data, work_space
 from flexgear.analysis.transient import prescribed_values
+from flexgear.coupling.build import build_system
 from flexgear.coupling.machines import Brake, Controller, GivenSpeed, GivenTorque
+from flexgear.coupling.modal import modal_system
 from flexgear.coupling.system import Damping
+from flexgear.model.load import load_case
 
 INPUT, OUTPUT = 0, 1
 
@@ -231,6 +235,18 @@ def test_runs_begin_stationary(gears, ends, share):
     assert np.abs(np.ptp(run.speeds, axis=0) / speeds).max() < 1e-9
     assert np.abs(np.ptp(run.torques, axis=0) / system.rated_port_torques).max() < 1e-9
     assert np.abs(run.torques @ rows).max() < 1e-9 * TORQUE
+
+
+@pytest.mark.parametrize("drag", [0.5, 1.0, 4.0])
+def test_a_run_with_drag_begins_at_the_speed_at_which_torques_balance(tmp_path, drag):
+    """By hand T = (c ω_r + T) ω/ω_r: 1/(1 + drag) of rated speed; drag: c ω_r/T."""
+    damping = drag * TORQUE / (10 * np.pi / 30)
+    text = gears_text().replace("[output]", f"damping_nm_s_per_rad = {damping}\n[output]")
+    modal = modal_system(build_system(load_case(write(tmp_path, text))))
+    system, row = modal.system, modal.system.ports[INPUT].row
+    speed = row @ modal.modes @ start_state(modal, TORQUE).velocity
+    rated_speed = row @ system.rolling[:, 0] * system.rated_input_speeds[0]
+    assert speed / rated_speed == pytest.approx(1 / (1 + drag), rel=1e-9)
 
 
 def test_a_constant_brake_takes_nothing_at_rest(gears):
