@@ -73,7 +73,7 @@ def test_json_is_the_summary(flexgear, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["lin-parker"], ["lin-parker: tolerance.errors", "is empty"]),
+        (["lin-parker"], ["lin-parker: tolerance.errors", "has no error of a part"]),
         (["wind-5mw", "--set", "tolerance.samples=1"], ["--set: tolerance.samples", "outside 2"]),
         (["wind-5mw", "--samples", "1"], ["samples"]),
         (["wind-5mw", "--seed", "x"], ["seed"]),
