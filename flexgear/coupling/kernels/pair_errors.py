@@ -16,18 +16,18 @@ from flexgear.compiled import INNER, UNCOUNTED, njit
 
 
 @njit(**INNER)
-def common_error(gears, m, theta, base):
-    """Error common to all pairs of gear mesh m, m; base: path coordinate s of pair 0, m."""
-    gear_mesh, runout, harmonic = gears.gear_mesh[m], gears.runout[m], gears.harmonic[m]
+def common_error(gear_mesh, runout, harmonic, theta, base):
+    """Error common to all pairs of a gear mesh, m; base: path coordinate s of pair 0, m."""
     total = gear_mesh.error_offset
     for h in range(runout.shape[0]):
         wave = runout[h]
         if wave.amplitude != 0.0:
             total += wave.amplitude * math.sin(wave.rate * theta[wave.angle] + wave.phase)
     for h in range(harmonic.shape[0]):
-        if harmonic[h].amplitude != 0.0:
-            angle = 2 * math.pi * (h + 1) * base / gear_mesh.pitch + harmonic[h].phase
-            total += harmonic[h].amplitude * math.sin(angle)
+        wave = harmonic[h]
+        if wave.amplitude != 0.0:
+            angle = 2 * math.pi * (h + 1) * base / gear_mesh.pitch + wave.phase
+            total += wave.amplitude * math.sin(angle)
     return total
 
 
@@ -48,10 +48,10 @@ def error_rates(gears, theta, speeds, active_flanks, out):
         base = gear_mesh.s0 + gear_mesh.rate * theta[gear_mesh.angle]
         rolling = gear_mesh.rate * speeds[gear_mesh.angle]
         for h in range(harmonic.shape[0]):
-            if harmonic[h].amplitude != 0.0:
+            wave = harmonic[h]
+            if wave.amplitude != 0.0:
                 turns = 2 * math.pi * (h + 1) / gear_mesh.pitch
-                angle = turns * base + harmonic[h].phase
-                total += harmonic[h].amplitude * turns * rolling * math.cos(angle)
+                total += wave.amplitude * turns * rolling * math.cos(turns * base + wave.phase)
         out[m] = total
 
 

@@ -125,7 +125,7 @@ def _find_pairs(gears, m, theta, pairs, p):
     """Stores the tooth pairs of gear mesh m in contact from ``pairs[p]`` on; returns the new p."""
     gear_mesh = gears.gear_mesh[m]
     base = gear_mesh.s0 + gear_mesh.rate * theta[gear_mesh.angle]
-    common = common_error(gears, m, theta, base)
+    common = common_error(gear_mesh, gears.runout[m], gears.harmonic[m], theta, base)
     low, high = _first_and_last(gear_mesh, base)
     # integer divisions are slow, so they are done for one pair only
     place = (low - 1) % gear_mesh.places
