@@ -130,7 +130,8 @@ _MODIFICATIONS: Any = _distributions_of(
 
 class ErrorDistributions(_ERRORS):
     """Distributions of ``GearErrors``. For pitch deviations of single teeth, which are drawn anew
-    for every sample, the distribution is that of their standard deviation."""
+    for every sample, the distribution is that of their standard deviation; of the harmonics of a
+    gear mesh the first is drawn."""
 
     same_as: ClassVar = (GearErrors,)
 

@@ -270,7 +270,7 @@ def _positions(system: System, turns: dict[str, Array]) -> tuple[Array, dict[str
 
 
 BATCH = 100  # samples solved together
-FORMAT = 6  # of the files, and of the numerics behind them; raise it when either changes
+FORMAT = 7  # of the files, and of the numerics behind them; raise it when either changes
 
 
 def batch_store(case: Case) -> StudyStore[Batch]:

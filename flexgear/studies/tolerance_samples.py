@@ -159,14 +159,17 @@ def cut_normal(u: Array, low: float, high: float) -> Array:
 
 
 def with_sample(case: Case, values: Values, j: int, seeds: Sequence[int]) -> Case:
-    """The case with the errors of sample j; seeds: of the pitch deviations, by stage."""
+    """The case with the errors of sample j; seeds: of the pitch deviations, by stage. A number that
+    is drawn for a gear mesh is that of its first harmonic; the case has the others."""
     stages = []
     for stage, seed in zip(case.stages, seeds, strict=True):
         update: dict[str, Any] = {"seed": seed}
         for (name, key), lines in values.items():
             if name == stage.name and key in type(stage.errors).model_fields:
                 numbers = tuple(float(x) for x in lines[j])
-                update[key] = numbers if key in (*OF_PLANETS, *HARMONICS) else numbers[0]
+                higher = getattr(stage.errors, key)[1:] if key in HARMONICS else ()
+                several = key in (*OF_PLANETS, *HARMONICS)
+                update[key] = (*numbers, *higher) if several else numbers[0]
         errors = stage.errors.model_copy(update=update)
         stages.append(stage.model_copy(update={"errors": errors}))
     return case.model_copy(update={"stages": tuple(stages)})

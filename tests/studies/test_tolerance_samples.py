@@ -127,6 +127,20 @@ class TestModels:
             assert stage.errors.sun_gear_mesh == model.stages[k].errors.sun_gear_mesh
         assert model.stages[0].errors.pin_tangential == ()
 
+    def test_a_number_drawn_for_a_gear_mesh_replaces_its_first_harmonic_alone(self):
+        keys = {"stage.errors.sun_gear_mesh_um": "[9, 4, 2]",
+                "stage.errors.sun_gear_mesh_phase_deg": "[10, 80, 200]",
+                f"{ERRORS}.sun_gear_mesh.standard_deviation_um": "5",
+                f"{ERRORS}.sun_gear_mesh_phase.distribution": "uniform"}  # fmt: skip
+        case = load_case("lin-parker", keys)
+        values = sample_values(drawn_errors(case), 1, range(2))
+        errors = with_sample(case, values, 1, [0]).stages[0].errors
+        (size,), (phase,) = (values["stage", f"sun_gear_mesh{x}"][1] for x in ("", "_phase"))
+        assert errors.sun_gear_mesh == pytest.approx((size, 4e-6, 2e-6))
+        assert errors.sun_gear_mesh_phase == pytest.approx((phase, *np.radians([80, 200])))
+        stated = with_sample(case, nominal(case, drawn_errors(case)), 0, [0]).stages[0].errors
+        assert stated.sun_gear_mesh == case.stages[0].errors.sun_gear_mesh
+
     def test_nominal_errors_are_those_of_the_case(self, drawn):
         model = load_case("pitch-drive")
         values = nominal(model, drawn)
