@@ -156,7 +156,7 @@ class TestModels:
         ]
 
     def test_nothing_to_draw(self):
-        with pytest.raises(InputError, match=r"lin-parker: tolerance\.errors: is empty"):
+        with pytest.raises(InputError, match=r"lin-parker: tolerance\.errors: has no error"):
             drawn_errors(load_case("lin-parker"))
 
     def test_pitch_deviations_alone_are_enough(self):
