@@ -118,8 +118,8 @@ class _Place(NamedTuple):
     """A bearing of the model.
 
     name: of its spring; alike: common name of all equal bearings; planet: number (from 1) of the
-    planet on it, 0 for any other bearing; rows: its rolling bearing with rows, or the reason why
-    rows cannot be rated.
+    planet on it, 0 for any other bearing; rows: its rolling bearing with rows, None without rolling
+    elements.
     """
 
     stage: str
@@ -127,7 +127,7 @@ class _Place(NamedTuple):
     alike: str
     planet: int
     place: BearingPlace
-    rows: RollingBearing | str
+    rows: RollingBearing | None
 
     @property
     def section(self) -> Bearing:
@@ -140,9 +140,9 @@ class _Place(NamedTuple):
     @property
     def exponent(self) -> float:
         """Exponent of the load in the damage; 4 for rows of rollers."""
-        if isinstance(self.rows, RollingBearing):
-            return LIFE_LAWS[type(self.rows.rows[0])].rotating
-        return EXPONENTS[self.kind]
+        if self.rows is None:
+            return EXPONENTS[self.kind]
+        return LIFE_LAWS[type(self.rows.rows[0])].rotating
 
 
 class _InBin(NamedTuple):
@@ -186,7 +186,7 @@ def _part(
         missing = "the model has no such support"
     elif isinstance(section, PlanetBearing) and section.journal is not None:
         missing = "a plain bearing has no rating life; `flexgear run` states its least oil film"
-    elif isinstance(place.rows, str) and section.dynamic_rating is None:
+    elif place.rows is None and section.dynamic_rating is None:
         missing = f"{place.place.key}.dynamic_rating_kn is missing"
     speeds = [bearing_speed(place.place, flow.stage(place.stage)) for flow in flows]
 
@@ -207,7 +207,7 @@ def _part(
     total = float(damage.sum())
     lasts = math.inf if total == 0.0 else 1.0 / total
     of_rows = np.zeros(0)
-    if not missing and hours and isinstance(place.rows, RollingBearing):
+    if not missing and hours and place.rows is not None:
         lives = [[_row_life(x.factors, k + 1) for k in range(len(place.rows.rows))] for x in states]
         of_rows = cycles @ (1.0 / np.array(lives))
     required = hours or math.nan
@@ -215,7 +215,7 @@ def _part(
         required = section.required_life / HOUR
     return RatedPart(
         name=place.name, alike=place.alike, stage=place.stage, kind="bearing", rolling=place.kind,
-        count=section.count if isinstance(place.rows, str) else 1,
+        count=section.count if place.rows is None else 1,
         planets=(place.planet,) * len(bins) if place.planet else (),
         load=np.array([value_of(x.factors, "P", value_of(x.factors, "F_r")) for x in states]),
         cycles=cycles,
@@ -260,7 +260,7 @@ def _in_bin(
         return _InBin(math.inf, math.inf if rated else math.nan, factors, {})
     if place.place.part not in ("planet", "carrier"):  # whose inner rings turn with the axes
         load = load._replace(stationary="outer")
-    if isinstance(place.rows, RollingBearing):
+    if place.rows is not None:
         of_bin = _of_rows(case, place.rows, load, speed)
     else:
         reach = 0.5 * case.stage(place.stage).gear_width if place.planet and any(blocked) else 0.0

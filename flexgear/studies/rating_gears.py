@@ -127,18 +127,18 @@ def rate_gears(
                 if of_bin is None:
                     continue
                 load, ruled = pair_load(pair, flow.stage(stage)), cases[b]
-                factors = load_factors(ruled, pair, load, group, of_bin)
-                if isinstance(factors, tuple):
-                    reasons = reasons or (*factors, *_also_missing(case, pair))
-                else:
-                    sheets[b] = dated(factors, case.rating.edition)
-                    states = _states(ruled, pair, load, group, bins[b], flow, factors, of_bin)
-                    for place, state in states.items():
-                        histories[place][b] = state
-                        of_part = safety.setdefault(
-                            (state.part, place.kind), np.full(len(bins), math.nan)
-                        )
-                        of_part[b] = state.state.safety(state.at)
+                factors, unknown = load_factors(ruled, pair, load, group, of_bin)
+                if unknown:
+                    reasons = reasons or (*unknown, *_also_missing(case, pair))
+                    continue
+                sheets[b] = dated(factors, case.rating.edition)
+                states = _states(ruled, pair, load, group, bins[b], flow, factors, of_bin)
+                for place, state in states.items():
+                    histories[place][b] = state
+                    of_part = safety.setdefault(
+                        (state.part, place.kind), np.full(len(bins), math.nan)
+                    )
+                    of_part[b] = state.state.safety(state.at)
             planets = tuple(0 if x is None else x.planet for x in computed)
             largest = tuple(math.nan if x is None else x.largest_share for x in computed)
             groups.append(GearMeshRating(group, tuple(sheets), planets, largest, safety, reasons))
@@ -226,9 +226,9 @@ def _without_tilt(group: GroupName, keys: Sequence[str]) -> dict[str, str]:
 
 def load_factors(
     case: Case, pair: GearPair, load: PairLoad, group: GroupName, computed: GroupLoads
-) -> dict[str, Factor] | tuple[str, ...]:
-    """K_A … K_Fα of a gear mesh, each with its source; the reasons if some are unknown. case: with
-    the rules of the load bin."""
+) -> tuple[dict[str, Factor], tuple[str, ...]]:
+    """K_A … K_Fα of a gear mesh, each with its source, and the reasons why some are unknown. case:
+    with the rules of the load bin."""
     rules, lines = case.rating, dict[str, Factor]()
     forced = rules.forced(group.stage, group.role)
     of_planet = "computed" if computed.alike else f"computed, planet {computed.planet}"
@@ -272,12 +272,10 @@ def load_factors(
     for symbol, by_norm in zip(("K_Hα", "K_Fα"), norm, strict=True):
         take(symbol, (of_planet, computed.k_h_alpha), (METHOD_B, by_norm), least=1.0)
     unknown = tuple(reason for symbol, reason in REMEDIES.items() if symbol not in lines)
-    if unknown:
-        return unknown
     of_pairs = None in (forced.k_h_alpha, forced.k_f_alpha) and math.isnan(computed.k_h_alpha)
     if forced.k_v is None or of_pairs:  # by method B, or beside it
         lines |= sheet_of(method_b_inputs(pair, load, product("K_A", "K_γ")))
-    return lines
+    return lines, unknown
 
 
 def _part(

@@ -218,11 +218,11 @@ ESTIMATES = {
 STATIC_PRESSURE, STATIC_YOUNG = 4200e6, 207e9  # of balls at the static rating in ISO 76, Pa
 
 
-def rolling_bearing(section: Bearing) -> RollingBearing | str:
-    """Rolling bearing that a section of a case describes, or the reason why it cannot be rated."""
+def rolling_bearing(section: Bearing) -> RollingBearing | None:
+    """Rolling bearing that a section of a case describes; None without rolling elements."""
     elements = section.elements
     if elements is None:
-        return "elements are missing (diameter, pitch_diameter, …)"
+        return None
     rows = _rows(section, elements)
     rows_per_bearing = len(rows) // section.count
     dynamic = section.dynamic_rating or dynamic_rating(rows[0], rows_per_bearing)
