@@ -47,6 +47,7 @@ STATIC_CYCLES = 1.0  # load cycles of an extreme load, or of a load at rest
 ENDURANCE_CYCLES = 1e10  # of a load without duration: the end of the curves of ISO 6336
 LOAD_EXPONENT: dict[Limit, float] = {"flank": 0.5, "root": 1.0}  # of the load in the stress
 METHOD_B = "ISO 6336-1 method B"
+PARTING = 2.0  # K_v above which a force that varies about its mean would become negative
 REMEDIES = {  # keys that give a factor where neither model nor standard does
     "K_Hβ": 'K_Hβ is not known: gear_mesh.model = "face_load", or rating.k_h_beta',
     "K_v": "K_v is not known: rating.k_v, or data of both gears for method B",
@@ -258,14 +259,16 @@ def load_factors(
     tilt = ", without tilt" if _untilted([case], group) else ""
     along = (of_planet + tilt, computed.k_h_beta)
     take("K_Hβ", along, least=rules.least("face_load_factor"))
-    by_rule = (f"{METHOD_B}, N = {resonance:.3g}", k_v)
+    by_b = f"{METHOD_B}, N = {resonance:.3g}"
+    if k_v > PARTING:
+        by_b += f"; above {PARTING:g} vibration would part the teeth, which it does not count"
     beside = f"; {METHOD_B}: {k_v:.4g}" if math.isfinite(k_v) else ""
     slope = misalignment(pair)
     if rules.deviations == "worst" and computed.deviated and slope is not None:
         sign = SLOPE_SIGNS[computed.deviated - 1][pair.role]
         lines["f_ma"] = factor("f_ma", 1e6 * sign * slope)
     of_train = (f"computed, motion of the train{beside}", computed.k_v)
-    take("K_v", of_train, by_rule, least=rules.least("dynamic_factor"))
+    take("K_v", of_train, (by_b, k_v), least=rules.least("dynamic_factor"))
     of_flank = value_of(lines, "K_Hβ")
     take("K_Fβ", ("ISO 6336-1, from K_Hβ", root_face_factor(pair, of_flank)))
     norm = transverse_factors(pair, load, product("K_A", "K_γ"), product("K_v", "K_Hβ"))

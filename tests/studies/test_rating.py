@@ -65,12 +65,16 @@ def _damages(rating):
 
 
 def test_equilibria_share_evenly_without_errors():
-    """No errors, weight or moments: cycle means of all planets are equal, K_γ = 1."""
-    rating = _rated(("rated", 1000.0, 1.0), **{"rating.gear_meshes": ()})
+    """No errors, weight or moments: cycle means of all planets are equal, K_γ = 1. K_v of method B
+    has a remark where it exceeds 2, as it does at low load."""
+    rating = _rated(("rated", 1000.0, 1.0), ("idle", 1000.0, 1e-4), **{"rating.gear_meshes": ()})
     for gear_mesh in rating.gear_meshes:
         k_gamma = gear_mesh.factors[0]["K_γ"]
         assert k_gamma.value == pytest.approx(1.0, abs=1e-9)
         assert k_gamma.source.startswith("computed")
+        rated, idle = (sheet["K_v"] for sheet in gear_mesh.factors)
+        assert rated.value < 2.0 < idle.value
+        assert ["would part" in line.source for line in (rated, idle)] == [False, True]
 
 
 def test_reversed_torque_loads_the_other_flanks():
