@@ -45,11 +45,12 @@ class Datum:
 @dataclass
 class Section:
     """One TOML table of a case: its header ("" at the top of the file) and lines of key, value,
-    comment."""
+    comment. is_comment: whether the whole table is one, for the user to take into the case."""
 
     case: CaseText
     header: str
     lines: list[tuple[str, Value, str]] = field(default_factory=list)
+    is_comment: bool = False
 
     def put(self, key: str, value: Value, why: str) -> None:
         """Append a key with its value and the comment that states its source."""
@@ -88,7 +89,7 @@ class Section:
         for key, value, why in self.lines:
             line = f"{key} = {toml(value)}"
             rows.append(f"{line:<{_COMMENT_COLUMN}}# {_printable(why)}" if why else line)
-        return "\n".join(rows) + "\n"
+        return commented(rows) if self.is_comment else "\n".join(rows) + "\n"
 
 
 @dataclass

@@ -259,17 +259,11 @@ def value(component: Component, names: str | Iterable[str], unit: str) -> float:
 
 def text(components: Sequence[Component], name: str) -> str | None:
     """Text of an attribute (enumeration, boolean, name) of the first component that has it."""
-    for component in components:
-        attribute = component.attributes.get(name)
-        if attribute is None or not isinstance(attribute.value, str):
-            continue
-        attribute.used = True
-        for twin in components:
-            same = twin.attributes.get(name)
-            if same is not None and same.value == attribute.value:
-                same.used = True
-        return attribute.value.strip()
-    return None
+    attributes = [a for c in components if (a := c.attributes.get(name)) is not None]
+    first = next((a.value for a in attributes if isinstance(a.value, str)), None)
+    for attribute in attributes if first is not None else ():
+        attribute.used |= attribute.value == first
+    return None if first is None else first.strip()
 
 
 def flag(components: Sequence[Component], name: str) -> bool | None:

@@ -106,7 +106,7 @@ class Joints:
             if beam is not None:
                 beam.put(section)
                 continue
-            stiffness, couplings = self._torsion(pair)
+            stiffness, couplings = self.assembly.torsion(*self._ends(pair))
             limit = scale.limit("torsion")
             labels = ["shaft sections between them", *(c.label for c in couplings)]
             if stiffness < limit:
@@ -158,9 +158,6 @@ class Joints:
         assert first.anchor is not None and second.anchor is not None
         return first.anchor, second.anchor, 0 if sun is None else 2
 
-    def _torsion(self, pair: Pair) -> tuple[float, list[Component]]:
-        return self.assembly.torsion(*self._ends(pair))
-
     def _pieces(self, pair: Pair) -> list[Piece]:
         """Cylinders between two members; none if a coupling between them is flexible."""
         first, second, beyond = self._ends(pair)
@@ -180,8 +177,9 @@ class Joints:
         """Whether a joint, including the spline of a sun's shaft, transmits bending moments."""
         if pair in self.beams:
             return True
-        shaft, couplings = self.shafts.get(self._sun(pair) or pair[0]), self._torsion(pair)[1]
+        shaft = self.shafts.get(self._sun(pair) or pair[0])
         if shaft is None:
             return False
+        _, couplings = self.assembly.torsion(*self._ends(pair))
         joints = [*couplings, *([] if shaft.coupling is None else [shaft.coupling])]
         return all(value(c, _TILT.names[0], _TILT.unit) > 0 for c in joints)

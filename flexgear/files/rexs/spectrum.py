@@ -3,15 +3,18 @@
 The duration of a load case is ``operating_time`` of the gear unit (``load_duration`` up to REXS
 1.2), or its share of the total time, ``operating_time_fraction`` (``load_duration_fraction``). A
 duration of zero marks an extreme load.
+
+K_A is an input of every rating and becomes a key. The other load factors of a file are results as a
+rule, and as keys they would replace those of the model: the case has them in comments.
 """
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from flexgear.files.case_text import Datum, Section
-from flexgear.files.rexs.document import LoadCase, number
+from flexgear.files.rexs.document import LoadCase, number, read
 from flexgear.files.rexs.ports import (
     POWER,
     SPEED,
@@ -21,7 +24,7 @@ from flexgear.files.rexs.ports import (
     ports_of,
     put_forces,
 )
-from flexgear.files.rexs.tables import PORT
+from flexgear.files.rexs.tables import APPLICATION_FACTOR, LOAD_FACTORS, PORT
 from flexgear.model.errors import InputError
 from flexgear.model.load_cases import SUM_OF_HOURS
 
@@ -32,8 +35,8 @@ _TOTAL_HOURS = 20_000.0  # h, assumed if a file gives only shares
 
 
 def write_load_cases(ports: PortWriter) -> set[int]:
-    """Write the load cases that have a duration at the end of a case; returns their ids. ports: of
-    the rated load case. InputError for a duration that is none."""
+    """Write load cases that have a duration, and load factors, at the end of a case; returns the
+    ids of the load cases. ports: of the rated one. InputError for a duration that is none."""
     text, document = ports.case, ports.assembly.document
     written: dict[str, Any] = tomllib.loads(text.text())
     if "output" not in written:
@@ -42,14 +45,20 @@ def write_load_cases(ports: PortWriter) -> set[int]:
     with document.values_of(None):  # of the model, not of the selected load case
         total_time = number(document.kind("gear_unit"), _TIME, "h")
     names = [load_case.name for load_case in document.load_cases]
+    pairs, rating = document.kind("cylindrical_stage"), text.section("[rating]")
+    applied, rated = [read([c], APPLICATION_FACTOR) for c in pairs], _put_factors(ports, "rating")
     over_rated, shares = dict[int, float](), list[float]()
     for load_case in document.load_cases:
         with document.values_of(load_case):
             hours = _hours(ports, load_case, total_time, shares)
             if hours is not None:
                 name = load_case.name if names.count(load_case.name) == 1 else ""
-                ratio = train.write(name or f"load case {load_case.id}", hours)
-                over_rated[load_case.id] = ratio
+                over_rated[load_case.id] = train.write(name or f"load case {load_case.id}", hours)
+                _put_factors(ports, "load_cases", rated)
+                applied += [read([c], APPLICATION_FACTOR) for c in pairs]
+    rating.take(APPLICATION_FACTOR.key, _largest(applied))
+    if any(section.is_comment for section in text.sections):
+        text.warn("load factors of the file are in comments; those of the model count")
     if shares and abs(sum(shares) - 1.0) > SUM_OF_HOURS:
         text.warn(f"shares of time add up to {100.0 * sum(shares):.4g} %")
     highest = max(over_rated, key=over_rated.__getitem__, default=None)
@@ -120,6 +129,30 @@ class _Train:
             sections[member] = self.ports.case.section("[[load_cases.members]]")
             sections[member].put("member", member, why)
         return sections[member]
+
+
+def _put_factors(ports: PortWriter, parent: str, rated: Sequence[Datum] = ()) -> list[Datum]:
+    """Write the load factors of the present load case, the largest of all planets and halves, as
+    tables in comments below ``parent``, without those of the rated load case; returns them."""
+    every = list[Datum]()
+    for name, stage in {member.stage_name: member.stage for member in ports.members}.items():
+        for kind, gear_meshes in stage.gear_meshes.items():
+            data = [(r, _largest(read([m.stage], r) for m in gear_meshes)) for r in LOAD_FACTORS]
+            factors = {row.key: d for row, d in data if d is not None and d not in rated}
+            if factors:
+                section = ports.case.section(f"[[{parent}.gear_meshes]]")
+                section.is_comment = True
+                section.put("stage", name, "")
+                section.put("kind", kind, "")
+                for key, datum in factors.items():
+                    section.take(key, datum)
+            every += factors.values()
+    return every
+
+
+def _largest(data: Iterable[Datum | None]) -> Datum | None:
+    """The largest value, None without any."""
+    return max((d for d in data if d is not None), key=lambda d: d.value, default=None)
 
 
 def _hours(

@@ -337,11 +337,8 @@ class StageWriter:
         section.put("teeth", int(teeth.value), teeth.source)
         section.put("profile_shift", shift.value, shift.source)
         base = number(gears, ("base_diameter", "base_circle_diameter"), "mm")
-        of_teeth, agrees = (
-            base_diameter(teeth.value, self.rack),
-            _ROUNDING * self.rack.normal_module,
-        )
-        if base is not None and abs(abs(base.value) - of_teeth) > agrees:
+        error = 0.0 if base is None else abs(base.value) - base_diameter(teeth.value, self.rack)
+        if base is not None and abs(error) > _ROUNDING * self.rack.normal_module:
             why = f"{base.source}; differs from that of its teeth"
             section.put("base_diameter_mm", abs(base.value), why)
         self.gears.write(section, self.stage, role, self.rack, int(teeth.value), shift.value)

@@ -20,13 +20,9 @@ from flexgear.files.rexs.stages import Member, axial_place
 
 _OF_BEARING = (*table.SPRINGS, *table.RATING, *table.THRUST)
 _SPRINGS = {row.field: row for row in table.SPRINGS}
-_POINT = "operating_point_stiffness_"
-_OPERATING = {  # names since REXS 1.3, and earlier names
-    "radial": (
-        (f"{_POINT}f_v_d_v", f"{_POINT}dF_v_d_v"),
-        (f"{_POINT}f_w_d_w", f"{_POINT}dF_w_d_w"),
-    ),
-    "axial": ((f"{_POINT}f_u_d_u", f"{_POINT}dF_u_d_u"),),
+_OPERATING = {  # by axis, names since REXS 1.3, and earlier names
+    direction: [[f"operating_point_stiffness_{f}_{x}_d_{x}" for f in ("f", "dF")] for x in axes]
+    for direction, axes in (("radial", "vw"), ("axial", "u"))
 }
 _ASSUMED = "assumed: "  # prefix of the source of an assumed stiffness
 RIGID = 10.0  # times E b: a hundred gear meshes

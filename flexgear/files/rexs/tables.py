@@ -303,6 +303,20 @@ THRUST = (  # factors of a catalogue; X_1 has to be 1
     Row("y_1", "", ("axial_factor_y_1",)),
 )
 RADIAL_BELOW_E = "radial_factor_x_1"
+_STANDARDS = ("iso_6336_2019", "iso_6336_2006", "din_3990_1987")
+APPLICATION_FACTOR, *LOAD_FACTORS = (  # of gear meshes; old files have names without a standard
+    Row(field, "", (*(f"{n}_{s}" for n in names for s in _STANDARDS), *names), positive=True)
+    for field, *names in (
+        ("application_factor", "application_factor"),
+        ("k_gamma", "mesh_load_factor"),
+        ("k_v", "dynamic_factor"),
+        ("k_h_beta", "face_load_factor_contact_stress", "face_load_factor_flank"),
+        ("k_f_beta", "face_load_factor_root_stress", "face_load_factor_root"),
+        ("k_h_alpha", "transverse_load_factor_contact_stress", "transverse_load_factor_flank",
+         "transverse_load_factor"),
+        ("k_f_alpha", "transverse_load_factor_root_stress"),
+    )
+)  # fmt: skip
 CUTTER = (
     Row("teeth", "", ("number_of_teeth",)),
     Row("profile_shift", "", ("addendum_modification_coefficient",)),

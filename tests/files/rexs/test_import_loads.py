@@ -1,14 +1,16 @@
 """Loads and load cases of REXS files: torque, speed and forces at ports, durations, their sense."""
 
 import math
+import re
 
 import numpy as np
 import pytest
 from rexs_samples import MM, NM, RPM, planetary
 
-from flexgear.gears.load_bins import bins_of_load_cases
+from flexgear.gears.load_bins import bins_of_load_cases, case_in_bin
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import InputError
+from flexgear.model.load import load_case
 
 TURNS = 60 / (2 * math.pi)
 
@@ -58,6 +60,41 @@ def test_load_cases_with_durations(imported, spectrum):
     case, conversion = imported(m, load_case_id=9)
     assert case.load_cases[1].hours == pytest.approx(300)
     assert any("load case 4 has 2 times the torque" in line for line in conversion.assumed)
+
+
+def test_load_factors_are_in_comments_and_k_a_is_a_key(imported, spectrum, tmp_path):
+    """Out of the comments, the factors of each load case are those of the file, the largest of all
+    planets; names are those of several versions of the format."""
+    m = spectrum
+    m.load_cases[4][m.unit] = m.load_cases[9][m.unit] = {"operating_time": (70.0, "h")}
+    meshes = {name: number for number, (_, name, _) in m.components.items()}  # of the last planet
+    sun, ring = meshes["sun mesh"], meshes["ring mesh"]
+    for number in m.of("cylindrical_stage"):
+        m.set(number, application_factor_iso_6336_2006=(1.1, "none"),
+              mesh_load_factor_iso_6336_2019=(1.05, "none"))  # fmt: skip
+        m.load_cases[4][number] = {"dynamic_factor_iso_6336_2019": (1.01, "none")}
+        m.load_cases[9][number] = {"dynamic_factor_din_3990_1987": (1.02, "none")}
+    m.set(ring, face_load_factor_flank=(1.3, "none"))
+    m.load_cases[9][sun] |= {"application_factor_iso_6336_2006": (1.25, "none")}
+    m.load_cases[9][sun] |= {"dynamic_factor_din_3990_1987": (1.04, "none")}
+    case, conversion = imported(m)
+    assert case.rating.application_factor == 1.25 and not case.rating.gear_meshes
+    assert not any(c.gear_meshes for c in case.load_cases)
+    assert not any("_factor" in line for line in conversion.left_out if "of the model" not in line)
+    assert any("in comments" in line for line in conversion.assumed)
+    assert "k_v = 1.04  " in conversion.text and f'{sun} "sun mesh", dynamic' in conversion.text
+    path = tmp_path / "with.toml"
+    keys = r"^# (?=\[\[\w+\.gear_meshes\]\]|(stage|kind|k_\w+) = )"
+    path.write_text(re.sub(keys, "", conversion.text, flags=re.M), "utf-8")
+    case = load_case(path)
+    for load_bin, of_sun, of_ring in zip(
+        bins_of_load_cases(case), (1.01, 1.04), (1.01, 1.02), strict=True
+    ):
+        rules = case_in_bin(case, load_bin).rating
+        forced = [rules.forced("low", kind) for kind in ("sun", "ring")]
+        assert [f.k_gamma for f in forced] == [1.05, 1.05]
+        assert [f.k_h_beta for f in forced] == [None, 1.3]
+        assert [f.k_v for f in forced] == [of_sun, of_ring]
 
 
 @pytest.mark.parametrize(
