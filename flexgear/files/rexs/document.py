@@ -207,6 +207,12 @@ def _used(
     return components
 
 
+def mark(components: Iterable[Component], role: str) -> None:
+    """Set the part of the case that components describe."""
+    for component in components:
+        component.role = role
+
+
 def number(
     components: Sequence[Component], ids: str | Iterable[str], unit: str, positive: bool = False
 ) -> Datum | None:

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from flexgear.files.case_text import CaseText, Datum, Section
 from flexgear.files.rexs import tables as table
 from flexgear.files.rexs.assembly import Assembly, sections_of
-from flexgear.files.rexs.document import Component, number, read, text, value
+from flexgear.files.rexs.document import Component, mark, number, read, text, value
 from flexgear.files.rexs.flanks import FlankReader
 from flexgear.files.rexs.stages import RexsStage
 from flexgear.gears.tooth import Rack, reference_radius, transverse_angle
@@ -50,8 +50,7 @@ class GearReader:
             for side in ("left", "right")
             for flank in self.document.linked(gear, "gear", side, "flank")
         ]
-        for flank in components:
-            flank.role = "flanks"
+        mark(components, "flanks")
         return components
 
     def tools(self, gears: list[Component]) -> list[Component]:
@@ -62,8 +61,7 @@ class GearReader:
             for role in ("tool", "manufacturing_settings"):
                 used = self.document.linked(part, "workpiece", role, "manufacturing_step")
                 components += [c for c in used if c.kind in (*TOOLS, SETTINGS)]
-        for tool in components:
-            tool.role = "a tool"
+        mark(components, "a tool")
         return components
 
     def shift(self, gears: list[Component], rack: Rack) -> Datum | None:
@@ -148,10 +146,8 @@ class GearReader:
         why = "ISO 53 profile A"
         if datum is not None:
             low, high = limits_of(Gear, key)
-            why += (
-                f"; {datum.source} would make it {datum.value:.4g}, which is not between {low:g}"
-                f" and {high:g}"
-            )
+            why += f"; {datum.source} would make it {datum.value:.4g}"
+            why += f", which is not between {low:g} and {high:g}"
         usual = float(Gear.model_fields[key].default)
         section.assume(key, usual, why)
         return usual
@@ -189,8 +185,7 @@ class GearReader:
         root: root diameter, mm.
         """
         bodies = [b for gear in gears for b in self.document.parts(gear, "gear_body")]
-        for body in bodies:
-            body.role = "a blank"
+        mark(bodies, "a blank")
         if not internal:
             bore = number([*gears, *bodies], "inner_diameter", "mm")
             bore = bore or self._shaft_diameter(gears[0], "inner")

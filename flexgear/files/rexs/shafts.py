@@ -12,7 +12,7 @@ from math import pi
 
 from flexgear.files.case_text import CaseText, Section
 from flexgear.files.rexs.assembly import Assembly, ShaftSection, sections_of
-from flexgear.files.rexs.document import Component, Document, mean, value
+from flexgear.files.rexs.document import Component, Document, mark, mean, value
 from flexgear.files.rexs.stages import Member, axial_place
 from flexgear.files.rexs.supports import Scale, SupportWriter
 from flexgear.files.rexs.tables import MATERIAL, PORT_BODY, SHAFT_SECTION, SPRINGS
@@ -124,8 +124,7 @@ class SunShaft:
         for row in PORT_BODY:
             data = [x for mass in masses if (x := mean([mass], row.names, row.unit)) is not None]
             total = sum(datum.value for datum in data)
-            for mass in masses:
-                mass.role = f"behind the shaft of {self.member.name}"
+            mark(masses, f"behind the shaft of {self.member.name}")
             if total > 0.0:
                 section.put(row.key, total, " + ".join(datum.source for datum in data))
             else:

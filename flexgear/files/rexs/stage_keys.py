@@ -4,7 +4,7 @@ import cmath
 import math
 
 from flexgear.files.case_text import CaseText, Datum
-from flexgear.files.rexs.document import Component, mean, number
+from flexgear.files.rexs.document import Component, mark, mean, number
 from flexgear.files.rexs.gears import GearReader, base_diameter
 from flexgear.files.rexs.stages import RexsGearMesh, RexsStage
 from flexgear.gears.geometry import RULE, least_backlash
@@ -170,8 +170,7 @@ class StageWriter:
                     gear_mesh.stage, "stage", "stage_gear_data", "stage_gear_data"
                 )
             ]
-            for component in data:
-                component.role = "a gear mesh"
+            mark(data, "a gear mesh")
             datum = number(data, "operating_pressure_angle_in_the_transverse_section", "deg")
             if datum is None:
                 continue

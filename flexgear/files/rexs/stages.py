@@ -9,7 +9,7 @@ from collections import defaultdict
 from dataclasses import dataclass, field
 
 from flexgear.files.rexs.assembly import BEARINGS, COUPLINGS, Assembly, carrier_parts
-from flexgear.files.rexs.document import Component, Document, number, value
+from flexgear.files.rexs.document import Component, Document, mark, number, value
 
 GEARS = ("cylindrical_gear", "ring_gear")
 
@@ -121,12 +121,9 @@ def _gear_meshes(document: Document) -> list[RexsGearMesh]:
 def _mark(stage: RexsStage) -> None:
     stage.component.role = "a stage"
     for role in stage.roles:
-        for gear in stage.gears(role):
-            gear.role = role
-    for pair in stage.pairs:
-        pair.role = "a gear mesh"
-    for part in stage.carrier:
-        part.role = "the carrier"
+        mark(stage.gears(role), role)
+    mark(stage.pairs, "a gear mesh")
+    mark(stage.carrier, "the carrier")
 
 
 def _planetary(

@@ -15,7 +15,7 @@ import numpy as np
 from flexgear.files.case_text import CaseText, Datum, Section
 from flexgear.files.rexs import tables as table
 from flexgear.files.rexs.assembly import Assembly, sections_of
-from flexgear.files.rexs.document import Component, flag, mean, number, read, text, value
+from flexgear.files.rexs.document import Component, flag, mark, mean, number, read, text, value
 from flexgear.files.rexs.stages import Member, axial_place
 
 _OF_BEARING = (*table.SPRINGS, *table.RATING, *table.THRUST)
@@ -301,8 +301,7 @@ class SupportWriter:
         _take_clearance(elements, bearings)
         if not ball:
             elements.assume("profile", "logarithmic", "that of ISO/TS 16281")
-        for part in (*every, *rolling):
-            part.role = "rolling elements"
+        mark((*every, *rolling), "rolling elements")
         return True
 
     def _spacing(self, bearings: list[Component], rows: int) -> Datum | None:

@@ -17,7 +17,7 @@ import numpy as np
 
 from flexgear.files.case_text import CaseText, Section, commented
 from flexgear.files.rexs.assembly import BEARINGS, Assembly
-from flexgear.files.rexs.document import Component, Document, flag, number, read, value
+from flexgear.files.rexs.document import Component, Document, flag, mark, number, read, value
 from flexgear.files.rexs.gears import GearReader
 from flexgear.files.rexs.joints import Joints
 from flexgear.files.rexs.ports import PortWriter
@@ -193,8 +193,7 @@ class _Conversion:
         for row in MATERIAL:
             datum = read(materials, row)
             self.material[row.key] = section.take_or_assume(row.key, datum, row.usual, "steel")
-        for material in materials:
-            material.role = "the material"
+        mark(materials, "the material")
 
     def _lubricant(self) -> None:
         """Write the first lubricant with a viscosity at 40 °C, and the temperature of the oil in
@@ -305,10 +304,8 @@ class _Conversion:
             names = [member.name for member in self.held]
             top.put("held", names, "; ".join(self.held.values()))
         self._gravity(top, units)
-        for unit in units:
-            unit.role = "the case"
-        for casing in self.document.kind("gear_casing"):
-            casing.role = "the casing"
+        mark(units, "the case")
+        mark(self.document.kind("gear_casing"), "the casing")
 
     def _gravity(self, top: Section, units: list[Component]) -> None:
         if flag(units, "account_for_gravity") is not True:
