@@ -30,7 +30,7 @@ from flexgear.model.case import Case
 from flexgear.model.member import GearMember, LumpedInertia
 from flexgear.model.modifications import FlankModifications
 from flexgear.model.names import GroupName, MemberName
-from flexgear.model.rating import GearRating
+from flexgear.model.rating import GearRating, RatedGearMesh, Rating
 from flexgear.model.section import Section
 from flexgear.model.stage import Stage
 from flexgear.model.train import Input, Joint, MemberLoad, Output
@@ -45,7 +45,7 @@ def _all_but(kind: type[Section], *written: str) -> tuple[str, ...]:
 _UNWRITTEN: dict[type[Section], Iterable[str]] = {  # by type of section, what REXS does not hold
     Case: _all_but(
         Case, "name", "title", "source", "gravity", "material", "stages", "joints", "held",
-        "inputs", "output", "loads", "load_cases", "spectrum", "lubricant",
+        "inputs", "output", "loads", "load_cases", "spectrum", "lubricant", "rating",
     ),
     Lubricant: _all_but(Lubricant, *(row.field for row in (*table.VISCOSITIES, table.OIL))),
     **{
@@ -64,6 +64,10 @@ _UNWRITTEN: dict[type[Section], Iterable[str]] = {  # by type of section, what R
         *(row.field for row in (*table.GEAR_STRENGTH, *table.GEAR_SURFACE)),
     ),
     FlankModifications: _all_but(FlankModifications, *table.KEYS),
+    Rating: _all_but(
+        Rating, "gear_meshes", "application_factor", *(row.field for row in table.LOAD_FACTORS)
+    ),
+    RatedGearMesh: ("face_width",),
 }  # fmt: skip
 _OF_FE_BODIES = ("fe", "hub", "bearing_drive", "bearing_far")
 
@@ -113,8 +117,8 @@ def _is_set(section: Section, key: str) -> bool:
 class BinResults(NamedTuple):
     """Results of load bins other than speeds and torques.
 
-    gears: attributes by gear meshes of one half and gear; bearings: attributes by bearing.
-    Each attribute has one value for each bin (B,), which is not finite if there is no result.
+    gears: attributes by gear meshes of one half and gear, "" for theirs; bearings: attributes by
+    bearing. Each attribute has one value for each bin (B,), not finite if there is no result.
     """
 
     bins: Sequence[LoadBin]
@@ -139,7 +143,7 @@ def model_of_case(case: Case, rated: BinResults | None = None) -> Outgoing:
     ports = {port.member: _add_port(train, port) for port in case.ports}
     if ports:
         torque = {} if case.output is None else train.flow.torque
-        _add_state(train, ports, train.flow.speed, torque)
+        _add_state(train, ports, train.flow.speed, torque, case.rating)
     bins = bins_of_load_cases(case) if rated is None else rated.bins
     of_bins = [load for load_bin in bins for load in load_bin.loads]
     loaded = dict.fromkeys(load.member for load in (*case.loads, *of_bins) if _is_written(load))
@@ -147,7 +151,8 @@ def model_of_case(case: Case, rated: BinResults | None = None) -> Outgoing:
     for b, load_bin in enumerate(bins):
         train.begin_load_case(load_bin.name)
         train.result(train.unit, operating_time=HOUR * load_bin.hours)
-        _add_state(train, ports, load_bin.speed, load_bin.torque)
+        rules = case.rating.in_load_case(load_bin.factors, load_bin.extreme)
+        _add_state(train, ports, load_bin.speed, load_bin.torque, rules)
         for member, number in forces.items():
             force = _force_attributes(load_bin.loads, member)
             if force != _force_attributes(case.loads, member):
@@ -234,15 +239,21 @@ def _add_forces(train: TrainOut, member: str) -> int:
 
 
 def _add_state(
-    train: TrainOut, ports: dict[str, int], speed: Mapping[str, float], torque: Mapping[str, float]
-) -> None:
-    """Add speeds of members, torques and powers of ports to the last load case. ports: ids by
-    member. torque: empty for a case without loads."""
+    train: TrainOut, ports: dict[str, int], speed: Mapping[str, float],
+    torque: Mapping[str, float], rules: Rating,
+) -> None:  # fmt: skip
+    """Add speeds of members, torques and powers of ports, and stated load factors to the last load
+    case. ports: ids by member. torque: empty for a case without loads."""
     for member, value in speed.items():
         train.result(train.shafts[member], rotational_speed=value)
     for member, number in ports.items() if torque else ():
         power = torque[member] * speed[member] + 0.0  # no −0
         train.result(number, torque_around_u_axis=torque[member], power=power)
+    for (group, gear), numbers in train.gear_data.items():
+        forced, older = rules.forced(group.stage, group.role), rules.edition == 2006
+        factors = {} if gear else table.written(forced, table.LOAD_FACTORS, at=older)
+        for number in numbers if factors else ():
+            train.result(number, **factors)
 
 
 def _is_written(load: MemberLoad) -> bool:

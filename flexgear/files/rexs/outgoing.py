@@ -103,7 +103,7 @@ class TrainOut(Outgoing):
     places: positions of members. unit, casing: ids. shafts, begins: id of the shaft of a member or
     planet, and where it begins along u, m. materials: ids by their attributes.
     ends: ids of the shafts behind the splines of suns, at which ports and joints act. gear_data:
-    ids by gear meshes of one half and gear. bearings: ids by bearing.
+    ids by gear meshes of one half and gear, "" for theirs. bearings: ids by bearing.
     """
 
     case: Case

@@ -202,7 +202,7 @@ class StageOut:
         planet, and side."""
         *gears, side = pair
         group = GroupName.of(self.stage.name, self.view.part(role), side)
-        geometry = self.geometry.gear_meshes[role]
+        geometry, rules = self.geometry.gear_meshes[role], self.train.case.rating
         number = self.train.part(
             whole,
             "cylindrical_stage",
@@ -214,7 +214,9 @@ class StageOut:
             radial_contact_ratio=geometry.transverse_contact_ratio,
             overlap_contact_ratio=geometry.overlap_ratio or None,
             total_contact_ratio=geometry.total_contact_ratio,
+            **table.written(rules, [table.APPLICATION_FACTOR], at=rules.edition == 2006),
         )
+        self.train.gear_data.setdefault((group, ""), []).append(number)
         if self.loaded:
             force = abs(self.flow.gear_mesh_forces[role]) * math.cos(self.geometry.base_helix_angle)
             self.train.result(number, nominal_tangential_force_at_base_diameter=force)

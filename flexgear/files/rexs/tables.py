@@ -220,13 +220,14 @@ class Row:
         return unit_name(self.suffix) if self.suffix else "none"
 
 
-def written(section: Section, rows: Iterable[Row], sign: int = 1) -> dict[str, Any]:
-    """REXS attributes (SI), times ``sign``, of the fields of ``rows`` that a section has."""
+def written(section: Section, rows: Iterable[Row], sign: int = 1, at: int = 0) -> dict[str, Any]:
+    """REXS attributes (SI), times ``sign``, of the fields of ``rows`` that a section has. at: which
+    of the names is written."""
     values = [(row, getattr(section, row.field, None)) for row in rows]
     return {
         name: sign * value
         for row, value in values
-        for name in row.names[: None if row.both else 1]
+        for name in row.names[at : None if row.both else at + 1]
         if value is not None
     }
 

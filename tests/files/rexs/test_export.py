@@ -249,6 +249,53 @@ speed_rpm = 0
             assert loads == {load.member: list(load.first) for load in first.loads}
 
 
+def test_load_factors_are_with_their_gear_meshes_in_every_load_case(tmp_path):
+    """Those of the case, replaced by those of a load case; K_A is with the gear mesh itself."""
+    text = """
+[rating]
+edition = 2006
+application_factor = 1.25
+k_v = 1.05
+least_root_safety = 1.4
+[[rating.gear_meshes]]
+kind = "sun"
+face_width_mm = 200
+[[load_cases]]
+hours = 12
+k_v = 1.1
+[[load_cases.gear_meshes]]
+kind = "ring"
+k_h_beta = 1.3
+[[load_cases]]
+hours = 24
+"""
+    source = tmp_path / "factors.toml"
+    source.write_text(bundled_text("herringbone") + text, encoding="utf-8")
+    case = load_case(source)
+    path = exported(case, tmp_path / "out.rexs")
+    require_valid(path)
+    document = read_rexs(path)
+    assert len(document.load_cases) == 3
+    for state, k_v, of_ring in zip(
+        document.load_cases, (1.05, 1.1, 1.05), (None, 1.3, None), strict=True
+    ):
+        with document.values_of(state):
+            for gear_mesh in document.kind("cylindrical_stage"):
+                stated = {k: v.value for k, v in gear_mesh.attributes.items() if "_factor" in k}
+                k_h_beta = of_ring if ".ring" in gear_mesh.name else None
+                assert stated.pop("face_load_factor_contact_stress_iso_6336_2006", None) == (
+                    k_h_beta and str(k_h_beta)
+                )
+                assert stated == {
+                    "application_factor_iso_6336_2006": "1.25",
+                    "dynamic_factor_iso_6336_2006": str(k_v),
+                }
+    lines = {line for line in not_written(case) if "rating" in line or "load_cases" in line}
+    unwritten = ("edition", "least_root_safety", "gear_meshes.0.face_width")
+    assert lines == {f"rating.{key}" for key in unwritten}
+    assert case_of_file(path)[0].rating.application_factor == 1.25
+
+
 def test_place_relative_to_another_component(tmp_path):
     """Places that a file gives in a turned and shifted component's frame mean the same machine."""
     expected = planetary().case(tmp_path)[0]
