@@ -16,6 +16,12 @@ for equal spacing 1 where (H z_r + n) mod N = 0 and else 0 (McFadden and Smith 1
 199C:65). Differences between planets, ring errors that do not repeat with the planets, and a
 transfer path that depends on more than the planet pass excite the other lines.
 
+An FE ring gives way more between its N_b bolts than at them. What planet i feels of it at its place
+ψ_i = θ_c − θ_r + φ_i repeats with teeth and bolts, so its forces and motions have the orders
+H z_r + k N_b of ψ_i. Those of bolts alone, H = 0, have frequency and share as above with k N_b in
+place of H z_r; forces of one gear mesh have n = 0 at any spacing. Fits and splines are alike all
+round, and a rigid ring moves on evenly spaced bolts (three or more) as on one spring.
+
 A tooth of sun or ring meets planet i when the carrier has turned relative to the gear by φ_i. This
 gives multiples k of f_m/z with the share of N phasors at order k, so N f_m/z for equal spacing.
 Forces of one gear mesh have f_m/z and all its multiples at any spacing. A flank of a planet meets
@@ -40,6 +46,7 @@ import math
 from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
 
 import numpy as np
 
@@ -53,8 +60,9 @@ from flexgear.model.stage import Stage
 from flexgear.model.stage_view import BearingPlace, StageView
 
 SIDEBAND, TOOTH_FAULT, BEARING = "sideband", "tooth fault", "bearing"
-SAME_TEETH = "same teeth"
+SAME_TEETH, BOLT_PASS = "same teeth", "bolt pass"
 PASS = "pass"  # row of the line at N planet passes in a turn
+OF_ONE_PLANET = (GEAR_MESH, BOLT_PASS)  # lines of its forces, also where N planets cancel
 HARMONICS = 3  # of the gear mesh that are listed
 LEAST_SHARE, FULL_SHARE = 0.1, 0.995  # least share in tables; share above which none is printed
 CANCELLED = 1e-9  # share of N phasors that is rounding
@@ -66,14 +74,14 @@ TURN = 2 * math.pi
 class ExpectedLine:
     """Line of a spectrum at the speeds of a power flow.
 
-    kind: "gear mesh", "sideband", "shaft", "planet pass", "tooth fault", "same teeth" or "bearing";
-    label: name of the line, without the stage; frequency: Hz; share: amplitude relative to N
-    planets in phase, 1 where planets do not matter; harmonic: H of gear meshes and sidebands, else
-    0; row: name in a table of lines of this kind, ``label`` if empty; bearing: name of the bearing
-    of the line; turn: frequency at which a bearing's defect turns relative to the load, Hz, which
-    is the distance of sidebands, 0 if it does not turn; turn_label: what turns with it;
-    carrier_modulates: whether sensors hear it change with a carrier's turn; faulty: whether the
-    case has the fault.
+    kind: "gear mesh", "sideband", "shaft", "planet pass", "bolt pass", "tooth fault", "same teeth"
+    or "bearing"; label: name of the line, without the stage; frequency: Hz; share: amplitude
+    relative to N planets in phase, 1 where planets do not matter; harmonic: H of gear meshes and
+    their sidebands, else 0; row: name in a table of lines of this kind, ``label`` if empty;
+    bearing: name of the bearing of the line; turn: frequency at which a bearing's defect turns
+    relative to the load, Hz, which is the distance of sidebands, 0 if it does not turn; turn_label:
+    what turns with it; carrier_modulates: whether sensors hear it change with a carrier's turn;
+    faulty: whether the case has the fault.
     """
 
     stage: str
@@ -106,15 +114,15 @@ def expected_lines(
     harmonics: int = HARMONICS,
     sensor_speed: float = 0.0,
 ) -> tuple[ExpectedLine, ...]:
-    """Expected lines of a case, stage by stage. harmonics: number of harmonics of each gear mesh;
-    sensor_speed: of the body with the sensor, rad/s about +z. Lines of stationary parts are left
-    out; of lines with share 0 only harmonics of gear meshes are listed."""
+    """Expected lines of a case, stage by stage. harmonics: number of harmonics of each gear mesh
+    and bolt pass; sensor_speed: of the body with the sensor, rad/s about +z. Lines of stationary
+    parts are left out; of lines with share 0 only harmonics of gear meshes and bolts are listed."""
     speeds = power_flow(case) if flow is None else flow
     return tuple(
         line
         for stage in speeds.stages
         for line in _of_stage(case.view(stage.name), stage, harmonics, sensor_speed)
-        if line.frequency > 0.0 and (line.share > CANCELLED or line.kind == GEAR_MESH)
+        if line.frequency > 0.0 and (line.share > CANCELLED or line.kind in OF_ONE_PLANET)
     )
 
 
@@ -143,11 +151,16 @@ def _planetary(
     gear_mesh = stage.ring.teeth * rolling / TURN
     passing = (flow.carrier_speed - sensor) / TURN
     on_planet = rolling and abs(sensor - flow.planet_speed) <= SAME_SPEED * abs(rolling)
-    for harmonic in range(1, harmonics + 1 if rolling else 1):
-        if on_planet:
-            yield from _turning(stage, abs(gear_mesh), abs(passing), harmonic)
-        else:
-            yield from _sidebands(stage, gear_mesh, passing, harmonic)
+    fe, teeth = stage.ring.fe, stage.ring.teeth
+    circles = fe.bolt_circles if fe and fe.flexible else ()
+    bolts = sorted({circle.number for circle in circles if circle.number > 1})
+    for harmonic, count in product(range(1, harmonics + 1 if rolling else 1), (0, *bolts)):
+        order = harmonic * (count or teeth)
+        if count and order % teeth == 0:
+            continue  # a harmonic of the gear mesh
+        beside = _turning if on_planet else _sidebands
+        for line in beside(stage, order, rolling / TURN, passing):
+            yield _order(stage, harmonic, *line, bolts=count)
     yield from shaft_lines(stage, flow, sensor)
     if not on_planet:
         yield from pass_lines(stage, flow, sensor)
@@ -184,36 +197,43 @@ def pass_lines(stage: Stage, flow: StageFlow, sensor: float) -> Iterator[Expecte
 
 
 def _sidebands(
-    stage: Stage, gear_mesh: float, passing: float, harmonic: int
-) -> Iterator[ExpectedLine]:
-    """Line of one harmonic of the gear mesh, and its sidebands at up to N carrier turns."""
-    if abs(passing) * TURN < SAME_SPEED * abs(gear_mesh):  # planets do not pass the sensor
-        yield _order(stage, harmonic, harmonic * abs(gear_mesh))
+    stage: Stage, order: int, turn: float, passing: float
+) -> Iterator[tuple[float, float, str]]:
+    """Frequency, share and name of the line of an order of the carrier against the ring, without a
+    name, and of its sidebands at up to N carrier turns. turn, passing: frequencies of the carrier
+    against the ring and the sensor, Hz, with sign."""
+    if abs(passing) * TURN < SAME_SPEED * abs(order * turn):  # planets do not pass the sensor
+        yield order * abs(turn), 1.0, ""
         return
-    assert stage.ring is not None
     for n in range(-stage.planets, stage.planets + 1):
-        share = phasor_share(harmonic * stage.ring.teeth + n, stage.planet_angles)
-        frequency = abs(harmonic * gear_mesh + n * passing)
-        sense = n if gear_mesh * passing > 0 else -n  # + is above the gear mesh
+        share = phasor_share(order + n, stage.planet_angles)
+        sense = n if turn * passing > 0 else -n  # + is above the order
         turns = f"{'+' if sense > 0 else '−'}{abs(n)} carrier turn{'s' * (abs(n) > 1)}" if n else ""
-        yield _order(stage, harmonic, frequency, share, turns)
+        yield abs(order * turn + n * passing), share, turns
 
 
-def _turning(stage: Stage, gear_mesh: float, turn: float, harmonic: int) -> Iterator[ExpectedLine]:
-    """Lines of one harmonic of the gear mesh at a sensor on a planet. Rotation and centre of the
-    planet vibrate at the harmonic; as the sensor's axis turns with the planet, it measures motion
-    of the centre one turn below and above. gear_mesh, turn: frequencies, Hz."""
+def _turning(
+    stage: Stage, order: int, turn: float, passing: float
+) -> Iterator[tuple[float, float, str]]:
+    """The same at a sensor on a planet. Rotation and centre of the planet vibrate at the order; as
+    the sensor's axis turns with the planet, it measures motion of the centre one turn below and
+    above."""
     for sideband, sign in (("", 0), ("−1 planet turn", -1), ("+1 planet turn", 1)):
-        frequency = harmonic * gear_mesh + sign * turn
-        yield _order(stage, harmonic, frequency, sideband=sideband)
+        yield order * abs(turn) + sign * abs(passing), 1.0, sideband
 
 
 def _order(
-    stage: Stage, harmonic: int, frequency: float, share: float = 1.0, sideband: str = ""
-) -> ExpectedLine:
-    """Line of a harmonic of the gear mesh, or of its sideband with the given name."""
-    kind, row = (SIDEBAND, sideband) if sideband else (GEAR_MESH, f"order {harmonic}")
-    label = f"gear mesh {harmonic} {sideband}".rstrip()
+    stage: Stage, harmonic: int, frequency: float, share: float = 1.0, sideband: str = "",
+    bolts: int = 0,
+) -> ExpectedLine:  # fmt: skip
+    """Line of a harmonic of the gear mesh, or of the pass of so many bolts if there are any, or of
+    its sideband with the given name."""
+    kind, row, label = GEAR_MESH, f"order {harmonic}", f"gear mesh {harmonic}"
+    if bolts:
+        kind, row = BOLT_PASS, f"{bolts} bolts, order {harmonic}"
+        label, harmonic = f"pass of {row}", 0
+    if sideband:
+        kind, row, label = SIDEBAND, sideband, f"{label} {sideband}"
     return ExpectedLine(stage.name, kind, label, frequency, share, harmonic, row)
 
 
@@ -298,6 +318,7 @@ _KEYS = {
     SIDEBAND: "beside_order_1",
     SHAFT: "shafts_turn",
     PLANET_PASS: "planet_pass",
+    BOLT_PASS: "bolt_pass",
     TOOTH_FAULT: "tooth_faults",
     SAME_TEETH: "same_teeth_meet",
 }  # in order of printing
@@ -305,18 +326,18 @@ _KEYS = {
 
 def line_rows(lines: Sequence[ExpectedLine], stage: str) -> dict[str, dict[str, float]]:
     """Frequencies, Hz, of the lines of a stage by kind and label, as in ``check`` and reports. Only
-    sidebands of the first harmonic; a share below ``FULL_SHARE`` is in the label; lines with less
-    than ``LEAST_SHARE`` are left out, except harmonics of the gear mesh."""
+    sidebands of the first harmonic of the gear mesh; a share below ``FULL_SHARE`` is in the label;
+    lines with less than ``LEAST_SHARE`` are left out, except ``OF_ONE_PLANET``."""
     rows: dict[str, dict[str, float]] = {key: {} for key in _KEYS.values()}
     for line in (x for x in lines if x.stage == stage):
-        if line.kind == SIDEBAND and line.harmonic > 1:
+        if line.kind == SIDEBAND and line.harmonic != 1:
             continue
         label = line.row or line.label
         key = line.bearing.replace(" ", "_") or _KEYS[line.kind]
         share = "" if line.share > FULL_SHARE else f" ({100 * line.share:.0f} %)"
         if line.share < LEAST_SHARE:
             share = " (planets cancel it)"
-            if line.kind != GEAR_MESH:
+            if line.kind not in OF_ONE_PLANET:
                 continue
         rows.setdefault(key, {})[f"{label}{share}"] = line.frequency
     return {key: row for key, row in rows.items() if row}

@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from flexgear.arrays import Array
 from flexgear.gears.expected_lines import (
     BEARING,
+    BOLT_PASS,
     SAME_TEETH,
     SIDEBAND,
     TOOTH_FAULT,
@@ -54,6 +55,7 @@ STYLES: dict[str, tuple[str, str]] = {  # colour and line style of expected line
     SIDEBAND: ("#9CA3AF", ":"),
     SHAFT: ("#0E7C86", ":"),
     PLANET_PASS: ("#7B3294", ":"),
+    BOLT_PASS: ("#7B3294", "-."),
     TOOTH_FAULT: ("#C5221F", ":"),
     BEARING: ("#B8860B", ":"),
     SAME_TEETH: ("#9CA3AF", "-."),
@@ -225,7 +227,7 @@ ROUNDING = 1e-7  # of the largest value of a quantity: a smaller variation is ro
 SENSOR_DECADES = 7  # of a spectrum, below its highest line
 MAX_SHOWN = 4000  # samples of a history, the last ones
 MAX_SAMPLES = 2**17  # of a spectrum, the last ones
-KINDS = (GEAR_MESH, SIDEBAND, SHAFT, PLANET_PASS)  # of expected lines
+KINDS = (GEAR_MESH, SIDEBAND, SHAFT, PLANET_PASS, BOLT_PASS)  # of expected lines
 
 
 @styled

@@ -62,6 +62,54 @@ def test_sidebands_are_those_of_a_direct_sum(positions, teeth):
         }
 
 
+def on_a_bolted_ring(angles, teeth, bolts):
+    """Amplitudes by order of the carrier of the force of planet 1, and of the radial motion of a
+    place of the ring: planets close alike on teeth in series with a thin ring that bends between
+    its bolts, w = Σ a_n cos nβ + b_n sin nβ, n from 1, by Ritz with (n² − 1)² of bending."""
+    n = np.arange(1, 40)
+
+    def shapes(at):
+        return np.concatenate([np.cos(n * at[..., None]), np.sin(n * at[..., None])], axis=-1)
+
+    places = shapes(2 * np.pi * np.arange(bolts) / bolts)
+    flexible = np.linalg.inv(np.diag(np.tile((n**2 - 1.0) ** 2, 2)) + 3e3 * places.T @ places)
+    psi = 2 * np.pi * np.arange(N_SAMPLES // 4)[:, None] / (N_SAMPLES // 4) + np.array(angles)
+    loaded = shapes(psi)
+    between = loaded @ flexible @ loaded.swapaxes(1, 2)
+    between += np.eye(len(angles)) * 1e-3 / (1 + 0.1 * np.cos(teeth * psi))[:, None]
+    force = np.linalg.solve(between, np.ones((*psi.shape, 1)))
+    force /= force.sum(axis=1, keepdims=True)
+    motion = (shapes(np.array(0.1)) @ flexible) @ (loaded.swapaxes(1, 2) @ force)
+    return (
+        2 * np.abs(np.fft.rfft(x[:, 0], axis=0)[:, 0]) / len(psi) for x in (force, motion[:, None])
+    )
+
+
+def test_planets_pass_the_bolts_of_a_ring_that_bends():
+    """25 orders lower and above, and all multiples of both, in one planet's force; of 5 planets a
+    sensor on the ring has the pass beside them that is a multiple of 5."""
+    case = load_case("wind-5mw", {"stage.ring.fe.bolts.number": "24"})
+    stage, turns = rated(case)
+    force, motion = on_a_bolted_ring(stage.planet_angles, stage.ring.teeth, 24)
+    lines = {x.label: (x.frequency / turns, x.kind) for x in expected_lines(case)}
+    passes = [round(order) for order, kind in lines.values() if kind == "bolt pass"]
+    assert passes == [24, 48, 72]
+    heard = np.flatnonzero(force > 1e-9 * force[0])[1:]
+    assert not [k for k in heard if k % 3]  # gcd of 93 and 24
+    assert max(heard[heard < 93], key=lambda k: force[k]) == 24
+    beside = [
+        round(x) for label, (x, kind) in lines.items() if "bolts" in label and kind == "sideband"
+    ]
+    assert sorted(beside) == [20, 25, 45, 50, 70, 75]
+    around = [k for order in passes for k in range(order - 5, order + 6)]
+    assert {k for k in around if motion[k] > 1e-9 * motion[0]} == set(beside)
+    assert not [
+        x
+        for x in expected_lines(load_case("wind-5mw", {"stage.ring.fe.flexible": "false"}))
+        if x.kind == "bolt pass"
+    ]
+
+
 def test_ring_that_turns_and_carrier_that_stands():
     """A star: planets stay where they are, so no sidebands; a sensor that turns with the ring sees
     the planets pass at the ring's speed, and the same gear mesh."""
