@@ -5,7 +5,7 @@ import math
 from collections.abc import Mapping
 from typing import Any, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.units import Angle, Length, Rate, Stiffness, StiffnessPerWidth, Time
@@ -278,12 +278,18 @@ class GearErrors(Section):
 
     @staticmethod
     def for_each(data: Mapping[str, Any], planets: int) -> dict[str, Any]:
-        """Raw data of the section with numbers in place of lists expanded to one per planet, and to
-        the first harmonic."""
+        """Raw data of the section with numbers in place of lists expanded to one per planet."""
         numbers = {key: data[key] for key in data if isinstance(data[key], (int, float))}
         of_planets = {k: each_planet(k, x, planets) for k, x in numbers.items() if k in OF_PLANETS}
-        first = {k: (x,) if x else () for k, x in numbers.items() if k in HARMONICS}
-        return {**data, **of_planets, **first}
+        return {**data, **of_planets}
+
+    @field_validator(*HARMONICS, mode="before")
+    @classmethod
+    def _first_harmonic(cls, value: Any) -> Any:
+        """A number as the list of a first harmonic."""
+        if isinstance(value, (int, float)):
+            return (value,) if value else ()
+        return value
 
     def require_planets(self, planets: int) -> None:
         """Raise Refusal for a list whose number of values differs from that of the planets."""

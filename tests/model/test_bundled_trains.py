@@ -114,7 +114,7 @@ def test_pitch_drive():
         assert errors.planet_eccentricity_phase == pytest.approx(
             [0, 2 * math.pi / 3, 4 * math.pi / 3]
         )
-        assert (errors.sun_gear_mesh, errors.ring_gear_mesh) == (15e-6, 20e-6)
+        assert (errors.sun_gear_mesh, errors.ring_gear_mesh) == ((15e-6,), (20e-6,))
     assert [s.errors.sun_eccentricity for s in train.stages] == [17e-6, 17e-6, 22e-6]
     assert [s.errors.ring_offset for s in train.stages] == [20e-6, 20e-6, 30e-6]
     assert [j.tangential for j in train.joints] == [1.3e9, 1.32e9]

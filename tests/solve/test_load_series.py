@@ -357,7 +357,7 @@ def test_the_duration_curve_ends_at_all_turns(case_with, tmp_path):
     assert np.all(np.diff(values) <= 0)
     # at the turns of each bin's middle the samples' torque lies within a bin's width
     middles = (edges[1:] + edges[:-1]) / 2
-    assert np.interp(middles, exceeded, torque) == pytest.approx(values, abs=1e-3 * RATED / 20)
+    assert np.interp(middles, exceeded, torque) == pytest.approx(values, abs=RATED / 20)
 
 
 def test_a_bin_lasts_as_long_as_its_turns_take(case_with, tmp_path):
