@@ -143,7 +143,7 @@ def model_of_case(case: Case, rated: BinResults | None = None) -> Outgoing:
     ports = {port.member: _add_port(train, port) for port in case.ports}
     if ports:
         torque = {} if case.output is None else train.flow.torque
-        _add_state(train, ports, train.flow.speed, torque, case.rating)
+        _add_state(train, ports, LoadBin("", 0.0, torque, train.flow.speed, case.loads))
     bins = bins_of_load_cases(case) if rated is None else rated.bins
     of_bins = [load for load_bin in bins for load in load_bin.loads]
     loaded = dict.fromkeys(load.member for load in (*case.loads, *of_bins) if _is_written(load))
@@ -151,8 +151,7 @@ def model_of_case(case: Case, rated: BinResults | None = None) -> Outgoing:
     for b, load_bin in enumerate(bins):
         train.begin_load_case(load_bin.name)
         train.result(train.unit, operating_time=HOUR * load_bin.hours)
-        rules = case.rating.in_load_case(load_bin.factors, load_bin.extreme)
-        _add_state(train, ports, load_bin.speed, load_bin.torque, rules)
+        _add_state(train, ports, load_bin)
         for member, number in forces.items():
             force = _force_attributes(load_bin.loads, member)
             if force != _force_attributes(case.loads, member):
@@ -238,17 +237,15 @@ def _add_forces(train: TrainOut, member: str) -> int:
     )
 
 
-def _add_state(
-    train: TrainOut, ports: dict[str, int], speed: Mapping[str, float],
-    torque: Mapping[str, float], rules: Rating,
-) -> None:  # fmt: skip
+def _add_state(train: TrainOut, ports: dict[str, int], state: LoadBin) -> None:
     """Add speeds of members, torques and powers of ports, and stated load factors to the last load
-    case. ports: ids by member. torque: empty for a case without loads."""
-    for member, value in speed.items():
+    case. ports: ids by member. Torques of the state are empty for a case without loads."""
+    for member, value in state.speed.items():
         train.result(train.shafts[member], rotational_speed=value)
-    for member, number in ports.items() if torque else ():
-        power = torque[member] * speed[member] + 0.0  # no −0
-        train.result(number, torque_around_u_axis=torque[member], power=power)
+    for member, number in ports.items() if state.torque else ():
+        power = state.torque[member] * state.speed[member] + 0.0  # no −0
+        train.result(number, torque_around_u_axis=state.torque[member], power=power)
+    rules = train.case.rating.in_load_case(state.factors, state.extreme)
     for (group, gear), numbers in train.gear_data.items():
         forced, older = rules.forced(group.stage, group.role), rules.edition == 2006
         factors = {} if gear else table.written(forced, table.LOAD_FACTORS, at=older)

@@ -180,6 +180,5 @@ class Joints:
         shaft = self.shafts.get(self._sun(pair) or pair[0])
         if shaft is None:
             return False
-        _, couplings = self.assembly.torsion(*self._ends(pair))
-        joints = [*couplings, *([] if shaft.coupling is None else [shaft.coupling])]
-        return all(value(c, _TILT.names[0], _TILT.unit) > 0 for c in joints)
+        joints = [*self.assembly.torsion(*self._ends(pair))[1], shaft.coupling]
+        return all(value(c, _TILT.names[0], _TILT.unit) > 0 for c in joints if c is not None)

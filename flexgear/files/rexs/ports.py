@@ -128,8 +128,7 @@ def speed_of(assembly: Assembly, body: int | None) -> Datum | None:
     for component in [*shafts, *gears]:
         datum = read([component], SPEED)
         if datum is not None:
-            for twin in members:
-                read([component, twin], SPEED)
+            read([component, *members], SPEED)  # marks equal speeds as used
             return _signed(datum, assembly.frames.sense(component))
     return None
 

@@ -9,7 +9,7 @@ rule, and as keys they would replace those of the model: the case has them in co
 """
 
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,6 +32,7 @@ _TIME = ("operating_time", "load_duration")
 _SHARE = ("operating_time_fraction", "load_duration_fraction")
 _MOST_OVER_RATED = 1.2  # torque of a load case with duration over the rated one
 _TOTAL_HOURS = 20_000.0  # h, assumed if a file gives only shares
+Factors = dict[tuple[str, str, str], float]  # load factors by stage, kind of gear mesh and key
 
 
 def write_load_cases(ports: PortWriter) -> set[int]:
@@ -45,8 +46,9 @@ def write_load_cases(ports: PortWriter) -> set[int]:
     with document.values_of(None):  # of the model, not of the selected load case
         total_time = number(document.kind("gear_unit"), _TIME, "h")
     names = [load_case.name for load_case in document.load_cases]
-    pairs, rating = document.kind("cylindrical_stage"), text.section("[rating]")
-    applied, rated = [read([c], APPLICATION_FACTOR) for c in pairs], _put_factors(ports, "rating")
+    pairs, rating, rated = document.kind("cylindrical_stage"), text.section("[rating]"), Factors()
+    _put_factors(ports, "rating", rated)
+    applied = [read([c], APPLICATION_FACTOR) for c in pairs]
     over_rated, shares = dict[int, float](), list[float]()
     for load_case in document.load_cases:
         with document.values_of(load_case):
@@ -54,7 +56,7 @@ def write_load_cases(ports: PortWriter) -> set[int]:
             if hours is not None:
                 name = load_case.name if names.count(load_case.name) == 1 else ""
                 over_rated[load_case.id] = train.write(name or f"load case {load_case.id}", hours)
-                _put_factors(ports, "load_cases", rated)
+                _put_factors(ports, "load_cases", {**rated})
                 applied += [read([c], APPLICATION_FACTOR) for c in pairs]
     rating.take(APPLICATION_FACTOR.key, _largest(applied))
     if any(section.is_comment for section in text.sections):
@@ -131,23 +133,22 @@ class _Train:
         return sections[member]
 
 
-def _put_factors(ports: PortWriter, parent: str, rated: Sequence[Datum] = ()) -> list[Datum]:
+def _put_factors(ports: PortWriter, parent: str, earlier: Factors) -> None:
     """Write the load factors of the present load case, the largest of all planets and halves, as
-    tables in comments below ``parent``, without those of the rated load case; returns them."""
-    every = list[Datum]()
+    tables in comments below ``parent``, without those in ``earlier``, and add them to it."""
     for name, stage in {member.stage_name: member.stage for member in ports.members}.items():
         for kind, gear_meshes in stage.gear_meshes.items():
-            data = [(r, _largest(read([m.stage], r) for m in gear_meshes)) for r in LOAD_FACTORS]
-            factors = {row.key: d for row, d in data if d is not None and d not in rated}
+            every = [(r, _largest(read([m.stage], r) for m in gear_meshes)) for r in LOAD_FACTORS]
+            data = {(name, kind, row.key): d for row, d in every if d is not None}
+            factors = {at: d for at, d in data.items() if d.value != earlier.get(at)}
             if factors:
                 section = ports.case.section(f"[[{parent}.gear_meshes]]")
                 section.is_comment = True
                 section.put("stage", name, "")
                 section.put("kind", kind, "")
-                for key, datum in factors.items():
-                    section.take(key, datum)
-            every += factors.values()
-    return every
+                for at, datum in factors.items():
+                    section.take(at[-1], datum)
+                    earlier[at] = datum.value
 
 
 def _largest(data: Iterable[Datum | None]) -> Datum | None:

@@ -73,7 +73,8 @@ def test_load_factors_are_in_comments_and_k_a_is_a_key(imported, spectrum, tmp_p
         m.set(number, application_factor_iso_6336_2006=(1.1, "none"),
               mesh_load_factor_iso_6336_2019=(1.05, "none"))  # fmt: skip
         m.load_cases[4][number] = {"dynamic_factor_iso_6336_2019": (1.01, "none")}
-        m.load_cases[9][number] = {"dynamic_factor_din_3990_1987": (1.02, "none")}
+        m.load_cases[9][number] = {"dynamic_factor_din_3990_1987": (1.02, "none"),
+                                   "mesh_load_factor_iso_6336_2019": (1.05, "none")}  # fmt: skip
     m.set(ring, face_load_factor_flank=(1.3, "none"))
     m.load_cases[9][sun] |= {"application_factor_iso_6336_2006": (1.25, "none")}
     m.load_cases[9][sun] |= {"dynamic_factor_din_3990_1987": (1.04, "none")}
@@ -83,6 +84,7 @@ def test_load_factors_are_in_comments_and_k_a_is_a_key(imported, spectrum, tmp_p
     assert not any("_factor" in line for line in conversion.left_out if "of the model" not in line)
     assert any("in comments" in line for line in conversion.assumed)
     assert "k_v = 1.04  " in conversion.text and f'{sun} "sun mesh", dynamic' in conversion.text
+    assert conversion.text.count("# k_gamma") == 2  # not again for load cases with the same
     path = tmp_path / "with.toml"
     keys = r"^# (?=\[\[\w+\.gear_meshes\]\]|(stage|kind|k_\w+) = )"
     path.write_text(re.sub(keys, "", conversion.text, flags=re.M), "utf-8")
