@@ -173,8 +173,8 @@ def _refusal(angle: float, torque: float, closure: float, faulty: bool) -> str:
     if not np.isfinite(closure):
         return (
             f"no equilibrium at carrier angle {angle:.5f} rad under {torque:.6g} N·m: teeth that "
-            "only push leave a body free, or the law of a bearing does not converge; check "
-            "bearings, joints and supports"
+            "only push leave a body free, or the law of a bearing does not converge; check joints, "
+            "supports and bearings, of which one row of rollers needs tilt_nm_per_rad"
         )
     return (
         f"equilibrium at carrier angle {angle:.5f} rad under {torque:.6g} N·m closes only to "

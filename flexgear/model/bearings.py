@@ -290,8 +290,9 @@ class Bearing(Springs, Rolling):
     z: where its springs act along the axis, m, from the middle of the gear or the seat, off centre
     where two rows are unequal. They act on u_x + z r_y, u_y - z r_x and the tilts. clearance:
     radial gap there before the radial springs carry. rollers: carry radial load and tilting moment
-    with a stiffness that grows with load; radial and tilt are then used in modes and other linear
-    analyses. damping: dampers at z beside the springs.
+    with a stiffness that grows with load; radial and tilt, if left out that of rows which share
+    radial, are then used in modes and other linear analyses. damping: dampers at z beside the
+    springs.
     """
 
     z: Length = Field(default=0.0, ge=-5.0, le=5.0)

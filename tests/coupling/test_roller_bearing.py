@@ -9,6 +9,8 @@ from stepped import stepped
 from trains import stage_train
 
 from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.gear_mesh_cycle import mean_springs
+from flexgear.analysis.modes import modes
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Drive
 from flexgear.coupling.build import build_system
@@ -18,7 +20,7 @@ from flexgear.coupling.laws.rollers import roller_loads, roller_parameters
 from flexgear.coupling.modal import modal_system
 from flexgear.gears.bearings.rows import roller_stiffness
 from flexgear.model.bearings import Rollers
-from flexgear.model.errors import InputError
+from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import load_case
 
 N = 10 / 9
@@ -77,10 +79,10 @@ def lumped(folder):
     return build_system(stage_train(folder, planets=3, **keys))
 
 
-def flexible(_):
+def flexible(_, **more):
     rollers = ROLLERS | {"length_mm": "120", "spacing_mm": "150"}
     keys = {f"stage.planet_bearing.rollers.{k}": v for k, v in rollers.items()}
-    return make_system(**{"stage.gear_mesh.contact_law": "one-sided"}, **keys)
+    return make_system(**{"stage.gear_mesh.contact_law": "one-sided", **keys, **more})
 
 
 @pytest.mark.parametrize("make", [lumped, flexible])
@@ -113,6 +115,20 @@ def test_loaded_planet_bearing_is_in_equilibrium(tmp_path, make):
             rows = np.linalg.norm([(loads * f(psi)).sum(axis=-1) for f in (np.cos, np.sin)], axis=0)
             assert np.abs(rows[:, 0] - rows[:, 1]).min() > 0.05 * rows.max()
             assert recovery.row_loads([bearing.name])[:, 0] == pytest.approx(rows, rel=1e-12)
+
+
+def test_modes_have_the_tilt_of_rows_that_share_the_radial_stiffness():
+    """k_r/2 at ±75 mm resist tilting with k_r (75 mm)², stated by hand; one row does not, and
+    planets that nothing else holds have no equilibrium."""
+    frequencies, left_out = [], {"stage.planet_bearing.tilt_nm_per_rad": None}
+    for tilt in (left_out, dict.fromkeys(left_out, 4e9 * 0.075**2)):
+        modal = modal_system(flexible(None, **tilt))
+        springs = mean_springs(modal.system, modal).stiffness
+        frequencies.append(modes(modal.system, springs, 500.0).frequencies)
+    np.testing.assert_allclose(*frequencies, rtol=1e-4)
+    modal = modal_system(flexible(None, **{**left_out, "stage.planet_bearing.rollers.rows": "1"}))
+    with pytest.raises(FlexgearError, match="one row of rollers needs tilt_nm_per_rad"):
+        mean_springs(modal.system, modal)
 
 
 def test_a_run_starts_where_the_equilibrium_is(tmp_path):

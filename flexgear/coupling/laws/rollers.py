@@ -176,8 +176,9 @@ def _nominal(parameters: Array) -> Array:
 def _stated_by(bearing: Bearing, viscosity: float | None) -> list[float] | None:
     if bearing.rollers is None:
         return None
-    stiffness = bearing.stiffness
-    return roller_parameters(bearing.rollers, stiffness[0], stiffness[3])
+    radial, tilt = bearing.stiffness[0], bearing.stiffness[3]
+    of_rows = radial * float(np.mean(np.square(bearing.rollers.places)))  # that share ``radial``
+    return roller_parameters(bearing.rollers, radial, tilt or of_rows)
 
 
 ROLLERS = Law(
