@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -62,6 +63,9 @@ def check(
         typer.echo(as_json_text({**figures, "warnings": doubts}))
     else:
         present(f"{source.name}: {source.title or 'valid'}", with_reasons(figures))
+        command = ["flexgear", "modes" if source.output is None else "run", case]
+        command += [word for setting in settings or [] for word in ("--set", setting)]
+        typer.echo(f"\nnext: {shlex.join(command)}")
     warn(doubts)
 
 

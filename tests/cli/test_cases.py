@@ -27,6 +27,7 @@ def test_check_prints_what_follows_from_the_case(flexgear):
         "largest misfit of a sun tooth                 0 pitches\n",
     ):
         assert words in out
+    assert out.endswith("\n\nnext: flexgear run wind-5mw\n")
 
 
 def test_rayleigh_damping_says_what_it_leaves_to_the_teeth(tmp_path):
@@ -109,7 +110,8 @@ def test_check_says_and_draws_what_flanks_lack(flexgear, tmp_path):
 def test_check_warns_of_an_implausible_gravity(flexgear, tmp_path):
     """On stderr, as JSON and in the folder's summary; the case is valid all the same."""
     gravity = ("--set", "gravity_m_per_s2=[0, -9810, 0]")
-    code, _, err = flexgear("check", "lin-parker", *gravity)
+    code, out, err = flexgear("check", "lin-parker", *gravity)
+    assert out.endswith("\nnext: flexgear run lin-parker --set 'gravity_m_per_s2=[0, -9810, 0]'\n")
     warning = "gravity is 9810 m/s², and that of the Earth 9.81: check its unit"
     assert (code, err) == (0, f"flexgear: {warning}\n")
     code, out, err = flexgear("check", "lin-parker", *gravity, "--json", "--out", tmp_path / "c")
