@@ -11,7 +11,7 @@ import xarray as xr
 
 from flexgear.analysis.excitation import folded
 from flexgear.model.case import Case
-from flexgear.model.names import GEAR_MESH
+from flexgear.model.names import GEAR_MESH, SHAFT, ExcitationName
 from flexgear.results.report.parts import Level
 from flexgear.results.report.wording import excitation_words, number, with_unit, words
 from flexgear.solve.campbell import ERRORS, IDEAL, LEAST
@@ -125,9 +125,9 @@ def resonance_verdict(figures: Mapping[str, Any]) -> tuple[Level, str, str]:
     if other is not None:
         force = other["force_share"]
         raised = "" if force is None else f"; with a single planet {_force(force)}"
-        sentences.append(
-            f"{_met(other)}, which only errors excite, such as unequal planets or run-out{raised}."
-        )
+        of_shaft = ExcitationName.parse(other["excitation"]).kind == SHAFT
+        errors = "run-out or unbalance" if of_shaft else "unequal planets"
+        sentences.append(f"{_met(other)}, which only errors excite, such as {errors}{raised}.")
     counts = f"{figures['ideal']} excited by perfect gears, {figures['errors']} only with errors"
     text = f"Orders within {margin} of a mode {speeds}: {counts}. {' '.join(sentences)}{unknown}"
     figure = with_unit(rows[0]["frequency_hz"], "Hz")

@@ -211,6 +211,8 @@ def test_verdict_says_what_is_met_and_by_what():
     assert row["nodal_index"] == "1 or 3" and row["cause"] == ERRORS
     level, _, sentence = resonance_verdict(figures)
     assert level == "note" and "unequal planets" in sentence and "constant" in sentence
+    of_shaft = {**figures, "met": [{**row, "excitation": "stage.sun x 1"}]}
+    assert "such as run-out or unbalance." in resonance_verdict(of_shaft)[2]
     near = resonance_figures(model.case, campbell(model, margin=0.001), modes(model))
     level, figure, sentence = resonance_verdict(near)
     assert figure == "clear" and "0.1 %" in sentence

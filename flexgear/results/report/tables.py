@@ -216,7 +216,7 @@ def meetings(resonance: Mapping[str, Any]) -> Iterator[Table]:
     within = with_unit(resonance["margin"], "share")
     for cause, title in (
         ("ideal", "excited by perfect gears"),
-        ("errors", "excited by errors alone, such as unequal planets, run-out or unbalance"),
+        ("errors", "excited by errors alone"),
     ):
         lines = [_meeting(row) for row in resonance["met"] if row["cause"] == cause]
         yield Table("modes", f"{title}, within {within}", lines)
