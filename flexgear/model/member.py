@@ -219,6 +219,11 @@ class GearMember(LumpedInertia, Gear):
             "give stage.material; for teeth of two materials in contact its Young's modulus is "
             "2 E_1 E_2/(E_1 + E_2), and mass_kg gives the masses",
         ),
+        "hand": (
+            "is not available: the hands of a stage's gears follow from one another",
+            "give stage.planet_hand, that of planets and ring, of a pair that of the gear; the sun "
+            "or pinion has the other one",
+        ),
     }
 
     base_diameter: Length | None = Field(default=None, ge=1e-4, le=10.0)

@@ -25,7 +25,7 @@ Absent = Mapping[str, tuple[str, str]]  # problem and remedy by pattern of the b
 
 class Section(BaseModel):
     """Frozen parameters in SI; unknown keys and wrong types are refused. absent: keys that a user
-    may look for, of what flexgear does not model."""
+    may look for, of what flexgear does not model or states elsewhere."""
 
     absent: ClassVar[Absent] = {}
 

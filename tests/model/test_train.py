@@ -282,6 +282,8 @@ def test_bad_trains_are_one_clear_line(tmp_path, old, new, words):
          "stage.kind: 'ravigneaux' is unknown -- use one of .*(Ravigneaux).* not modelled"),
         ("sun = { teeth = 20 }", "sun = { teeth = 20, material = { young_modulus_gpa = 3 } }",
          "stage.sun.material: is not available: all gears of a stage are of one material -- give"),
+        ("sun = { teeth = 20 }", 'sun = { teeth = 20, hand = "left" }',
+         "stage.sun.hand: .* -- give stage.planet_hand, .* the sun or pinion has the other one"),
     ],
 )  # fmt: skip
 def test_the_only_stage_is_named_as_it_is_written(tmp_path, old, new, words):
