@@ -21,6 +21,7 @@ MAX_CSV_BYTES = 64 * MEGABYTE  # millions of rows
 MAX_FE_MESH_BYTES = 4096 * MEGABYTE
 MAX_REXS_BYTES = 256 * MEGABYTE  # unpacked; gearboxes with load distributions take some 32
 MAX_MATRIX_BYTES = 2048 * MEGABYTE
+MAX_DATASET_BYTES = 1 << 40  # of netCDF, which is read in pieces
 
 
 def require_regular(path: Path, what: str, max_bytes: int) -> None:

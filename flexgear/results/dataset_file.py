@@ -23,6 +23,7 @@ import xarray as xr
 from flexgear.files.atomic import PathLike, atomic_file
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.model.input_file import MAX_DATASET_BYTES, require_regular
 from flexgear.model.units import size_text
 from flexgear.results.netcdf import Encoding, NewFile, read
 from flexgear.results.sinks import (
@@ -93,8 +94,7 @@ def load(path: PathLike) -> xr.Dataset:
 @contextlib.contextmanager
 def readable(path: PathLike) -> Iterator[None]:
     """Context in which a dataset that cannot be read raises InputError."""
-    if not Path(path).is_file():
-        raise InputError(str(path), "dataset", "there is no such file", "check the path")
+    require_regular(Path(path), "dataset", MAX_DATASET_BYTES)
     try:
         yield
     except DAMAGED as error:
@@ -156,6 +156,7 @@ class DatasetFile(DatasetSink):
         pattern = chosen(run_size.pattern, self._names)
         run_size = replace(run_size, pattern=pattern)
         self._refuse_too_much(run_size)
+        self.words = f", up to {size_text(run_size.size)}"
         counts = {clock: n for clock, n in run_size.counts.items() if clock in pattern.dims}
         encoding = dict(encoding_of(pattern))
         for clock, count in counts.items():

@@ -17,9 +17,8 @@ from typing import Any
 
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.input_file import MAX_CASE_BYTES, read_text, require_regular
+from flexgear.model.input_file import MAX_CASE_BYTES, MAX_DATASET_BYTES, read_text, require_regular
 
-_MAX_BYTES = 1 << 40  # of a dataset, of which only the attributes are read
 _REPORT = re.compile(r'<meta name="flexgear-case" content="([^"]*)">')
 
 
@@ -55,7 +54,7 @@ def is_picture(path: Path) -> bool:
 def origin_of(path: Path) -> Origin | None:
     """Origin stated by a file; None if flexgear did not write it, or it cannot be read."""
     try:
-        require_regular(path, "output", _MAX_BYTES)
+        require_regular(path, "output", MAX_DATASET_BYTES)
         with open(path, "rb") as file:
             if file.read(4) == b"\x89HDF":
                 return _of_dataset(path)

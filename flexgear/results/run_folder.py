@@ -19,6 +19,7 @@ from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.input_file import MEGABYTE, read_text
 from flexgear.model.names import BodyName
 from flexgear.model.read import tuples_of
+from flexgear.model.section import location
 from flexgear.model.stage_view import StageView
 from flexgear.results.dataset_file import reopened
 from flexgear.results.settling import settled
@@ -34,7 +35,7 @@ def transient_file(path: Path) -> Path:
     """The file of a transient: ``path``, or the file of steady running in the folder of a run;
     InputError if there is none."""
     file = path / "transient.nc" if path.is_dir() else path
-    if not file.is_file():
+    if not file.exists():
         remedy = "name a transient, or the folder of a run"
         raise InputError(str(file), "dataset", "there is no such file", remedy)
     return file
@@ -129,7 +130,8 @@ def read_folder(folder: Path) -> Run:
         validated = Case.model_validate(tuples_of(case, str(folder / "case.json"), "case"))
         flow = power_flow(validated)
     except ValidationError as error:
-        raise _damaged(folder, "case.json", str(error).splitlines()[0]) from None
+        key = ".".join(map(str, location(error.errors()[0]))) or "a key"
+        raise _damaged(folder, "case.json", f"{key} is not as in this version's cases") from None
     except FlexgearError as error:
         raise _damaged(folder, "its files", str(error)) from None
     of_fields = [name for name in data if name.startswith(FIELDS)]

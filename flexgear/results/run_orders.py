@@ -66,8 +66,9 @@ def case_of(data: xr.Dataset) -> Case:
             tuples_of(json.loads(data.attrs["parameters"]), SOURCE, "parameters")
         )
     except (KeyError, TypeError, ValueError, RecursionError):
-        problem = "is not a result of flexgear, or has no case in its attributes"
-        raise InputError(SOURCE, "dataset", problem, "name a transient of flexgear") from None
+        problem = "is not a result of flexgear, or its case is not one of this version"
+        remedy = "name a transient of flexgear, or run its case again"
+        raise InputError(SOURCE, "dataset", problem, remedy) from None
 
 
 def member_turns(data: xr.Dataset, member: str, against: str = "") -> xr.DataArray:

@@ -266,6 +266,9 @@ def test_render_of_no_run_is_an_input_fault(flexgear, tmp_path):
     (tmp_path / "summary.json").unlink()
     os.mkfifo(tmp_path / "summary.json")
     refused(flexgear("render", tmp_path), "device or pipe")
+    os.mkfifo(tmp_path / "transient.nc")
+    for command in (["orders", tmp_path], ["simulate", "lin-parker", "--from", tmp_path]):
+        refused(flexgear(*command), "transient.nc: dataset: is a device or pipe")
 
 
 def test_rows_with_many_figures_stand_side_by_side():

@@ -1,6 +1,7 @@
 """run and render on cheap bodies: every file, the summary's keys, pictures again."""
 
 import json
+import shutil
 
 import pytest
 from stage_samples import doubtful_stage
@@ -41,6 +42,14 @@ def finished(tmp_path_factory):
 def content(finished):
     """What is read from the folder, for tests that change nothing of it."""
     return run_commands.read_folder(finished[0])
+
+
+def test_a_case_of_a_version_with_other_keys_is_one_line(flexgear, finished, tmp_path):
+    shutil.copy(finished[0] / "summary.json", tmp_path)
+    case = json.loads((finished[0] / "case.json").read_text()) | {"an_earlier_key": 1}
+    (tmp_path / "case.json").write_text(json.dumps(case))
+    says = "case.json: an_earlier_key is not as in this version's cases -- run the case again"
+    flexgear.refused("render", tmp_path, says=[says])
 
 
 def test_run_writes_results_and_summary(finished, content):
