@@ -16,7 +16,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -30,6 +30,7 @@ MAX_CORRECTIONS = 8  # Newton steps before a shorter step is tried
 FEW_CORRECTIONS = 4  # Newton steps with which the next step is longer
 LARGEST_TURN, TURN = 0.55, 0.35  # of the tangent in a step, rad: accepted, and aimed at
 KINK = 1e-3  # step below which the tangent may turn at once, as where a sample loses contact
+FLAT, FOLD_STEPS = 1e-3, 6  # part of the unit tangent along λ at a turning point; steps to it
 GROWTH = 1.4  # of a step after few corrections
 MAX_STATES = 4000  # of a curve
 # twice the steps from the shortest to the longest: a curve that has not come as far as by its
@@ -79,6 +80,21 @@ class _CurvePoint:
     balance: Balance
     weight: Array
     tangent: Array
+
+    @property
+    def along(self) -> float:
+        """Part of the unit tangent along λ."""
+        return float(self.weight[-1] * self.tangent[-1])
+
+
+class _Step(NamedTuple):
+    """A step along a curve between two points. bend: change of the tangent over the length (m + 1,)
+    before; length: over L."""
+
+    start: _CurvePoint
+    bend: Array
+    length: float
+    end: _CurvePoint
 
 
 class CurveFollower:
@@ -131,6 +147,7 @@ class CurveFollower:
     def follow(self, current: _CurvePoint, states: list[Orbit]) -> Cut | None:
         """Append the states after ``current`` up to an end of the wide range, or to where a curve
         of a longer period meets that of half its period. Returns the cut, if any, before."""
+        leaving: _Step | None = None
         step, bend, steps = FIRST, np.zeros_like(current.tangent), deque[float](maxlen=CREEP)
         for _ in range(MAX_STATES):
             longest, before = self._longest(current), self.span.value(current.orbit.point)
@@ -153,8 +170,11 @@ class CurveFollower:
                 if edge in (self.span.low, self.span.high):
                     return None
                 current = self._curve_point(orbit, self._balance(edge), current.tangent)
-                bend = 0.0 * bend
+                bend, leaving = 0.0 * bend, None
                 continue
+            arrived, leaving = leaving, _Step(current, bend, step, successor)
+            if arrived and (fold := self._fold(arrived, leaving)):
+                states.insert(len(states) - fold[1], self.stored(fold[0]))
             states.append(self.stored(successor.orbit))
             if np.abs(successor.orbit.force).max() > self.max_force:
                 return Cut(self.span.value(successor.orbit.point), "forces")
@@ -207,6 +227,34 @@ class CurveFollower:
         cosine = float((successor.weight * successor.tangent) @ before / np.linalg.norm(before))
         turn = float(np.arccos(np.clip(cosine, -1.0, 1.0)))
         return None if step > KINK and turn > LARGEST_TURN else (successor, corrections, turn)
+
+    def _fold(self, arrived: _Step, leaving: _Step) -> tuple[Orbit, int] | None:
+        """The state at which λ turns back, where the tangent has no part along λ, if it does so at
+        the point between two steps in the narrow range; and the number of states behind it, 1 in
+        the first step, else 0. By regula falsi over the step (Illinois)."""
+        first, middle, last = (self.span.value(x.orbit.point)
+                               for x in (arrived.start, leaving.start, leaving.end))  # fmt: skip
+        turns = (middle - first) * (last - middle) < 0.0
+        if not turns or not self.narrow.holds(leaving.start.orbit.point):
+            return None
+        behind = int(arrived.start.along * arrived.end.along < 0.0)
+        start, bend, step, end = arrived if behind else leaving
+        near, far, orbit = (0.0, start.along), (step, end.along), None
+        if step < KINK or near[1] * far[1] >= 0.0 or min(abs(near[1]), abs(far[1])) < FLAT:
+            return None
+        for _ in range(FOLD_STEPS):
+            length = (near[0] * far[1] - far[0] * near[1]) / (far[1] - near[1])
+            corrected = self._corrected(start, bend, length)
+            if corrected is None:
+                break
+            point = self._curve_point(*corrected[:2], start.tangent)
+            orbit = point.orbit
+            if abs(point.along) < FLAT:
+                break
+            near = far if point.along * far[1] < 0.0 else (near[0], 0.5 * near[1])
+            far = length, point.along
+        further = orbit and (self.span.value(orbit.point) - middle) * (middle - first) > 0.0
+        return (orbit, behind) if orbit and further else None
 
     def _weight(self, orbit: Orbit) -> Array:
         """Weights (m + 1,) of the unknowns and λ in the arc length; zero for the amplitudes of

@@ -1,4 +1,8 @@
-"""Turning points and changes of stability of curves of steady states; targets of jumps."""
+"""Turning points and changes of stability of curves of steady states; targets of jumps.
+
+Curves have a state at each turning point (``analysis.curve_follower``), from which λ and force are
+taken: the force changes much along a curve that is sharp there, as just behind a loss of contact.
+"""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -27,18 +31,18 @@ def turning_points(
     force = arrays["response_gear_mesh_force"][:, :, 0].max(axis=1)
     stable = arrays["stable"] == 1
     folds = []
-    for fold in _folds(parameter, branches, force):
-        near = slice(max(fold[0] - NEAR, 0), fold[0] + NEAR + 1)
-        if (stable[near] & (branches[near] == branches[fold[0]])).any():
-            folds.append(fold)
-    growth = _growth(arrays)
-    targets = [_targets(parameter, branches, growth, force, k, value) for k, value, *_ in folds]
+    for k, sense in _folds(parameter, branches):
+        near = slice(max(k - NEAR, 0), k + NEAR + 1)
+        if (stable[near] & (branches[near] == branches[k])).any():
+            folds.append((k, sense))
+    at, growth = [k for k, _ in folds], _growth(arrays)
+    targets = [_targets(parameter, branches, growth, force, k) for k in at]
     width = max(map(len, targets), default=0)
     changes = stability_changes(parameter, branches, arrays)
     return {
-        "turning_point_parameter": np.array([value for _, value, _, _ in folds]),
-        "turning_point_force": np.array([top for _, _, top, _ in folds]),
-        "turning_point_sense": np.array([sense for *_, sense in folds], dtype=int),
+        "turning_point_parameter": parameter[at],
+        "turning_point_force": force[at],
+        "turning_point_sense": np.array([sense for _, sense in folds], dtype=int),
         "turning_point_target_force": np.array(
             [[*forces, *[np.nan] * (width - len(forces))] for forces in targets]
         ).reshape(len(folds), width),
@@ -51,47 +55,35 @@ def turning_points(
     }
 
 
-def _folds(parameter: Array, branches: Array, force: Array) -> list[tuple[int, float, float, int]]:
-    """Turning points: index of the nearest state, λ, force, and 1 at a maximum of λ (where a rising
-    sweep jumps) or −1 at a minimum."""
-    out: list[tuple[int, float, float, int]] = []
+def _folds(parameter: Array, branches: Array) -> list[tuple[int, int]]:
+    """Turning points: index of the state, and 1 at a maximum of λ (where a rising sweep jumps) or
+    −1 at a minimum; of several with kinks between them that of the extreme λ."""
+    out, kink = list[tuple[int, int]](), list[tuple[int, int]]()
     steps = np.diff(parameter)
     steps[np.abs(steps) < ROUNDING * parameter[1:]] = 0.0
     for k in range(1, len(parameter) - 1):
         before, after = steps[k - 1 : k + 1]
         if branches[k - 1] != branches[k + 1] or before * after >= 0.0:
             continue
-        sense = 1 if before > 0.0 else -1
-        value, top = _vertex(parameter[k - 1 : k + 2], force[k - 1 : k + 2])
-        last = out[-1] if out else None
-        if last and branches[last[0]] == branches[k] and abs(value / last[1] - 1.0) < NARROW:
-            out.pop()
-        else:
-            out.append((k, value, top, sense))
+        near = [
+            x for x in (*out[-1:], *kink)
+            if branches[x[0]] == branches[k] and abs(parameter[k] / parameter[x[0]] - 1.0) < NARROW
+        ]  # fmt: skip
+        if out and out[-1] in near:
+            kink = [out.pop()]
+            continue
+        fold = k, 1 if before > 0.0 else -1
+        out.append(max((fold, *near), key=lambda x: x[1] * parameter[x[0]]))
+        kink = []
     return out
 
 
-def _vertex(parameter: Array, force: Array) -> tuple[float, float]:
-    """Extreme of λ near the middle one of three states, and the force there.
-
-    The middle state has the largest or least λ of the three. λ(t) and force(t) are parabolas
-    through the states, t being the length of the chords between them with λ and force as shares
-    of their ranges. A parabola λ(force) would run away where the force hardly changes.
-    """
-    curve = np.stack([parameter, force], axis=1)
-    ranges = np.ptp(curve, axis=0)
-    chords = np.hypot(*(np.diff(curve, axis=0) / np.where(ranges > 0.0, ranges, 1.0)).T)
-    a, b, _ = np.polyfit([-chords[0], 0.0, chords[1]], curve - curve[1], 2)
-    t = -b[0] / (2.0 * a[0])
-    value, top = curve[1] + b * t + a * t * t
-    return float(value), float(top)
-
-
 def _targets(
-    parameter: Array, branches: Array, growth: Array, force: Array, fold: int, value: float
+    parameter: Array, branches: Array, growth: Array, force: Array, fold: int
 ) -> list[float]:
-    """Forces of all other stable states at λ = ``value``, rising, to one of which a sweep jumps;
-    fold: index of the turning point's state."""
+    """Forces of all other stable states at λ of the state ``fold``, a turning point, rising, to one
+    of which a sweep jumps."""
+    value = parameter[fold]
     low, high, same = parameter[:-1], parameter[1:], branches[:-1] == branches[1:]
     adjacent = (branches[:-1] == branches[fold]) & (np.abs(np.arange(len(low)) + 0.5 - fold) < 2)
     crosses = same & ((low <= value) != (high <= value)) & ~adjacent
