@@ -112,19 +112,22 @@ class Change(NamedTuple):
 def stability_changes(parameter: Array, branches: Array, arrays: Mapping[str, Any]) -> list[Change]:
     """Changes of stability along curves; see ``turning_points``."""
     real, imag, stable = (arrays[n] for n in ("multiplier_real", "multiplier_imag", "stable"))
-    growth, steps = _growth(arrays), np.sign(np.diff(parameter))
+    growth, steps = _growth(arrays), np.diff(parameter)
+    turning = 1 + np.flatnonzero((steps[1:] * steps[:-1] < 0) & (branches[2:] == branches[:-2]))
     out = list[Change]()
     for k in range(len(parameter) - 1):
         if branches[k] != branches[k + 1] or stable[k] == stable[k + 1]:
             continue
         unstable = k if not stable[k] else k + 1
-        kind = SECOND_FREQUENCY
-        if abs(imag[unstable]) <= REAL:
-            around = steps[max(k - 1, 0) : k + 2]
-            turns = around.min() < around.max()
-            kind = DOUBLED if real[unstable] < 0.0 else TURNING if turns else BRANCH
         w = float(np.clip(growth[k] / (growth[k] - growth[k + 1]), 0.0, 1.0))
         value = float((1.0 - w) * parameter[k] + w * parameter[k + 1])
+        kind = SECOND_FREQUENCY
+        if abs(imag[unstable]) <= REAL:
+            # by their error multipliers may pass 1 some states beside the turning point
+            at = turning[branches[turning] == branches[k]]
+            states, distance = np.abs(at - k - 0.5), np.abs(parameter[at] / value - 1.0)
+            turns = ((states < 1) | ((states < NEAR) & (distance < NARROW))).any()
+            kind = DOUBLED if real[unstable] < 0.0 else TURNING if turns else BRANCH
         last = out[-1] if out else None
         if last and branches[last.before] == branches[k] and abs(value / last.value - 1) < NARROW:
             out.pop()

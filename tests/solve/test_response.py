@@ -279,6 +279,19 @@ def test_a_jump_between_kinks_is_at_the_extreme_speed():
     assert points["turning_point_force"].tolist() == [5.0]
 
 
+@pytest.mark.parametrize(("spacing", "kind"), [(1e-4, 0), (2e-3, 3)])
+def test_a_multiplier_that_passes_one_beside_a_turning_point_is_that_of_the_turning_point(
+    spacing, kind
+):
+    """Three states from it, 1.5e-4 of speed; 3e-3 away a symmetry breaks."""
+    speed = 0.935 + spacing * np.r_[9.0, 4, 1, 0, 0.5, 1, 2, 5, 9]
+    stable = (np.arange(9) > 5).astype(int)
+    arrays = {"response_gear_mesh_force": np.arange(1.0, 10.0)[:, None, None], "stable": stable,
+              "multiplier_real": 1.1 - 0.2 * stable, "multiplier_imag": 0.0 * stable}  # fmt: skip
+    changes = turning_points(speed, np.ones(9), arrays)
+    assert changes["stability_change_kind"].tolist() == [kind]
+
+
 @pytest.fixture(scope="module", params=[2e-6, 0.0])
 def parting(request, tmp_path_factory):
     """A pair whose teeth part, with an error of the gear mesh or without, and its whole curve."""
