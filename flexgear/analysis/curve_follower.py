@@ -16,7 +16,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
@@ -87,14 +87,8 @@ class _CurvePoint:
         return float(self.weight[-1] * self.tangent[-1])
 
 
-class _Step(NamedTuple):
-    """A step along a curve between two points. bend: change of the tangent over the length (m + 1,)
-    before; length: over L."""
-
-    start: _CurvePoint
-    bend: Array
-    length: float
-    end: _CurvePoint
+# start of a step along a curve, change of the tangent per length before, length over L, and end
+_Step = tuple[_CurvePoint, Array, float, _CurvePoint]
 
 
 class CurveFollower:
@@ -147,6 +141,7 @@ class CurveFollower:
     def follow(self, current: _CurvePoint, states: list[Orbit]) -> Cut | None:
         """Append the states after ``current`` up to an end of the wide range, or to where a curve
         of a longer period meets that of half its period. Returns the cut, if any, before."""
+        edges = (self.span.low, self.narrow.low, self.narrow.high, self.span.high)
         leaving: _Step | None = None
         step, bend, steps = FIRST, np.zeros_like(current.tangent), deque[float](maxlen=CREEP)
         for _ in range(MAX_STATES):
@@ -161,8 +156,10 @@ class CurveFollower:
             successor, corrections, turn = following
             if self._rejoins(current.orbit, successor.orbit):
                 return None
-            edge = self._edge(before, self.span.value(successor.orbit.point))
-            if edge is not None:
+            after = self.span.value(successor.orbit.point)
+            crossed = [e for e in edges if (e - before) * (e - after) < 0.0 or e == after]
+            if crossed:
+                edge = min(crossed, key=lambda e: abs(e - before))
                 orbit = state_between(self.train, self.span, current.orbit, successor.orbit, edge)
                 if orbit is None:
                     return Cut(before, "steps")
@@ -172,15 +169,15 @@ class CurveFollower:
                 current = self._curve_point(orbit, self._balance(edge), current.tangent)
                 bend, leaving = 0.0 * bend, None
                 continue
-            arrived, leaving = leaving, _Step(current, bend, step, successor)
+            arrived, leaving = leaving, (current, bend, step, successor)
             if arrived and (fold := self._fold(arrived, leaving)):
                 states.insert(len(states) - fold[1], self.stored(fold[0]))
             states.append(self.stored(successor.orbit))
             if np.abs(successor.orbit.force).max() > self.max_force:
-                return Cut(self.span.value(successor.orbit.point), "forces")
+                return Cut(after, "forces")
             steps.append(step / longest)
             if len(steps) == CREEP and sum(steps) < FIRST / LONGEST:
-                return Cut(self.span.value(successor.orbit.point), "steps")
+                return Cut(after, "steps")
             bend, current = (successor.tangent - current.tangent) / step, successor
             step *= GROWTH if corrections <= FEW_CORRECTIONS else 0.8
             step *= max(TURN / max(turn, TURN), 0.5)
@@ -207,12 +204,6 @@ class CurveFollower:
         width = (self.narrow.high - self.narrow.low if inside else 0.0) or self.width
         return LONGEST * min(1.0, width / (abs(current.tangent[-1]) or width))
 
-    def _edge(self, before: float, after: float) -> float | None:
-        """The first edge of either range between two values of λ."""
-        edges = (self.span.low, self.narrow.low, self.narrow.high, self.span.high)
-        crossed = [e for e in edges if (e - before) * (e - after) < 0.0 or e == after]
-        return min(crossed, key=lambda e: abs(e - before), default=None)
-
     def _next(
         self, current: _CurvePoint, bend: Array, step: float
     ) -> tuple[_CurvePoint, int, float] | None:
@@ -232,12 +223,13 @@ class CurveFollower:
         """The state at which λ turns back, where the tangent has no part along λ, if it does so at
         the point between two steps in the narrow range; and the number of states behind it, 1 in
         the first step, else 0. By regula falsi over the step (Illinois)."""
-        first, middle, last = (self.span.value(x.orbit.point)
-                               for x in (arrived.start, leaving.start, leaving.end))  # fmt: skip
-        turns = (middle - first) * (last - middle) < 0.0
-        if not turns or not self.narrow.holds(leaving.start.orbit.point):
+        points = arrived[0], leaving[0], leaving[-1]
+        first, middle, last = (self.span.value(x.orbit.point) for x in points)
+        if (middle - first) * (last - middle) >= 0.0 or not self.narrow.holds(
+            points[1].orbit.point
+        ):
             return None
-        behind = int(arrived.start.along * arrived.end.along < 0.0)
+        behind = int(points[0].along * points[1].along < 0.0)
         start, bend, step, end = arrived if behind else leaving
         near, far, orbit = (0.0, start.along), (step, end.along), None
         if step < KINK or near[1] * far[1] >= 0.0 or min(abs(near[1]), abs(far[1])) < FLAT:

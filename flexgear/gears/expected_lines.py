@@ -196,12 +196,13 @@ def pass_lines(stage: Stage, flow: StageFlow, sensor: float) -> Iterator[Expecte
         yield ExpectedLine(stage.name, PLANET_PASS, f"planets {row}", frequency, share, row=row)
 
 
-def _sidebands(
-    stage: Stage, order: int, turn: float, passing: float
-) -> Iterator[tuple[float, float, str]]:
-    """Frequency, share and name of the line of an order of the carrier against the ring, without a
-    name, and of its sidebands at up to N carrier turns. turn, passing: frequencies of the carrier
-    against the ring and the sensor, Hz, with sign."""
+_Beside = tuple[float, float, str]  # frequency, share, and name of a sideband
+
+
+def _sidebands(stage: Stage, order: int, turn: float, passing: float) -> Iterator[_Beside]:
+    """Line of an order of the carrier against the ring, without a name, and its sidebands at up to
+    N carrier turns. turn, passing: frequencies of the carrier against the ring and the sensor, Hz,
+    with sign."""
     if abs(passing) * TURN < SAME_SPEED * abs(order * turn):  # planets do not pass the sensor
         yield order * abs(turn), 1.0, ""
         return
@@ -212,9 +213,7 @@ def _sidebands(
         yield abs(order * turn + n * passing), share, turns
 
 
-def _turning(
-    stage: Stage, order: int, turn: float, passing: float
-) -> Iterator[tuple[float, float, str]]:
+def _turning(stage: Stage, order: int, turn: float, passing: float) -> Iterator[_Beside]:
     """The same at a sensor on a planet. Rotation and centre of the planet vibrate at the order; as
     the sensor's axis turns with the planet, it measures motion of the centre one turn below and
     above."""

@@ -286,15 +286,6 @@ def _typical(states: list[State], parameter: Array, arrays: dict[str, Any]) -> S
     return states[int(np.argmax(np.where(eligible, force, -np.inf)))]
 
 
-def _basis_change(new: OrbitElements, old: OrbitElements) -> Array:
-    """Matrix (q', q) from the motion of old channels to that of new ones, flank by flank."""
-    out = np.zeros((len(new.channels), len(old.channels)))
-    for source in np.unique(new.source):
-        rows, columns = np.flatnonzero(new.source == source), np.flatnonzero(old.source == source)
-        out[np.ix_(rows, columns)] = new.channels[rows] @ np.linalg.pinv(old.channels[columns])
-    return out
-
-
 def _harmonics_change(train: CondensedTrain, state: State | None) -> float:
     """Largest change of a channel's motion over its range when the state is solved with twice as
     many harmonics; NaN without a state or convergence. Ranges below a millionth of the largest
@@ -306,7 +297,12 @@ def _harmonics_change(train: CondensedTrain, state: State | None) -> float:
     elements: OrbitElements = orbit_elements(old.modal, old.stage, 2 * old.samples, flanks)
     finer = condensed_train(elements, 2 * train.harmonics)
     balance = Balance(elements, finer.at(state.point))
-    basis_change = _basis_change(elements, old)
+    # (q', q) from the motion of old channels to that of new ones, flank by flank
+    basis_change = np.zeros((len(elements.channels), len(old.channels)))
+    for source in np.unique(elements.source):
+        rows, columns = (np.flatnonzero(e.source == source) for e in (elements, old))
+        part = elements.channels[rows] @ np.linalg.pinv(old.channels[columns])
+        basis_change[np.ix_(rows, columns)] = part
     f, a = Balance(old, train.at(state.point)).parts(state.unknown)
     unknown = balance.unknowns(f @ np.linalg.pinv(basis_change), a)
     orbit = converge(balance, state.point, unknown)

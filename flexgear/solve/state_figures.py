@@ -105,21 +105,17 @@ class Figures:
         self.progress(FIRST, (len(self._times) - 1) / (FIRST_STATES - 1))
         if len(self._times) == FIRST_STATES:
             each = (self._times[-1] - self._times[0]) / (FIRST_STATES - 1)
-            self._announce(each + missing)
+            each, (fewest, most) = each + missing, STATES
+            if most * each > LONG:
+                warnings.warn(
+                    f"a steady state takes {each:.2g} s, a curve of {fewest} to {most} states "
+                    f"{fewest * each / 60:.0f} to {most * each / 60:.0f} min, and there may be "
+                    f"several: fewer --harmonics than {self.train.harmonics}, a shorter range, "
+                    "--doublings 0 and --rigid are quicker; --linear takes seconds",
+                    FlexgearWarning,
+                    stacklevel=2,
+                )
         return True
-
-    def _announce(self, each: float) -> None:
-        """Warn where a curve of ``STATES`` states, each of so many seconds, may take long."""
-        fewest, most = STATES
-        if most * each > LONG:
-            warnings.warn(
-                f"a steady state takes {each:.2g} s, a curve of {fewest} to {most} states "
-                f"{fewest * each / 60:.0f} to {most * each / 60:.0f} min, and there may be "
-                f"several: fewer --harmonics than {self.train.harmonics}, a shorter range, "
-                "--doublings 0 and --rigid are quicker; --linear takes seconds",
-                FlexgearWarning,
-                stacklevel=2,
-            )
 
     def _stability(self, orbit: Orbit) -> dict[str, Any]:
         period = 1.0 / (self.train.elements.frequency * orbit.point.speed)
