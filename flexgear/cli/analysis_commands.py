@@ -1,12 +1,14 @@
 """Commands for single analyses: equilibria, modes, a transient."""
 
 import contextlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
+import typer
 from numpy.typing import NDArray
 from typer import Option
 
@@ -17,13 +19,13 @@ from flexgear.cli.display import progress, warn
 from flexgear.coupling.pace import too_coarse
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import InputError
-from flexgear.model.units import RPM
-from flexgear.results.dataset_file import dataset_file, reopened
+from flexgear.model.units import RPM, size_text
+from flexgear.results.dataset_file import chosen, dataset_file, reopened
 from flexgear.results.load_sharing import ROUNDING
 from flexgear.results.result_quantities import RESULT_QUANTITIES
 from flexgear.results.run_folder import transient_file
 from flexgear.results.settling import SensorRanges, WindowedRanges, window_edges, window_of
-from flexgear.results.sinks import DatasetSink, Ranges, SinkGroup
+from flexgear.results.sinks import DatasetSink, Ranges, RunSize, SinkGroup
 from flexgear.results.summary import sharing_summary_of
 from flexgear.results.time_figures import (
     distance_summary,
@@ -180,9 +182,7 @@ def simulate(
     refuse_endless(usual, case.source)
     account, motions = Ranges(energy_balance), Ranges(motion_histories)
     with (
-        contextlib.nullcontext(DatasetSink())
-        if analysis.out is None
-        else dataset_file(analysis.out, names) as file,
+        run_sinks(analysis.out, names, analysis.quiet) as sinks,
         progress(analysis.quiet) as report,
     ):
         model = assembled(case, parts, report)
@@ -197,7 +197,7 @@ def simulate(
         warn([*too_coarse(model.pace, case.solver), *fault_warnings(model, duration_s), *short])
         run = run_transient(
             model, duration=span, torque_share=torque_share, energy=energy, progress=report,
-            start=start, sink=SinkGroup([*watching, file]),
+            start=start, sink=SinkGroup([*watching, *sinks]),
         )  # fmt: skip
     settled = float(run.data.attrs["settle_s"])
     figures = _figures(model, run, whole.since(settled))
@@ -271,3 +271,29 @@ def saved_names(save: Sequence[str] | None, out: Path | None) -> list[str]:
         if name not in RESULT_QUANTITIES:
             raise InputError("--save", name, "is not a variable", "e.g. gear_mesh_force")
     return names
+
+
+@contextlib.contextmanager
+def run_sinks(out: Path | None, names: Sequence[str], quiet: bool) -> Iterator[list[DatasetSink]]:
+    """Context of sinks that print the size of a transient in advance and write it to ``out``."""
+    watchers: list[DatasetSink] = [] if quiet else [Forecast(out, names)]
+    if out is None:
+        yield watchers
+        return
+    with dataset_file(out, names) as file:
+        yield [*watchers, file]
+
+
+class Forecast(DatasetSink):
+    """A sink that prints the number of samples and the size of the file before a transient."""
+
+    def __init__(self, out: Path | None, names: Sequence[str]) -> None:
+        self._out, self._names = out, names
+
+    def begin(self, run_size: RunSize) -> None:
+        """Print the number of samples and the size of the file."""
+        text = f"transient: {run_size.samples} samples"
+        if self._out is not None:
+            written = replace(run_size, pattern=chosen(run_size.pattern, self._names))
+            text += f", {size_text(written.size)} in {self._out} before compression"
+        typer.echo(text, err=True)

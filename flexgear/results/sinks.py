@@ -43,9 +43,7 @@ class RunSize:
 
 
 class DatasetSink:
-    """Base class of sinks, which ignores all samples. words: on what it will write of a run."""
-
-    words = ""
+    """Base class of sinks, which ignores all samples."""
 
     def begin(self, run_size: RunSize) -> None:
         """Prepare for a run; called before the first sample."""
@@ -137,7 +135,6 @@ class SinkGroup(DatasetSink):
         """Begin every sink."""
         for sink in self._sinks:
             sink.begin(run_size)
-        self.words = "".join(sink.words for sink in self._sinks)
 
     def append(self, data: xr.Dataset) -> None:
         """Pass the next samples to every sink."""

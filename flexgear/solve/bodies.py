@@ -123,9 +123,8 @@ def named(body: str, progress: Progress) -> Progress:
 
 
 def titled(title: str, progress: Progress) -> Progress:
-    """A progress function that reports ``title`` instead of the name of the stage of the work,
-    which ends at a colon."""
-    return lambda stage, share: progress(f"{title}:{stage.partition(':')[2]}", share)
+    """A progress function that reports ``title`` instead of the stages of the work."""
+    return lambda _, share: progress(title, share)
 
 
 def rigid_bodies(case: Case, names: Sequence[str] = ()) -> frozenset[BodyName]:

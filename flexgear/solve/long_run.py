@@ -54,7 +54,6 @@ from flexgear.results.labelled_dataset import coordinate, variable
 from flexgear.results.load_sharing import DEFINITIONS, SharingCoefficients
 from flexgear.results.settling import Settling, Window, cut
 from flexgear.results.sinks import DatasetSink, RunSize, SinkGroup, with_last
-from flexgear.solve.bodies import Progress
 from flexgear.solve.dataset import sensor_data, transient_data
 from flexgear.solve.deformed import body_coordinates
 from flexgear.solve.model import Model
@@ -120,7 +119,7 @@ class LongRun:
         rotations = len(self.model.system.input_rows)
         return None if sensors is None else sensors.recorder(self.stepping.finest, rotations)
 
-    def into(self, sink: DatasetSink, progress: Progress) -> TimedRun:
+    def into(self, sink: DatasetSink, progress: Callable[[float], None]) -> TimedRun:
         """Execute the run with its samples in ``sink``; the returned dataset has none. InputError
         where it would take more than a month."""
         stepping, source, recorder = self.stepping, self.model.case.source, self._recorder
@@ -133,8 +132,6 @@ class LongRun:
         searches = [self.settling] if isinstance(self.settling, Settling) else []
         sinks = SinkGroup([*searches, self.sharing, sink])
         sinks.begin(RunSize(pattern, stepping.samples, recorded))
-        stage = f"transient: {stepping.samples} samples{sinks.words}"
-        progress(stage, 0.0)
         chunks = _Chunks(self.modal, self._labelled, sinks.append)
         wall, core = time.perf_counter(), time.thread_time()
 
@@ -142,7 +139,7 @@ class LongRun:
             spent = time.perf_counter() - wall
             if spent > ENOUGH and spent / share > LONGEST:
                 raise _endless(stepping, source, f"about {spent / share / 86400:.3g} days")
-            progress(stage, share)
+            progress(share)
 
         with compilation_times() as compiled:
             steps = transient(

@@ -357,7 +357,7 @@ def simulate(
         torque_share, energy, fields, None if carried is None else carried.state,
     )  # fmt: skip
     memory = MemorySink()
-    timed = run.into(sink or memory, progress)
+    timed = run.into(sink or memory, lambda share: progress("transient", share))
     return replace(timed, data=memory.data) if sink is None else timed
 
 

@@ -271,8 +271,10 @@ def test_the_size_of_a_run_is_printed_before_it(flexgear, tmp_path):
     out = tmp_path / "run.nc"
     code, _, err = flexgear("simulate", "lin-parker", "--duration-s", 0.1, "--out", out)
     assert code == 0
-    first, *_ = (line for line in err.splitlines() if "compiled, once" not in line)
-    assert first.startswith("transient: 1000 samples, up to ") and first.endswith(" kB")
+    first, *progress = (line for line in err.splitlines() if "compiled, once" not in line)
+    assert first.startswith("transient: 1000 samples, ")
+    assert first.endswith(f" kB in {out} before compression")
+    assert progress[0] == "transient"
     assert load(out).sizes["time"] == 1000
     code, _, err = flexgear("simulate", "lin-parker", *SHORT)
     assert (code, err.splitlines()[0]) == (0, "transient: 100 samples")

@@ -22,8 +22,7 @@ def test_a_pair_of_gears_that_only_turns_is_checked_and_run(flexgear, tmp_path):
     """One gear mesh, whose coast flanks are no second one; no verdict on deflections."""
     assert flexgear.json("check", PAIR)["system"]["gear_meshes"] == 1
     out = tmp_path / "run"
-    _, _, err = flexgear("run", PAIR, "--out", out, "--no-pictures", *QUICK)
-    assert re.search(r"(?m)^transient, .*: \d+ samples, up to \d.* [kM]B$", err)
+    flexgear("run", PAIR, "--out", out, "--no-pictures", *QUICK)
     headlines = json.loads((out / "summary.json").read_text("utf-8"))["headlines"]
     names = {one["name"] for one in headlines}
     assert "deflections" not in names and "largest_gear_mesh_force" in names
