@@ -346,8 +346,8 @@ def _left_out(modal: ModalSystem, stage: int) -> tuple[str, ...]:
 
 
 def _springs(modal: ModalSystem, collected: RowCollector, stage: int) -> ChannelSprings:
-    """Supports in turning frames at angle zero, dampers, and mean springs of other stages' gear
-    meshes."""
+    """Linear springs and dampers on the channels: supports in turning frames (at angle zero),
+    dampers of bearings and ports, and the mean springs of the gear meshes of other stages."""
     springs = list(collected.linear_rows)
     for columns, flank_rows, damping in mean_channel_springs(modal, stage):
         full = np.zeros((len(flank_rows), len(modal.channels)))

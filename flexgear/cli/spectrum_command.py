@@ -94,14 +94,14 @@ def _print(bins: tuple[LoadBin, ...], first: str) -> None:
     lines = evenly_spaced(len(lasting), MAX_ROWS)
     turns = sum(b.turns(b.speed[first]) for b in lasting)
     total = ("all", f"{sum(b.hours for b in lasting):.6g}", f"{turns:.6g}", "", "", "", "")
-    shown = [*(lasting[k] for k in lines), *extreme]
-    amounts = np.array([_amounts(b, first) for b in shown])
+    printed = [*(lasting[k] for k in lines), *extreme]
+    amounts = np.array([_amounts(b, first) for b in printed])
     units = zip(amounts.T, ("N m", "N", "N m"), strict=True)
     (torque, *_), (force, *_), (moment, *_) = scales = [scale(x, unit) for x, unit in units]
     amount = (f"torque, {torque}", f"force, {force}", f"moment, {moment}")
     head = ("bin", "hours", "turns", "speed, r/min", *amount)
     amounts *= [by for _, by in scales]
-    rows = (_row(b, first, x) for b, x in zip(shown, amounts, strict=True))
+    rows = (_row(b, first, x) for b, x in zip(printed, amounts, strict=True))
     columns([head, *rows, total], "<>")
     if len(lines) < len(lasting):
         typer.echo(f"  {len(lines)} of {len(lasting)} bins with a duration; --out writes all")

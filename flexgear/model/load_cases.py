@@ -381,8 +381,9 @@ def _state(row: dict[str, Any], place: str, key: str, at: str) -> tuple[dict[str
 
 
 def _column(title: str, where: str) -> tuple[str, str, str, str]:
-    """Member ("" for the first input) or gear meshes ("" for all), key, axis and unit of a title;
-    all "" if it begins with #."""
+    """A column title taken apart: what it is about, key, axis and unit; all "" for a title that
+    begins with #. It is about a member, "" for the first input, or, if the key is a load factor,
+    about gear meshes by stage and kind, "" for all."""
     if title.startswith("#"):
         return "", "", "", ""
     member, _, key = title.rpartition(".")

@@ -156,7 +156,6 @@ class DatasetFile(DatasetSink):
         pattern = chosen(run_size.pattern, self._names)
         run_size = replace(run_size, pattern=pattern)
         self._refuse_too_much(run_size)
-        self.words = f", up to {size_text(run_size.size)}"
         counts = {clock: n for clock, n in run_size.counts.items() if clock in pattern.dims}
         encoding = dict(encoding_of(pattern))
         for clock, count in counts.items():

@@ -51,7 +51,8 @@ def _frequency_fault(report: Mapping[str, Any], limit_hz: float) -> str:
 
 
 def _static_fault(report: Mapping[str, Any]) -> str:
-    """Warning about a reduction's static error; "" without a fault."""
+    """Text that a reduction's static error exceeds the promised one, and under which load; "" if it
+    does not."""
     error = report.get("static_error")
     if error is None or error <= PROMISED:
         return ""

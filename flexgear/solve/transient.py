@@ -62,7 +62,7 @@ class PortHistories:
 
     @property
     def kinks(self) -> tuple[float, ...]:
-        """Times at which the slope of a given speed changes, s."""
+        """Times, s, at which a prescribed speed begins to rise or fall at another rate."""
         machines = (m for m in self.machines if m is not None and m.law == "speed")
         return tuple(sorted({time for m in machines for time in m.kinks()}))
 

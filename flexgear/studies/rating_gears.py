@@ -211,8 +211,8 @@ def _uneven(
 
 
 def _untilted(cases: Sequence[Case], group: GroupName) -> list[str]:
-    """Keys of gears whose tilting a computed K_Hβ leaves out; empty if it has all, or is stated in
-    the load bins of all these cases."""
+    """Keys by which gears of this gear mesh may tilt, although the computed K_Hβ leaves that out;
+    empty where it leaves nothing out, or where every case states K_Hβ."""
     view = cases[0].view(group.stage)
     stated = [case.rating.forced(group.stage, group.role).k_h_beta for case in cases]
     computed = view.gear_mesh.model == "face_load" and None in stated

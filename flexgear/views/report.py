@@ -135,7 +135,8 @@ def saved_picture(
 
 
 def with_note(sentence: str, note: str) -> str:
-    """The sentence of a picture with the title of its figure, which plots do not have."""
+    """The sentence below a picture, with a note such as the magnification, which stands in the
+    title of the drawn picture but not in the interactive plot."""
     return f"{sentence} {note[:1].upper()}{note[1:]}.".replace("\n", "; ") if note else sentence
 
 

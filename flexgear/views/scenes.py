@@ -248,6 +248,6 @@ def _line(
 
 
 def _short(values: Any, largest: float, parts: int = PARTS) -> list[float]:
-    """Numbers rounded to the power of ten that is about ``largest`` over ``parts``."""
+    """Values rounded to a power of ten near ``largest / parts``, which keeps the page small."""
     digits = round(math.log10(parts / largest)) if largest else 0
     return [round(float(v), digits) for v in values]

@@ -208,7 +208,8 @@ def _used(
 
 
 def mark(components: Iterable[Component], role: str) -> None:
-    """Set the part of the case that components describe."""
+    """Note on REXS components which part of the case they describe, such as "the carrier"; those
+    without a note are listed as not imported."""
     for component in components:
         component.role = role
 

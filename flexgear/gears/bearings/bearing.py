@@ -257,7 +257,7 @@ def _rows(section: Bearing, elements: RollingElements) -> tuple[Row, ...]:
 
 
 def _drops(elements: RollingElements, length: float) -> tuple[float, ...]:
-    """Profile drops P_k (n_s,) of a roller, m."""
+    """Profile drops P_k (n_s,), m: by how much a roller's radius is smaller in each lamina."""
     count = elements.laminae
     if elements.profile == "logarithmic":
         return standard_drops(elements.diameter, length, elements.contact_angle, count)

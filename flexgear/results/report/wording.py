@@ -55,8 +55,8 @@ def signal_scale(values: Iterable[float], unit: str) -> tuple[str, float]:
 
 
 def number(value: float, digits: int = 4) -> str:
-    """Text of a number with significant digits, separated thousands and the sign "−"; "–" if not
-    finite."""
+    """Text of a number to so many significant digits: "12 340", "−0.5", "1.20 · 10⁻⁶"; "–" for an
+    infinite or missing one."""
     if not math.isfinite(value):
         return "–"
     if value == 0 or abs(value) < ZERO:
