@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexgear.gears.expected_lines import BOLT_PASS, FULL_SHARE, TOOTH_FAULT, expected_lines
+from flexgear.gears.expected_lines import BOLT_PASS, TOOTH_FAULT, expected_lines
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.names import GEAR_MESH, SHAFT
@@ -75,10 +75,8 @@ def _spectrum(data: xr.Dataset, stage: StageOfRun) -> Any:
     lines = [
         (line, line.frequency / stage.flow.gear_mesh_frequency)
         for line in expected
-        if (line.stage == stage.name and line.kind in (GEAR_MESH, SHAFT, TOOTH_FAULT))
+        if (line.stage == stage.name and line.kind in (GEAR_MESH, SHAFT, TOOTH_FAULT, BOLT_PASS))
         or (line.kind == GEAR_MESH and line.harmonic == 1)
-        # where all planets pass bolts at once, the torque leaves their forces no such order
-        or (line.stage == stage.name and line.kind == BOLT_PASS and line.share < FULL_SHARE)
     ]
     try:
         return order_chart(gear_mesh_orders(settled(data), stage.name), lines)
