@@ -102,6 +102,11 @@ def _part_summary(part: RatedPart, bins: Sequence[str]) -> dict[str, Any]:
 
 
 SAFETIES = {"flank": "safety_factor_pitting", "root": "safety_factor_tooth_root"}
+LOAD_FACTORS = {  # attributes of gear meshes by their symbols in a sheet
+    "K_A": "application_factor", "K_γ": "mesh_load_factor", "K_v": "dynamic_factor",
+    "K_Hβ": "face_load_factor_contact_stress", "K_Fβ": "face_load_factor_root_stress",
+    "K_Hα": "transverse_load_factor_contact_stress", "K_Fα": "transverse_load_factor_root_stress",
+}  # fmt: skip
 LIVES = {  # attributes of bearings by their symbols in a sheet, lives in 10⁶ revolutions
     "L_10": "nominal_rating_life_rotations_iso_281_2007",
     "L_nm": "modified_rating_life_rotations_iso_281_2007",
@@ -112,11 +117,15 @@ LIVES = {  # attributes of bearings by their symbols in a sheet, lives in 10⁶ 
 
 
 def rexs_results(rating: Rating) -> BinResults:
-    """Safeties of gears in each gear mesh and single bin, and lives and static safety of bearings,
-    by REXS attribute."""
+    """Load factors of gear meshes, safeties of their gears in each single bin, and lives and static
+    safety of bearings, by REXS attribute."""
     edition = rating.case.rating.edition
     gears: dict[tuple[GroupName, str], dict[str, Array]] = {}
     for gear_mesh in rating.gear_meshes:
+        gears[gear_mesh.name, ""] = {
+            f"{name}_iso_6336_{edition}": np.array([value_of(x, symbol) for x in gear_mesh.factors])
+            for symbol, name in LOAD_FACTORS.items()
+        }
         for (part, kind), safety in gear_mesh.safety.items():
             name = f"{SAFETIES[kind]}_iso_6336_{edition}"
             gears.setdefault((gear_mesh.name, part), {})[name] = safety

@@ -78,6 +78,14 @@ def test_screen_files_and_page(flexgear, tmp_path):
         float(r["value"]) for r in rows if r["quantity"] == "bin_safety" and "flank" in r["of"]
     }
     assert pitting == safeties and len(model.find("load_spectrum")) == 15
+    names = {"dynamic_factor": "K_v", "face_load_factor_contact_stress": "K_Hβ"}
+    for load_case in model.find("load_spectrum")[1:]:  # the first one is the rated state
+        for name, symbol in names.items():
+            attribute = f"{name}_iso_6336_2019"
+            of_file = [a.text for a in load_case.iter("attribute") if a.get("id") == attribute]
+            of_bin = [r["value"] for r in rows if r["bin"] == load_case.get("name")
+                      and r["quantity"] == symbol and "flank" not in r["of"]]  # fmt: skip
+            assert of_file and set(of_file) == set(of_bin), (load_case.get("name"), symbol)
     lives = {
         f"{float(attribute.text):.9g}"
         for attribute in model.find("load_spectrum").iter("attribute")
