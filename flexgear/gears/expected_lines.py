@@ -18,8 +18,9 @@ transfer path that depends on more than the planet pass excite the other lines.
 
 An FE ring gives way more between its N_b bolts than at them. What planet i feels of it at its place
 ψ_i = θ_c − θ_r + φ_i repeats with teeth and bolts, so its forces and motions have the orders
-H z_r + k N_b of ψ_i. Those of bolts alone, H = 0, have frequency and share as above with k N_b in
-place of H z_r; forces of one gear mesh have n = 0 at any spacing. Fits and splines are alike all
+H z_r + k N_b of ψ_i, with frequency and share as above with that in place of H z_r; forces of one
+gear mesh have n = 0 at any spacing. Bolts change the gear mesh by little (0.2 % in wind-5mw), so
+that of products z_r ± N_b alone are listed, without sidebands. Fits and splines are alike all
 round, and a rigid ring moves on evenly spaced bolts (three or more) as on one spring.
 
 A tooth of sun or ring meets planet i when the carrier has turned relative to the gear by φ_i. This
@@ -154,13 +155,18 @@ def _planetary(
     fe, teeth = stage.ring.fe, stage.ring.teeth
     circles = fe.bolt_circles if fe and fe.flexible else ()
     bolts = sorted({circle.number for circle in circles if circle.number > 1})
+    beside = _turning if on_planet else _sidebands
     for harmonic, count in product(range(1, harmonics + 1 if rolling else 1), (0, *bolts)):
         order = harmonic * (count or teeth)
         if count and order % teeth == 0:
             continue  # a harmonic of the gear mesh
-        beside = _turning if on_planet else _sidebands
         for line in beside(stage, order, rolling / TURN, passing):
             yield _order(stage, harmonic, *line, bolts=count)
+    for count, sign in product(bolts if rolling else (), (-1, 1)):
+        label, order = f"gear mesh 1 {'−+'[sign > 0]}{count} bolts", abs(teeth + sign * count)
+        for frequency, share, sideband in beside(stage, order, rolling / TURN, passing):
+            if not sideband and order % teeth:
+                yield ExpectedLine(stage.name, BOLT_PASS, label, frequency, share)
     yield from shaft_lines(stage, flow, sensor)
     if not on_planet:
         yield from pass_lines(stage, flow, sensor)
