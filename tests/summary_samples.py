@@ -58,7 +58,6 @@ SUMMARY: dict[str, Any] = {
     "system": {
         "kept_modes": 102, "modes_limit_hz": 1329.0, "modes_band_hz": 500.0, "modes_estimate": 0.009
     },
-    "harmonic": {"largest_difference": 2e-9},
 }  # fmt: skip
 
 

@@ -1,6 +1,6 @@
-"""Linear dynamics with given matrices: whirl modes of turning systems, harmonic response.
+"""Whirl modes of turning systems with given matrices, and the Campbell diagram.
 
-**Whirl modes.** M q̈ + s G q̇ + (K − s² C) q = 0 at a share s of the speed for which the gyroscopic
+M q̈ + s G q̇ + (K − s² C) q = 0 at a share s of the speed for which the gyroscopic
 matrix G = −Gᵀ and the centripetal matrix C were formed. While K_s = K − s² C = LᵀL (L = Λ^½Uᵀ,
 K_s = UΛUᵀ in coordinates with M = I) has no negative eigenvalues, the state y = (L q, q̇) obeys
 
@@ -10,14 +10,8 @@ so that the frequencies are the eigenvalues of the Hermitian matrix −iB and ar
 higher speeds, where the centrifugal term exceeds the stiffness in some direction, the general
 eigenvalue problem of (q, q̇) is solved; a real part is then the growth rate of an unstable motion.
 Frequencies are those in the frame in which the coordinates of a body are defined.
-
-**Harmonic response.** M q̈ + C q̇ + K q = Σ_k Re(f_k e^{iω_k t}), C with gyroscopic terms: one linear
-system (K − ω² M + iω C) Q = f per frequency. Free rigid motions R (K R = 0) are separated,
-q = R a + N b with Rᵀ M N = 0, and have exactly zero stiffness, so that slow excitation loses no
-digits. At ω = 0, where only balanced loads have a steady state, a = 0.
 """
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -207,77 +201,3 @@ def crossings(campbell: Campbell, slopes: Sequence[float]) -> tuple[Crossing, ..
             for i in np.flatnonzero((g == 0) & (f > 0)):
                 found_crossings.append(Crossing(line, mode, float(s[i]), float(f[i])))
     return tuple(sorted(found_crossings, key=lambda c: (float(f"{c.factor:.9g}"), c.mode)))
-
-
-UNBALANCED = 1e-6  # force on a rigid motion over the load, allowed at ω = 0
-MAX_AMPLIFICATION = 1e12  # in scaled coordinates, above which no digits remain
-RESISTED = 1e-6  # stiffness against a rigid motion over the largest one, allowed as rounding
-
-
-def harmonic_response(
-    mass: Array,
-    damping: Array,
-    stiffness: Array,
-    omega: ArrayLike,
-    loads: Complex,
-    rigid: Array | None = None,
-) -> Complex:
-    """Amplitudes Q (d, K) of the steady state of M q̈ + C q̇ + K q = Σ Re(f_k e^{iω_k t}).
-
-    omega (K,): rad/s; loads (d, K): f; damping (d, d): C, including gyroscopic terms; rigid (d, r):
-    free rigid motions, K R = 0, to which the motion at ω = 0 is M-orthogonal. FlexgearError for an
-    unbalanced load at ω = 0, for stiffness against a rigid motion, and at an undamped resonance.
-    """
-    basis, r = _split(mass, stiffness, rigid)
-    m, c, k = (basis.T @ a @ basis for a in (mass, damping, stiffness))
-    k[:r], k[:, :r], m[:r, r:], m[r:, :r] = 0.0, 0.0, 0.0, 0.0
-    forces = basis.T @ loads
-    out = np.zeros(loads.shape, dtype=complex)
-    for i, w in enumerate(np.atleast_1d(np.asarray(omega, dtype=float))):
-        if w == 0:
-            # forces Rᵀ f on the rigid motions are rounding
-            allowed = UNBALANCED * (np.abs(basis[:, :r]).T @ np.abs(loads[:, i]))
-            if np.any(np.abs(forces[:r, i]) > allowed):
-                raise FlexgearError(
-                    "the mean load is not balanced: it would accelerate the train without end; "
-                    "give input and output torques that agree with the power flow"
-                )
-            b = _solve(k[r:, r:].astype(complex), forces[r:, i], w)
-            out[:, i] = basis[:, r:] @ b
-        else:
-            out[:, i] = basis @ _solve(k - w**2 * m + 1j * w * c, forces[:, i], w)
-    return out
-
-
-def _split(mass: Array, stiffness: Array, rigid: Array | None) -> tuple[Array, int]:
-    """M-orthonormal basis (d, d) of all coordinates, whose first r columns span the rigid motions,
-    and r; unit matrix and 0 without any. FlexgearError for stiffness against a rigid motion."""
-    if rigid is None or rigid.shape[1] == 0:
-        return np.eye(len(mass)), 0
-    resisted = np.abs(stiffness @ rigid).max(axis=0)
-    if np.any(resisted > RESISTED * np.abs(stiffness).max() * np.abs(rigid).max(axis=0)):
-        raise FlexgearError("a stiffness resists a motion that is stated as rigid")
-    lower = linalg.cholesky(mass, lower=True)
-    y, _ = linalg.qr(lower.T @ rigid)  # columns after the first r span the complement
-    basis = linalg.solve_triangular(lower, y, lower=True, trans="T")
-    return basis, rigid.shape[1]
-
-
-def _solve(matrix: Complex, load: Complex, omega: float) -> Complex:
-    """Solution with rows and columns scaled by their size; FlexgearError if singular."""
-    if not len(load):
-        return np.zeros(0, dtype=complex)
-    size = np.sqrt(np.abs(matrix).max(axis=1))
-    size = np.where(size > 0, size, 1.0)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", linalg.LinAlgWarning)
-            x = linalg.solve(matrix / np.multiply.outer(size, size), load / size)
-    except (linalg.LinAlgError, linalg.LinAlgWarning):
-        x = np.full(len(load), np.nan)
-    if not np.abs(x).max() <= MAX_AMPLIFICATION * np.abs(load / size).max():
-        raise FlexgearError(
-            f"no steady state at {omega:.6g} rad/s: the system is free to move or resonates "
-            "without damping; state its rigid motions or give damping"
-        )
-    return np.asarray(x / size)

@@ -21,6 +21,7 @@ from scipy import linalg
 from scipy.sparse.csgraph import connected_components
 
 from flexgear.arrays import Array, Ints
+from flexgear.coupling.machines import Brake
 from flexgear.coupling.mode_choice import (
     ModeChoice,
     choose_modes,
@@ -85,6 +86,19 @@ class ModalSystem:
         elif not self.dropped:
             values["modes_estimate"] = 0.0
         return values
+
+    @property
+    def structural_damping(self) -> Array:
+        """Damping matrix (d, d), N s/m, N m s/rad: modal damping, dampers, and brakes linearised at
+        rated speed; without gear meshes."""
+        system = self.system
+        momentum = system.mass @ self.modes
+        matrix = (momentum * self.damping) @ momentum.T + system.dampers
+        for port, brake in zip(system.ports, system.machines, strict=True):
+            if isinstance(brake, Brake) and brake.rated_speed > 0:
+                slope = brake.exponent * brake.rated_torque / brake.rated_speed
+                matrix = matrix + slope * np.outer(port.row, port.row)
+        return np.asarray(matrix)
 
     def static_receptance(self) -> Array:
         """Elastic flexibility of the channels under self-balanced loads, (n_c, n_c) m/N."""

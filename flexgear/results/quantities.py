@@ -137,7 +137,6 @@ RESULT_COORDINATES: dict[str, Coordinate] = {
     "peak": Coordinate("1", "number of the peak, from 1, the highest first"),
     "band": Coordinate("1", "number of the band of speeds, from 1"),
     "acting": Coordinate("1", "number of a mode of an instability, 1 for the lower one"),
-    "harmonic": Coordinate("Hz", "frequency of an error of gears or of a gear mesh"),
     "point": Coordinate("1", "number of the steady state, from 0, in the order of its curve"),
     "measure": Coordinate("", "maximum, minimum, mean, or rms about the mean, over a period"),
     "turning_point": Coordinate("1", "number of a turning point of a curve, from 1"),

@@ -92,14 +92,6 @@ KEYS: tuple[Figure, ...] = (
     )),
     Figure("motion_um_max.<member>", "µm", "largest displacement of a member from the axis, or of "
            "the teeth of an FE ring, in equilibria and in the transient"),
-    *below("harmonic", (
-        Figure("reason", "", "reason for a missing harmonic solution"),
-        Figure("frequencies_hz", "Hz", "frequencies that excite the train"),
-        Figure("largest_difference", "1",
-               "largest difference to the transient over the largest force"),
-        Figure("load_sharing.<group>.<definition>", "1",
-               "load sharing coefficient of the harmonic solution"),
-    )),
     Figure("torque_steps.<torque>.<variant>.window_s", "s",
            "start and end of the evaluated part of the run, which begins at the drop"),
     *below("torque_steps.<torque>.<variant>", DROP),

@@ -25,7 +25,6 @@ from flexgear.solve.angles import lead_speed, one_turn, stage_motions
 from flexgear.solve.bodies import Bodies, Progress, silent, when_done
 from flexgear.solve.campbell import campbell
 from flexgear.solve.deformed import bending_bodies, deformed, mode_shapes
-from flexgear.solve.linear import harmonic_data, train_harmonic, why_not_linear
 from flexgear.solve.model import Model, assemble
 from flexgear.solve.modes import modes, usual_limit
 from flexgear.solve.run_summary import Analyses, run_summary
@@ -133,10 +132,6 @@ def run(
     runs, drops = done.runs, done.drops
     datasets |= {dataset_name("transient", models[n]): timed.data for n, timed in runs.items()}
     datasets |= {drop_name(torque, models[n]): timed.data for (torque, n), timed in drops.items()}
-    if why_not_linear(first.system) is None:
-        with watch.stage("harmonic"):
-            transient = runs[first.variant].data
-            datasets["harmonic"] = harmonic_data(first, train_harmonic(first), transient)
     watch.seconds |= {f"transient_{label}": timed.wall for label, timed in runs.items()}
     summary = run_summary(Analyses(models, window, datasets, done, face_load, watch.seconds))
     return Run(case, first.flow, datasets, fields, summary)

@@ -33,7 +33,6 @@ from flexgear.results.version import version
 from flexgear.solve.angles import stage_motions
 from flexgear.solve.bodies import rigid_bodies
 from flexgear.solve.headlines import headlines
-from flexgear.solve.linear import harmonic_figures, why_not_linear
 from flexgear.solve.long_run import TimedRun
 from flexgear.solve.model import Model
 from flexgear.solve.reduction_warnings import reduction_warnings
@@ -71,9 +70,6 @@ def run_summary(analyses: Analyses) -> dict[str, Any]:
     """``summary.json`` of a run."""
     model, datasets, runs = analyses.first, analyses.datasets, analyses.transients.runs
     case, equilibria, transient = model.case, datasets["equilibrium"], runs[model.variant]
-    harmonic = {"reason": why_not_linear(model.system)}
-    if "harmonic" in datasets:
-        harmonic = harmonic_figures(datasets["harmonic"])
     summary = build_summary(
         case=case.name,
         result="run",
@@ -94,7 +90,6 @@ def run_summary(analyses: Analyses) -> dict[str, Any]:
         load_sharing=_load_sharing(analyses),
         transient=transient_summary(transient),
         motion_um_max=motion_summary(equilibria, transient.data),
-        harmonic=harmonic,
         torque_steps=analyses.transients.torque_steps,
         energy_residual=_energy_residual(model, analyses.transients),
         solver=model.pace.summary,

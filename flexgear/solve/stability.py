@@ -21,7 +21,6 @@ from flexgear.solve.angles import share_range
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.campbell import HIGHEST, MAX_MODES, operating_factors
 from flexgear.solve.dataset import result_attrs, result_labels
-from flexgear.solve.linear import structural_damping
 from flexgear.solve.model import Model
 
 SPEEDS = 121  # number of equally spaced speeds
@@ -213,7 +212,7 @@ def train_in_modes(model: Model, stage: str, shapes: Array, omega: Array) -> Per
         if label.stage != number
     ]
     constant = shapes.T @ system.stiffness @ shapes
-    damping = shapes.T @ structural_damping(model.modal) @ shapes
+    damping = shapes.T @ model.modal.structural_damping @ shapes
     for springs in (*other_gear_meshes, *contact.others.values()):
         rows = springs.rows @ shapes
         constant += rows.T @ springs.matrix @ rows

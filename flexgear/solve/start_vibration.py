@@ -26,7 +26,6 @@ from flexgear.analysis.excitation import decay
 from flexgear.arrays import Array
 from flexgear.results.settling import MIN_RANGE, MIN_RELATIVE, SHARE
 from flexgear.solve.angles import lead_speed, one_turn, stage_motions
-from flexgear.solve.linear import structural_damping
 from flexgear.solve.model import Model, rated_rotations
 from flexgear.solve.modes import usual_limit
 
@@ -42,7 +41,7 @@ def decay_duration(model: Model, span: float, least: float = 2.0 * SHARE) -> flo
     """
     modes = model.natural_modes(usual_limit(model))
     elastic = modes.frequencies > 0.0
-    dampers = structural_damping(model.modal) @ modes.shapes
+    dampers = model.modal.structural_damping @ modes.shapes
     structural = np.einsum("dm,dm->m", modes.shapes, dampers)
     rates = decay(structural, modes, model.mean_springs.cycles)[elastic]
     omega, shapes = 2 * np.pi * modes.frequencies[elastic], modes.shapes[:, elastic]

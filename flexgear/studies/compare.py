@@ -11,7 +11,6 @@ from flexgear.model.units import RPM
 from flexgear.results.rating import PARTS, RatedPart, Rating
 from flexgear.results.summary import sharing_summary_of
 from flexgear.solve.bodies import Progress, named, silent
-from flexgear.solve.linear import harmonic_data, train_harmonic, why_not_linear
 from flexgear.solve.model import Model
 from flexgear.solve.run_transients import is_static
 from flexgear.solve.static import shared_stages, stages_sharing
@@ -30,8 +29,8 @@ def compare_sharing(
 ) -> dict[str, Figures]:
     """Load sharing by "variant: analysis", then group of gear meshes and definition.
 
-    Analyses: quasi-static over the error cycle, harmonic of a linear train, transient of a train
-    that does not roll in one equilibrium.
+    Analyses: quasi-static over the error cycle, transient of a train that does not roll in one
+    equilibrium.
     """
     out: dict[str, Figures] = {}
     duration = settled_duration(*models.values()) if transient else None
@@ -43,9 +42,6 @@ def compare_sharing(
         out[f"{label}: quasi-static"] = quasi
         if is_static(model):
             continue
-        if why_not_linear(model.system) is None:
-            data = harmonic_data(model, train_harmonic(model))
-            out[f"{label}: harmonic"] = sharing_summary_of(data)
         if transient:
             run = simulate(model, duration=duration, progress=named(label, progress))
             out[f"{label}: transient"] = sharing_summary_of(run.data)

@@ -191,8 +191,7 @@ def test_simulate(flexgear, tmp_path):
 def test_compare_load_sharing(flexgear):
     summary = flexgear.json("compare", "herringbone", *QUICK, "--cycles", "50")
     assert set(summary) == {
-        "lumped: quasi-static", "lumped: harmonic", "lumped: transient",
-        "lumped, without errors: quasi-static",
+        "lumped: quasi-static", "lumped: transient", "lumped, without errors: quasi-static",
     }  # fmt: skip
     text = flexgear.out("compare", "nrel-5mw", *QUICK, "--quiet")
     assert "IEC 61400-4 assumes 1.1" in text
@@ -226,7 +225,7 @@ def test_run_and_compare(flexgear, tmp_path):
     files = {p.name for p in out.iterdir()}
     assert files >= {
         "summary.json", "case.json", "report.html", "pictures", "modes.nc", "campbell.nc",
-        "equilibrium.nc", "sharing_stage.nc", "transient.nc", "harmonic.nc",
+        "equilibrium.nc", "sharing_stage.nc", "transient.nc",
     }  # fmt: skip
     summary = json.loads((out / "summary.json").read_text())
     assert {p.stem for p in (out / "pictures").iterdir()} >= {

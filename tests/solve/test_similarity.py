@@ -17,7 +17,6 @@ from flexgear.model.units import SUFFIXES
 from flexgear.results.stage_part import pairs_of
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.campbell import campbell
-from flexgear.solve.linear import harmonic_data, train_harmonic, why_not_linear
 from flexgear.solve.modes import modes
 from flexgear.solve.run import run
 from flexgear.solve.run_summary import stages_summary
@@ -80,8 +79,6 @@ def every_analysis(contexts, modes=modes):
     runs = [simulate(c, duration=2 / c.pace.gear_mesh).data for c in contexts]
     assert runs[0].sizes["time"] > 100
     assert apart(runs) == {}
-    if why_not_linear(contexts[0].system) is None:
-        assert apart([harmonic_data(c, train_harmonic(c)) for c in contexts]) == {}
 
 
 def test_figures_of_a_stage_scale(stages):

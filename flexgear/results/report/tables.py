@@ -243,7 +243,7 @@ def _share(label: str, value: float | None) -> Row:
 
 
 def _accuracy(summary: Summary) -> Iterator[Table]:
-    closure, harmonic = summary.get("equilibrium_closure_max"), summary["harmonic"]
+    closure = summary.get("equilibrium_closure_max")
     figures = {**summary["system"], **summary.get("solver", {})}
     keys = ("coordinates", "kept_modes", "modes_estimate", "time_step_s", "step_time_step_s")
     solution = [
@@ -251,7 +251,6 @@ def _accuracy(summary: Summary) -> Iterator[Table]:
         Row("steps of steady running", summary["transient"]["steps"]),
         _share("forces left over in the equilibria, of the load", closure),
         _share("energy not accounted for", summary["energy_residual"]),
-        _share("harmonic against transient", harmonic.get("largest_difference")),
     ]
     yield Table("accuracy", "solution", solution)
     for name, reduction in summary.get("reduction", {}).items():

@@ -1,8 +1,7 @@
 """Headline on the solution: checks of the results, in one line while they are within limits.
 
 Mean forces and speeds are compared with those of the power flow, residuals of equilibria and of the
-energy balance with zero, errors of reductions with the promised one, the harmonic solution with the
-transient.
+energy balance with zero, errors of reductions with the promised one.
 """
 
 from collections.abc import Iterator, Mapping
@@ -126,7 +125,7 @@ def _speeds(summary: Summary) -> Iterator[Check]:
 
 
 def _modes(summary: Summary) -> Iterator[Check]:
-    """Checks of the modal truncation, and of the difference to the harmonic solution."""
+    """Check of the modal truncation."""
     system = summary["system"]
     band, estimate = system.get("modes_band_hz"), system["modes_estimate"]
     if band is not None:
@@ -143,17 +142,6 @@ def _modes(summary: Summary) -> Iterator[Check]:
             f"{system['kept_modes']}, the highest of {with_unit(system['modes_limit_hz'], 'Hz')}",
             f"error of the modal truncation at most {error} up to {upto}",
             f"They do not cover the band of {upto}.",
-        )
-    difference = summary["harmonic"].get("largest_difference")
-    if difference is not None:
-        below = "less than " if difference < NEGLIGIBLE else ""
-        figure = _percent(max(difference, NEGLIGIBLE))
-        yield Check(
-            "good" if difference <= AGREES else "watch",
-            "Harmonic solution",
-            figure,
-            f"harmonic solution and transient differ by {below}{figure} of the largest force",
-            "Of the largest force, by which the harmonic solution and the transient differ.",
         )
 
 
