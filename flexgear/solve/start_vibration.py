@@ -13,8 +13,10 @@ row v, two values one gear-mesh period P apart differ by
 
     D_j(t) = k̄ |vᵀφ_j| |1 − e^{−iω_j P}| A e^{−γ_j t/2},
 
-which ``results.settling`` compares with the peak-to-peak of the steady force. Other stages keep
-their mean stiffness. First order in the variation, one mode at a time, without loss of contact.
+which ``results.settling`` compares with the peak-to-peak of the steady force; likewise in the
+radial displacements of bodies, with their rows in the place of k̄ v. Amplitudes of modes add, as
+modes beat. Other stages keep their mean stiffness. First order in the variation, without loss of
+contact.
 """
 
 from collections.abc import Iterator
@@ -26,18 +28,23 @@ from flexgear.analysis.excitation import decay
 from flexgear.arrays import Array
 from flexgear.results.settling import MIN_RANGE, MIN_RELATIVE, SHARE
 from flexgear.solve.angles import lead_speed, one_turn, stage_motions
+from flexgear.solve.dataset import body_rows
 from flexgear.solve.model import Model, rated_rotations
 from flexgear.solve.modes import usual_limit
 
 POSITIONS = 24  # equilibria in a gear-mesh cycle
+GROWTH = 1.1  # from a duration to the next that is tried
 
 
-def decay_duration(model: Model, span: float, least: float = 2.0 * SHARE) -> float:
-    """``span``, s, or the longer duration by the middle of which vibration from the start has
-    decayed to SHARE of the steady peak-to-peak of a gear-mesh force.
+def decay_duration(
+    model: Model, span: float, least: float = 2.0 * SHARE, *, displacements: bool = True
+) -> float:
+    """``span``, s, or the longer duration in which vibration from the start decays, from the third
+    to the last quarter, by no more than SHARE of the steady peak-to-peak of any gear-mesh force,
+    and of any radial displacement of a body, if ``displacements``; amplitudes of modes add.
 
-    It is longer only for a mode that would decay by more than ``least`` of that from the third to
-    the last quarter of ``span``; by 2 SHARE ``results.settling`` tells that a run has not settled.
+    It is longer only where that is more than ``least`` for ``span``; by 2 SHARE
+    ``results.settling`` tells that a run has not settled.
     """
     modes = model.natural_modes(usual_limit(model))
     elastic = modes.frequencies > 0.0
@@ -46,22 +53,34 @@ def decay_duration(model: Model, span: float, least: float = 2.0 * SHARE) -> flo
     rates = decay(structural, modes, model.mean_springs.cycles)[elastic]
     omega, shapes = 2 * np.pi * modes.frequencies[elastic], modes.shapes[:, elastic]
     longest = span
-    for shares in _shares(model, omega, shapes, rates):
-        later = np.exp(-rates * span / 4) - np.exp(-3 * rates * span / 8)
-        slow = shares * later > least
-        longest = max([longest, *(4.0 / rates[slow] * np.log(shares[slow] / SHARE))])
+    for shares in _shares(model, omega, shapes, rates, displacements):
+        largest = _last_decay(shares, rates, span)
+        while largest > (least if longest == span else SHARE):
+            longest *= GROWTH
+            largest = _last_decay(shares, rates, longest)
     return float(longest)
 
 
-def _shares(model: Model, omega: Array, shapes: Array, rates: Array) -> Iterator[Array]:
-    """For each stage that turns: D_j(0) of modes (m,) over the peak-to-peak of the steady force,
-    the largest of all gear meshes. omega (m,) rad/s, shapes (d, m), rates γ (m,) 1/s."""
+def _last_decay(shares: Array, rates: Array, span: float) -> float:
+    """Largest Σ_j D_j(T/2) − D_j(3T/4) of any row of shares D_j(0) (r, m); rates γ (m,) 1/s."""
+    return float((shares @ (np.exp(-rates * span / 4) - np.exp(-3 * rates * span / 8))).max())
+
+
+def _shares(
+    model: Model, omega: Array, shapes: Array, rates: Array, displacements: bool
+) -> Iterator[Array]:
+    """For each stage that turns: D_j(0) (r, m) of gear-mesh forces, and of radial displacements of
+    bodies, if ``displacements``, over the steady peak-to-peak of each. omega (m,) rad/s, shapes
+    (d, m), rates γ (m,) 1/s."""
     system, cycles = model.system, model.mean_springs.cycles
     loaded = [g for g, m in enumerate(model.gear_meshes.carrying) if int(m) in cycles]
     carrying = [cycles[int(model.gear_meshes.carrying[g])] for g in loaded]
     if not carrying:
         return
     force = np.stack([(c.force.mean(axis=0) @ c.blocks) @ shapes for c in carrying])  # k̄ vᵀφ
+    elastic = shapes - system.rolling @ (system.input_rows @ shapes)  # as results have it
+    radial = (body_rows(system)[1] @ elastic).reshape(-1, 6, len(omega))[:, :2]
+    radial = radial.reshape(-1, len(omega))
     slowest = min(s.gear_mesh_frequency for s in model.flow.stages if s.gear_mesh_frequency)
     over_period = np.abs(1.0 - np.exp(-1j * omega / slowest))
     to_modes = shapes.T @ (system.mass @ model.modal.modes)
@@ -81,7 +100,14 @@ def _shares(model: Model, omega: Array, shapes: Array, rates: Array) -> Iterator
         amplitude = np.hypot(offset, (0.5 * rates * offset - velocity) / omega)
         total = model.gear_meshes.forces(equilibria.pair_load)[:, loaded]
         total = total + (steady - motion) @ force.T
-        width = np.ptp(total, axis=0)
-        least = max(MIN_RANGE * width.max(), MIN_RELATIVE * np.abs(total).max())
-        width = np.maximum(width, least)[:, None]
-        yield (np.abs(force) * amplitude * over_period / width).max(axis=0)
+        watched = [(force, total), (radial, steady @ radial.T)][: 1 + displacements]
+        yield np.concatenate([_over_steady(*x) for x in watched]) * (amplitude * over_period)
+
+
+def _over_steady(rows: Array, steady: Array) -> Array:
+    """|rows| (r, m) over the peak-to-peak of the steady values (positions, r), which counts as
+    large as ``results.settling`` takes it at least."""
+    width = np.ptp(steady, axis=0)
+    least = max(MIN_RANGE * width.max(), MIN_RELATIVE * np.abs(steady).max())
+    width = np.maximum(width, least)[:, None]
+    return np.divide(np.abs(rows), width, out=np.zeros_like(rows), where=width > 0.0)
