@@ -29,6 +29,8 @@ def require_sound(path: Path, *sections: str) -> None:
     chapters = re.findall(r'<section id="(\w+)">', page)
     assert set(sections) <= set(chapters), chapters
     assert not re.search(r'(src|href)\s*=\s*"(?!data:|#)', page)
+    assert "Plotly.newPlot" not in page or "showSendToCloud: false" in page  # default: an upload
+    assert 'loading="lazy"' not in page  # such pictures are missing in print
     text = visible(page)
     assert not NO_FIGURE.findall(text)
     assert not KEY.findall(visible(_without_values_of_the_case(page)))

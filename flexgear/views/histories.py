@@ -180,6 +180,7 @@ def engagement_map(whole: xr.Dataset) -> Figure:
     top.hlines(*engagement_spans(near, tooth).T, color=planet_colour(1), lw=4)
     top.yaxis.set_major_locator(MaxNLocator(8, integer=True))
     top.set_title("(c) planet 1, closer")
+    top.set_ylabel("ring tooth number")
     curve = pair_curve(near, tooth, stiffness * N_PER_M_TO_N_PER_UM)
     bottom.plot(*curve, color=planet_colour(1))
     bottom.set_ylim(bottom=0)

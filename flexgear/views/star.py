@@ -10,10 +10,10 @@ counted from the X axis, the carrier turns counter-clockwise (docs/conventions.m
 
 import math
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import xarray as xr
@@ -22,7 +22,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyArrowPatch
-from matplotlib.ticker import FuncFormatter, MultipleLocator
+from matplotlib.ticker import MultipleLocator
 from PIL import Image
 
 from flexgear.arrays import Array
@@ -46,7 +46,6 @@ from flexgear.views.style import (
 )
 
 MAP_SAMPLES = 1500  # of a map over the carrier angle
-MILLIMETRES = FuncFormatter(lambda metres, _: f"{1e3 * metres:g}".replace("-", "−"))
 
 
 @dataclass(frozen=True)
@@ -64,16 +63,21 @@ class StageOutline:
         angle = carrier_angle + self.planet_angles[planet]
         return self.center_distance * np.array([np.cos(angle), np.sin(angle)])
 
+    def in_millimetres(self) -> Self:
+        """The same radii and centre distance in mm, as pictures have them."""
+        sizes = ("ring_radius", "sun_radius", "planet_radius", "center_distance")
+        return replace(self, **{name: 1e3 * getattr(self, name) for name in sizes})
+
 
 def ring_points(displacement: Array, radius: float, factor: float) -> Array:
-    """Drawn tooth nodes (z, 2) for ``displacement`` (z, 2 or 3) in m."""
+    """Drawn tooth nodes (z, 2) for ``displacement`` (z, 2 or 3), in the unit of both."""
     angles = 2 * pi * np.arange(displacement.shape[0]) / displacement.shape[0]
     circle = radius * np.column_stack([np.cos(angles), np.sin(angles)])
     return circle + factor * displacement[:, :2]
 
 
 def _largest(displacement: Array) -> float:
-    """Largest displacement in the plane, m."""
+    """Largest displacement in the plane."""
     return float(np.nanmax(np.hypot(displacement[..., 0], displacement[..., 1]), initial=0.0))
 
 
@@ -84,7 +88,7 @@ def star_exaggeration(displacement: Array, radius: float) -> float:
 
 
 def star_reach(displacement: Array, outline: StageOutline, factor: float) -> float:
-    """Half the side of a square that holds the star, m."""
+    """Half the side of a square that holds the star, in the unit of its arguments."""
     return outline.ring_radius + 1.15 * max(
         factor * _largest(displacement), 0.03 * outline.ring_radius
     )
@@ -133,15 +137,13 @@ def draw_rotation_arrow(axes: Axes, outline: StageOutline, sense: float) -> None
 
 
 def square(axes: Axes, reach: float) -> None:
-    """Set equal scales from −reach to reach, m, with ticks in mm."""
+    """Set equal scales from −reach to reach, mm."""
     axes.set_xlim(-reach, reach)
     axes.set_ylim(-reach, reach)
     axes.set_aspect("equal")
     step = nice_number(0.7 * reach)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MultipleLocator(step))
-    axes.xaxis.set_major_formatter(MILLIMETRES)
-    axes.yaxis.set_major_formatter(MILLIMETRES)
     axes.set_xlabel("X (mm)")
     axes.set_ylabel("Y (mm)")
 
@@ -157,7 +159,7 @@ def ring_star(
     displacement: (p, z, 3) of tooth nodes, global, m, at carrier angles ``angles`` (p,), rad. All
     panels have the same exaggeration, stated in the picture.
     """
-    field = np.asarray(displacement, dtype=float)
+    field, outline = 1e3 * np.asarray(displacement, dtype=float), outline.in_millimetres()
     factor = star_exaggeration(field, outline.ring_radius)
     columns = min(angles.size, 3)
     rows = -(-angles.size // columns)
@@ -171,7 +173,7 @@ def ring_star(
     for ax, u, angle in zip(axes.ravel(), field, angles, strict=False):
         draw_star(ax, u, angle, outline, factor, np.sign(angles[-1] - angles[0]))
         square(ax, reach)
-    peak = float(np.nanmax(np.abs(radial(field)))) * MICRO
+    peak = float(np.nanmax(np.abs(radial(field)))) * 1e3
     gap = " " if columns > 1 else "\n"
     size = f"displacement {factor_text(factor)}{gap}(largest radial {number(peak)} µm)"
     figure.legend(handles=star_handles(), loc="outside lower center", ncols=min(columns + 1, 3))
@@ -273,7 +275,7 @@ def animate_star(
     displacement: (p, z, 3), m, at carrier angles ``angles`` (p,), rad, one frame each. The
     animation loops, so the last position must not repeat the first.
     """
-    field = np.asarray(displacement, dtype=float)
+    field, outline = 1e3 * np.asarray(displacement, dtype=float), outline.in_millimetres()
     factor = star_exaggeration(field, outline.ring_radius)
     figure, axes = panels(1, 1, height_mm=121, width_mm=105)
     ax, canvas = axes[0, 0], FigureCanvasAgg(figure)

@@ -13,7 +13,7 @@ TENTH, FIFTH = 2 * np.pi / 10, 2 * np.pi / 5
 
 def deformed(axes) -> np.ndarray:
     (line,) = [li for li in axes.get_lines() if li.get_label() == "deformed ring"]
-    return np.column_stack(line.get_data())
+    return 1e-3 * np.column_stack(line.get_data())  # drawn in mm, as labels and pointers say
 
 
 def peaks(radius: np.ndarray) -> np.ndarray:

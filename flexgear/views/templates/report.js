@@ -100,8 +100,8 @@
         delete titled["title.text"];
       }
     }
-    const config = { displaylogo: false, responsive: true, displayModeBar: narrow ? false : "hover",
-      modeBarButtonsToRemove: ["lasso2d", "select2d", "toImage"] };
+    const config = { displaylogo: false, showSendToCloud: false, responsive: true,
+      displayModeBar: narrow ? false : "hover", modeBarButtonsToRemove: ["lasso2d", "select2d", "toImage"] };
     if (swing) swinging(box, data[0], swing);
     Plotly.newPlot(box, data, full, config).then(() => {
       box.on("plotly_buttonclicked", ({ button }) => {
