@@ -1,4 +1,4 @@
-"""Plotly panels of deformed bodies, of their natural modes, and of the animated ring."""
+"""Plotly panels of deformed bodies and of their natural modes."""
 
 import math
 from collections.abc import Sequence
@@ -13,17 +13,12 @@ from flexgear.arrays import Array
 from flexgear.results.report.wording import number
 from flexgear.views.interactive import Panel
 from flexgear.views.render import body_surface, deformation_exaggeration
-from flexgear.views.star import StageOutline, ring_points, star_exaggeration
 from flexgear.views.style import (
-    DEFORMED_COLOUR,
     MEGA,
     MICRO,
     MILLI,
-    NEUTRAL,
-    ORIGINAL_COLOUR,
     SEQUENTIAL_MAP,
     factor_text,
-    planet_colour,
 )
 
 TRIANGLES = 40_000  # of a body on the page
@@ -31,9 +26,7 @@ PAGE_TRIANGLES = 80_000  # of all bodies of a page
 MODE_SIZE = 0.06  # drawn largest displacement in a mode over the size of the body
 EYE = {"eye": {"x": 0.8, "y": -1.4, "z": 1.3}}
 CORNER = {"direction": "left", "x": 0.02, "y": 0.98, "xanchor": "left", "yanchor": "top"}
-FRAMES = 24  # of the star
 PARTS, COLOURS = 5000, 500  # about: of the largest coordinate, and of the largest colour
-CIRCLE = np.linspace(0, 2 * np.pi, 73)
 
 
 def body_scene(
@@ -171,80 +164,6 @@ def _colours_of(trace: dict[str, Any], shape: str, caption: str, stress: Array) 
         args = [changes, {"title.text": title}]
         buttons.append({"label": label, "method": "update", "args": args})
     return {"type": "buttons", "buttons": buttons, **CORNER}
-
-
-def star_scene(displacement: Array, carrier_angles: Array, outline: StageOutline) -> list[Panel]:
-    """The deformed ring turning with the carrier: displacement (p, z, 3) m of tooth nodes at angles
-    (p,) rad."""
-    factor = star_exaggeration(displacement, outline.ring_radius)
-    at = np.unique(np.linspace(0, len(carrier_angles) - 1, FRAMES).astype(int))
-    frames: list[dict[str, Any]] = [
-        {"name": f"{np.degrees(carrier_angles[k]):.1f}°",
-         "data": _star(displacement[k], float(carrier_angles[k]), outline, factor)}
-        for k in at
-    ]  # fmt: skip
-    circle = _circle((0.0, 0.0), outline.ring_radius, ORIGINAL_COLOUR, "undeformed", "dot")
-    moving = {"traces": list(range(1, 1 + len(frames[0]["data"])))}
-    frames = [frame | moving for frame in frames]
-    instant = {"frame": {"duration": 0, "redraw": False}, "mode": "immediate"}
-    play = {"frame": {"duration": 90, "redraw": False}, "fromcurrent": True,
-            "transition": {"duration": 0}}  # fmt: skip
-    steps = [
-        {"method": "animate", "label": f["name"], "args": [[f["name"]], instant]} for f in frames
-    ]
-    buttons = [
-        {"label": "▶ turn", "method": "animate", "args": [None, play]},
-        {"label": "❚❚", "method": "animate", "args": [[None], instant]},
-    ]
-    reach = 1.25 * MILLI * outline.ring_radius
-    layout = {
-        "title": {"text": f"displacement {factor_text(factor)}"},
-        "xaxis": {"range": [-reach, reach], "title": {"text": "X (mm)"}},
-        "yaxis": {"range": [-reach, reach], "scaleanchor": "x", "title": {"text": "Y (mm)"}},
-        "sliders": [{"steps": steps, "currentvalue": {"prefix": "carrier angle "},
-                     "pad": {"t": 42}}],
-        "updatemenus": [{"type": "buttons", "buttons": buttons, "showactive": False, **CORNER}],
-        "height": 640,
-    }  # fmt: skip
-    return [{"data": [circle, *frames[0]["data"]], "layout": layout, "frames": frames}]
-
-
-def _star(
-    displacement: Array, angle: float, outline: StageOutline, factor: float
-) -> list[dict[str, Any]]:
-    """Traces of ring, sun and planets in one position."""
-    ring = ring_points(displacement, outline.ring_radius, factor)
-    ring = np.vstack([ring, ring[:1]])
-    planets = range(len(outline.planet_angles))
-    return [
-        _line(ring, DEFORMED_COLOUR, "ring", width=2.5),
-        _circle((0.0, 0.0), outline.sun_radius, NEUTRAL, "sun"),
-        *(
-            _circle(
-                outline.planet_centre(i, angle), outline.planet_radius, planet_colour(i + 1),
-                f"planet {i + 1}",
-            )
-            for i in planets
-        ),
-    ]  # fmt: skip
-
-
-def _circle(
-    centre: Array | tuple[float, float], radius: float, colour: str, name: str, dash: str = "solid"
-) -> dict[str, Any]:
-    edge = np.column_stack([np.cos(CIRCLE), np.sin(CIRCLE)])
-    return _line(np.asarray(centre) + radius * edge, colour, name, dash=dash)
-
-
-def _line(
-    points: Array, colour: str, name: str, width: float = 1.5, dash: str = "solid"
-) -> dict[str, Any]:
-    reach = MILLI * float(np.abs(points).max())
-    return {
-        "type": "scatter", "mode": "lines", "name": name, "showlegend": False,
-        "x": _short(MILLI * points[:, 0], reach), "y": _short(MILLI * points[:, 1], reach),
-        "line": {"color": colour, "width": width, "dash": dash},
-    }  # fmt: skip
 
 
 def _short(values: Any, largest: float, parts: int = PARTS) -> list[float]:

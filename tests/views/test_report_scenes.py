@@ -15,7 +15,6 @@ from flexgear.views.scenes import (
     PAGE_TRIANGLES,
     body_scene,
     mode_scene,
-    star_scene,
     triangles_of_each,
 )
 
@@ -125,13 +124,3 @@ def test_scenes_of_any_number_of_bodies_fit_into_the_page(bodies):
     assert (each + swinging) * bodies <= PAGE_TRIANGLES
     text, left_out, thinned = within(plots, MAX_PLOTS)
     assert len(text) < MAX_PLOTS and not left_out and not thinned
-
-
-def test_the_star_turns_with_the_carrier(outline, field):
-    angles = np.linspace(0, 2 * np.pi / 5, 5, endpoint=False)
-    (panel,) = star_scene(np.asarray(field(angles)), angles, outline)
-    assert [f["name"] for f in panel["frames"]] == ["0.0°", "14.4°", "28.8°", "43.2°", "57.6°"]
-    first = panel["frames"][1]["data"][2]
-    middle = [np.mean(first[k][:-1]) for k in "xy"]
-    assert middle == pytest.approx((1e3 * outline.planet_centre(0, angles[1])).tolist(), abs=1.0)
-    assert panel["frames"][1]["traces"] == list(range(1, len(panel["data"])))

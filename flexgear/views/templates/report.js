@@ -74,7 +74,7 @@
     box.before(row, heading);
   };
   const draw = (box) => {
-    const { data, layout, frames, swing } = plots[box.dataset.plot];
+    const { data, layout, swing } = plots[box.dataset.plot];
     if (layout.height && narrow) layout.height = 0.75 * layout.height;
     const axis = { gridcolor: "#e3e5e8", zeroline: false, automargin: true };
     const full = {
@@ -107,7 +107,6 @@
       box.on("plotly_buttonclicked", ({ button }) => {
         if (button.name) heading.innerHTML = button.name;
       });
-      return frames && Plotly.addFrames(box, frames);
     });
   };
   const watcher = new IntersectionObserver((entries) => {
