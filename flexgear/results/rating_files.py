@@ -8,7 +8,7 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.files.rexs.from_case import BinResults
-from flexgear.gears.rating.sheet import value_of
+from flexgear.gears.rating.sheet import KEY, value_of
 from flexgear.model.names import GroupName
 from flexgear.results.quantities import number
 from flexgear.results.rating import PARTS, GearMeshRating, RatedPart, Rating
@@ -22,16 +22,23 @@ ALL = "all"  # value of the column "bin" for all bins together
 def rating_rows(rating: Rating) -> Iterator[tuple[str, str, str, float | str, str, str]]:
     """Rows of ``rating.csv``: one for each part or group of gear meshes, bin and quantity."""
     bins = [b.name for b in rating.bins]
+    of_parts = {part.name: part.missing for part in rating.parts if part.missing}
+    alike = {part.alike for part in rating.parts if part.missing}  # named part by part
+    others = {name: why for name, why in rating.not_assessed.items() if name not in alike}
+    for name, reason in {**of_parts, **others}.items():
+        yield name, ALL, "not assessed", reason, "", ""
     for part in rating.parts:
-        if part.missing:
-            yield part.name, ALL, "not assessed", part.missing, "", ""
+        if part.estimates:
+            reason = "; ".join(f"{key} {rule}" for key, rule in part.estimates.items())
+            yield part.name, ALL, "no verdict", reason, "", ""
         for name, (quantity, of) in PARTS.items():
             values = np.atleast_1d(of(part)).tolist()
             for b, value in zip(bins if "bin" in quantity.dims else [ALL], values, strict=True):
                 if not math.isnan(value):
                     is_life = name == "required" and part.kind == "bearing"
                     unit = "h" if is_life else quantity.units
-                    yield part.name, b, name, value, unit, "computed"
+                    source = KEY if name == "required" and not is_life else "computed"
+                    yield part.name, b, name, value, unit, source
         for k, damage in enumerate(part.of_rows.tolist(), 1):
             yield part.name, ALL, f"damage_sum of row {k}", damage, "1", "computed"
     sheets = [(part.name, ALL, part.direct) for part in rating.parts]

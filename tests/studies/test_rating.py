@@ -201,6 +201,12 @@ def test_outputs_hold_every_part_and_bin():
         assert summary["parts"][part.name]["damage_sum"] == pytest.approx(part.damage_sum)
         assert values["safety"] == pytest.approx(part.least_safety)
     rows = list(rating_rows(rating))
+    missing = {of: why for of, _, quantity, why, *_ in rows if quantity == "not assessed"}
+    assert {p.name for p in rating.parts if p.missing} | {"shafts"} <= missing.keys()
+    assert missing["scuffing"] == summary["not_assessed"]["scuffing"]
+    estimated = replace(rating.ranked[0], estimates={"static_rating": "by ISO 76"})
+    (row,) = (r for r in rating_rows(replace(rating, parts=(estimated,))) if r[2] == "no verdict")
+    assert row[0] == estimated.name and row[3] == "static_rating by ISO 76"
     pairs = {(of, b) for of, b, quantity, *_ in rows if quantity == "damage"}
     assert pairs == {(p.name, b.name) for p in rating.ranked for b in rating.bins}
     assert np.isfinite(data["load_factor"].to_numpy()).all()
