@@ -86,30 +86,35 @@ class BearingLoad(NamedTuple):
 
 
 def bearing_load(
-    force: Array, turned: Array, exponent: float, z: float = 0.0, least: float = 0.0
-) -> BearingLoad:
+    force: Array, turned: Array, exponent: float, z: float = 0.0, least: float = 0.0,
+    width: float = 0.0,
+) -> BearingLoad:  # fmt: skip
     """Constant load that replaces forces and moments (p, 6), N and N m, at p positions of equal
-    duration; zero where neither radial load nor thrust exceeds ``least``, N.
+    duration; zero where neither radial load nor thrust exceeds ``least``, N, nor the moment that
+    on the ``width`` of the gears, m.
 
     turned: (p,) rotation in space of the axes of the force, rad; the load is stationary to the ring
     in whose axes its mean is larger, the inner ring turning with these axes. exponent: of the load
     in the damage. z: distance of the bearing's middle from the reference point of the moments, m.
-    Moments are averaged in axes that follow the radial load.
+    Moments are averaged in axes that follow the radial load, without one in axes that follow them.
     """
-    x, y = force[:, 0], force[:, 1]
-    radial = np.hypot(x, y)
-    largest, axial = float(radial.max()), float(force[:, 2].mean())
-    if max(largest, abs(axial)) <= least:
-        return BearingLoad(np.zeros(5), 0.0, "inner", *np.zeros((2, len(x))))
-    cos, sin = np.divide([x, y], radial, out=np.zeros((2, len(x))), where=radial > 0.0)
-    along = cos * force[:, 3] + sin * force[:, 4]
-    across = cos * force[:, 4] - sin * force[:, 3] - z * radial
-    load = x + 1j * y
+    load, moment = force[:, 0] + 1j * force[:, 1], force[:, 3] + 1j * force[:, 4]
+    radial, axial = np.abs(load), float(force[:, 2].mean())
+    largest = float(radial.max())
+    if largest <= least:  # rounding
+        load, radial, largest = moment, np.zeros(len(load)), 0.0
+        axial = axial if abs(axial) > least else 0.0
+        if not axial and np.abs(moment).max() <= least * width:
+            return BearingLoad(np.zeros(5), 0.0, "inner", *np.zeros((2, len(load))))
+    direction = np.divide(load, np.abs(load), out=np.zeros_like(load), where=load != 0.0)
+    followed = moment * direction.conj()
+    along, across = followed.real, followed.imag - z * radial
     turns_along = abs(load.mean()) >= abs((load * np.exp(1j * turned)).mean())
     axial = axial if abs(axial) > LEAST_THRUST_SHARE * largest else 0.0
-    constant = varying_load(radial, exponent) if largest > least else 0.0
+    constant = varying_load(radial, exponent)
     vector = np.array([constant, 0.0, axial, along.mean(), across.mean()])
-    thrust = np.where(np.abs(force[:, 2]) > LEAST_THRUST_SHARE * largest, np.abs(force[:, 2]), 0.0)
+    small = LEAST_THRUST_SHARE * largest if largest else least
+    thrust = np.where(np.abs(force[:, 2]) > small, np.abs(force[:, 2]), 0.0)
     ring: Ring = "inner" if turns_along else "outer"
     return BearingLoad(vector, largest, ring, radial, thrust, float(across.std()))
 
@@ -201,6 +206,9 @@ def _part(
         states = in_bins(rated=not missing)
     except FlexgearError as error:
         missing, states = str(error), in_bins(rated=False)
+    estimates = {key: rule for x in states for key, rule in x.estimates.items()}
+    if "equivalent_load" in estimates and all(math.isinf(x.life) for x in states):
+        missing = f"without a radial load its life is not {estimates['equivalent_load']}"
     cycles = np.array([b.turns(speed) for b, speed in zip(bins, speeds, strict=True)], dtype=float)
     damage = np.array([n / x.life if n else 0.0 for n, x in zip(cycles, states, strict=True)])
     damage[:] = damage if hours and not missing else math.nan
@@ -222,7 +230,7 @@ def _part(
         safety=np.array([x.safety for x in states]), damage=damage,
         life=math.nan if math.isnan(total) else hours * lasts,
         whole_safety=lasts ** (1.0 / place.exponent), required=required, missing=missing,
-        estimates={key: rule for x in states for key, rule in x.estimates.items()},
+        estimates=estimates,
         factors=tuple(x.factors for x in states), exponent=place.exponent, of_rows=of_rows,
     )  # fmt: skip
 
@@ -241,7 +249,8 @@ def _in_bin(
         force = paired_force(place.section, force, mate.bearing, of_mate)
     turned = loads.carrier_angle.get(place.stage, np.zeros(1))
     force = force + load_factor * blocked[0] * np.eye(6)[2]
-    load = bearing_load(force, turned, place.exponent, place.section.z, least)
+    width = case.stage(place.stage).gear_width
+    load = bearing_load(force, turned, place.exponent, place.section.z, least, width)
     if load.vector.any():  # of axial forces on a radius: about the tangential load
         load = load._replace(vector=load.vector + load_factor * blocked[1] * np.eye(5)[3])
     radial, _, axial, *moment = load.vector.tolist()
@@ -263,7 +272,7 @@ def _in_bin(
     if place.rows is not None:
         of_bin = _of_rows(case, place.rows, load, speed)
     else:
-        reach = 0.5 * case.stage(place.stage).gear_width if place.planet and any(blocked) else 0.0
+        reach = 0.5 * width if place.planet and any(blocked) else 0.0
         of_bin = _basic(case, place.section, load, place.exponent, speed, reach)
     return of_bin._replace(factors={**factors, **of_bin.factors})
 
@@ -292,8 +301,8 @@ def _basic(
     life = rating_life(rating, equivalent / section.count, exponent)
     largest = float(static_load(section, load.radial, load.axial).max())
     safety = None
-    if static is not None and not math.isnan(largest):
-        safety = static * section.count / largest if largest else math.inf
+    if static is not None and largest > 0.0:  # not under a moment alone
+        safety = static * section.count / largest
     couple = moment_force(section, math.hypot(*load.vector[3:]), reach)
     without_thrust = section.thrust is None and load.axial.max() > LEAST_E * load.largest
     lacking = ["thrust"] if without_thrust else []
@@ -331,7 +340,7 @@ def _of_rows(case: Case, bearing: RollingBearing, at: BearingLoad, speed: float)
     load = at.vector.copy()
     if bearing.of_rollers and not any(row.contact_angle for row in bearing.rows):
         load[2] = 0.0
-    if not load[:3].any():
+    if not load.any():
         return _InBin(math.inf, math.inf, {}, {})
     film = _lubrication(case, bearing.rows[0].pitch_diameter, speed)
     alternates = at.spread > LEAST_SPREAD * load[0] * bearing.rows[0].arm

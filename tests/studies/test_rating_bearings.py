@@ -82,6 +82,22 @@ def test_a_thrust_alone_wears_out_rows_that_carry_it(monkeypatch):
     assert _part(rating, "stage.planet_bearing_1").life == math.inf  # left to ribs
 
 
+def test_a_moment_alone_loads_rows_like_opposite_forces(monkeypatch):
+    """M at a spacing s is ±M/s on narrow rows, as is a radial load of 2 M/s, whichever way the
+    moment turns; basic life does not count it, and is not assessed then."""
+    narrow = ROLLERS | PAIR | {"elements.length_mm": "20", "elements.spacing_mm": "1000"}
+    basic = {"dynamic_rating_kn": "9000", "static_rating_kn": "9000", "rolling": "roller"}
+    lives = []
+    for force in ([2e6, 0, 0, 0, 0, 0], [0, 0, 0, 6e5, -8e5, 0], [1e-9, -1e-9, 1e-9, 0, 1e6, 0]):
+        _loaded(monkeypatch, [force])
+        rating = _rated(planet=narrow | {"z_mm": "0"}, far=basic)
+        part = _part(rating, "stage.planet_bearing_1")
+        lives.append([*part.safety, part.life])
+    assert lives[1] == pytest.approx(lives[0], rel=1e-2)
+    assert lives[2] == pytest.approx(lives[0], rel=1e-2)
+    assert "the moment is left out" in rating.not_assessed["stage.carrier_far"]
+
+
 def test_moments_are_about_the_radial_load_and_across_it(monkeypatch):
     """By hand: (4, −3) is the normal on the right of a load along (3, 4)."""
     _loaded(monkeypatch, [[3e5, 4e5, 0, 3e3 + 4e2, 4e3 - 3e2, 0]])
