@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from flexgear.analysis.continuation import Curve, branch, curves, ends_at, leaving_branch
-from flexgear.analysis.curve_follower import Cut
+from flexgear.analysis.curve_follower import Cut, state_between
 from flexgear.analysis.harmonic_balance import SAMPLES, Balance, Orbit, converge
 from flexgear.analysis.orbit import OrbitElements, orbit_elements
 from flexgear.analysis.orbit_receptance import CondensedTrain, Range, condensed_train
@@ -28,13 +28,20 @@ from flexgear.solve.dataset import result_attrs
 from flexgear.solve.model import Model
 from flexgear.solve.stability import turning_stages
 from flexgear.solve.state_figures import MEASURES, START, Figures, State
-from flexgear.solve.turning_points import BRANCH, DOUBLED, stability_changes, turning_points
+from flexgear.solve.turning_points import (
+    BRANCH,
+    DOUBLED,
+    TURNING,
+    stability_changes,
+    turning_points,
+)
 
 RANGE = (0.2, 1.5)  # speeds over rated speed by default
 DOUBLINGS, MAX_DOUBLINGS = 1, 3  # of the gear-mesh period
 MIN_HARMONICS, MAX_HARMONICS = 20, 40  # by default
 FLANK_SAMPLES, MAX_SAMPLES = 512, 64  # per harmonic: of all flanks together, and of a period
 BAND = 2.0  # highest harmonic at the lowest speed over the natural frequency of the gear mesh
+PRECISE, MOST_ADDED = 5e-4, 8  # relative change of λ at a loss of stability; states there, at most
 NEAR = 0.03  # distance over the range within which a state is near a turning point
 FINER = "response, a state with twice as many harmonics"
 
@@ -86,6 +93,7 @@ def response(
     try:
         for curve in curves(train, span, figures.take, resonance, figures.beyond):
             record.add(curve)
+            record.locate_changes(figures)
             figures.end_curve()
         if record.states:
             _add_leaving(figures, figures, record)
@@ -169,6 +177,31 @@ class _Record:
         self.cuts += curve.cuts
         return number
 
+    def locate_changes(self, figures: Figures) -> None:
+        """Insert states of the last curve, which are of the train of ``figures``, at its changes of
+        stability away from turning points, until these move by less than ``PRECISE`` of λ. Between
+        distant states the modulus of a multiplier is far from linear."""
+        span, previous = figures.span, np.zeros(0)
+        for _ in range(MOST_ADDED):
+            parameter = np.array([span.value(state.point) for state in self.states])
+            changes = [
+                x for x in stability_changes(parameter, np.array(self.branches), self.arrays())
+                if self.branches[x.before] == self.branches[-1] and x.kind != TURNING
+            ]  # fmt: skip
+            values = np.array([x.value for x in changes])
+            for change in reversed(changes):
+                if np.isclose(change.value, previous, rtol=PRECISE, atol=0.0).any():
+                    continue
+                before, after = self.states[change.before : change.before + 2]
+                orbit = state_between(figures.train, span, before, after, change.value)
+                distance = np.linalg.norm(after.unknown - before.unknown)
+                if orbit is not None and all(
+                    np.linalg.norm(orbit.unknown - x.unknown) <= distance for x in (before, after)
+                ):  # else a state of another curve
+                    self.states.insert(change.before + 1, figures.take(orbit))
+                    self.branches.append(self.branches[-1])
+            previous = values
+
     @property
     def stopped(self) -> bool:
         """Whether the user ended the search."""
@@ -223,6 +256,7 @@ def _add_leaving(figures: Figures, longer: Figures, record: _Record) -> None:
             if not curve.states:
                 continue
             number = record.add(curve)
+            record.locate_changes(longer)
             ends += [(number, curve.states[0]), (number, curve.states[-1])]
             longer.end_curve()
         record.leaving[change.before] = number

@@ -26,7 +26,8 @@ def turning_points(
 
     parameter (s,): λ along the curves; branches (s,): number of the curve of each state; arrays:
     variables of the states, with "stable" and "response_gear_mesh_force"; leaving: by the index of
-    a state, number of the curve that branches off after it.
+    a state, number of the curve that branches off after it. Where that curve meets the other one
+    again, changes of its stability by the error of multipliers are left out.
     """
     force = arrays["response_gear_mesh_force"][:, :, 0].max(axis=1)
     stable = arrays["stable"] == 1
@@ -38,7 +39,12 @@ def turning_points(
     at, growth = [k for k, _ in folds], _growth(arrays)
     targets = [_targets(parameter, branches, growth, force, k) for k in at]
     width = max(map(len, targets), default=0)
-    changes = stability_changes(parameter, branches, arrays)
+    of_state, changes = leaving or {}, stability_changes(parameter, branches, arrays)
+    meets = [(of_state[x.before], x.value) for x in changes if x.before in of_state]
+    changes = [
+        x for x in changes if x.kind != BRANCH or x.before in of_state
+        or all(n != branches[x.before] or abs(x.value / v - 1) >= NARROW for n, v in meets)
+    ]  # fmt: skip
     return {
         "turning_point_parameter": parameter[at],
         "turning_point_force": force[at],
@@ -50,7 +56,7 @@ def turning_points(
         "stability_change_kind": np.array([x.kind for x in changes], dtype=int),
         "stability_change_curve": np.array([branches[x.before] for x in changes], dtype=int),
         "stability_change_leaving": np.array(
-            [(leaving or {}).get(x.before, 0) for x in changes], dtype=int
+            [of_state.get(x.before, 0) for x in changes], dtype=int
         ),
     }
 

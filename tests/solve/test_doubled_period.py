@@ -4,7 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from dead_zone import GEAR_MESH_HZ, DeadZone, case_text
+from dead_zone import GEAR_MESH_HZ, MASS, SHARE, STIFFNESS, DeadZone, case_text
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import flexgear
 from flexgear.solve.response_figures import response_figures
@@ -34,6 +36,27 @@ def in_time(speed, periods):
         x, state = oscillator.settled(omega, state, 1, 256)
         out.append(x)
     return np.array(out)
+
+
+def test_the_period_doubles_where_a_multiplier_of_hills_equation_is_minus_one(data):
+    """Teeth stay in contact there: m ẍ + c(t) ẋ + k(t) x = 0 over one period of the gear mesh."""
+
+    def beyond(speed):
+        w = 2 * math.pi * GEAR_MESH_HZ * speed
+
+        def slope(t, y):
+            k = STIFFNESS * (1 + SHARE * math.cos(w * t))
+            return [y[1], -(k * y[0] + 2 * DAMPING * math.sqrt(MASS * k) * y[1]) / MASS]
+
+        ends = [solve_ivp(slope, (0, 2 * math.pi / w), y, method="DOP853", rtol=1e-9, atol=1e-12)
+                for y in ([1.0, 0.0], [0.0, 1.0])]  # fmt: skip
+        return np.linalg.eigvals([end.y[:, -1] for end in ends]).real.min() + 1
+
+    one = data["stability_change_curve"].to_numpy() == 1
+    assert (data["stability_change_kind"].to_numpy()[one] == 1).all()
+    exact = [brentq(beyond, *ends) for ends in ((2.02, 2.1), (2.1, 2.3))]
+    computed = np.sort(data["stability_change_parameter"].to_numpy()[one])
+    np.testing.assert_allclose(computed, exact, rtol=1e-4)
 
 
 @pytest.mark.parametrize("speed", [2.15, 2.05, 1.97])

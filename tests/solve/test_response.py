@@ -292,6 +292,19 @@ def test_a_multiplier_that_passes_one_beside_a_turning_point_is_that_of_the_turn
     assert changes["stability_change_kind"].tolist() == [kind]
 
 
+def test_where_a_doubled_curve_comes_back_no_third_one_is_missing():
+    """Its multiplier passes 1 by its error 1e-3 beside the place where its period halves again;
+    passing it elsewhere remains."""
+    speed = np.r_[0.8, 1.0, 1.2, 1.0995, 1.099, 0.9, 0.8]
+    real = np.r_[-1.2, -1.1, -1 / 1.1, 1.01, 0.99, 0.9, 1.1]
+    arrays = {"response_gear_mesh_force": np.arange(1.0, 8.0)[:, None, None],
+              "stable": (np.abs(real) < 1).astype(int),
+              "multiplier_real": real, "multiplier_imag": 0.0 * real}  # fmt: skip
+    points = turning_points(speed, np.repeat([1, 2], [3, 4]), arrays, {1: 2})
+    assert points["stability_change_kind"].tolist() == [1, 3]
+    assert points["stability_change_parameter"][1] < 0.9
+
+
 @pytest.fixture(scope="module", params=[2e-6, 0.0])
 def parting(request, tmp_path_factory):
     """A pair whose teeth part, with an error of the gear mesh or without, and its whole curve."""
