@@ -187,8 +187,9 @@ class StageRun:
             uncounted = 2.0 * moment_force(bearing, moment, arm)
             if bearing.thrust is None:
                 uncounted = max(uncounted, thrust + axial.max())
-            if uncounted > max(LEAST_E * radial.max(), NO_LOAD * rating) and radial.any():
-                shares[label] = float(uncounted / radial.max())
+            turns = bearing_speed(place, self.flow) != 0.0
+            if turns and uncounted > max(LEAST_E * radial.max(), NO_LOAD * rating):
+                shares[label] = float(uncounted / max(radial.max(), NO_LOAD * rating))
         return shares
 
     @cached_property

@@ -138,6 +138,9 @@ def test_a_life_is_held_to_the_required_one(life, level):
         "without verdict: planet bearing 1, on which thrust or moment is 61 % of it"
         in (row["sentence"])
     )
+    moment = {"not_in_bearing_life": {"carrier_support": 105.0}}  # which has no radial load
+    row = answer("bearing_life", settings, stages={"stage": stage | moment})
+    assert row["level"] != "good" and "carrier support, on which thrust or" in row["sentence"]
     row = answer("bearing_life", BEARING, stages={"stage": stage})
     assert "No required life given." in row["sentence"]
 

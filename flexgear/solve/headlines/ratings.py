@@ -188,8 +188,7 @@ def _life(findings: Findings) -> Iterator[Answer]:
                 "" if nominal is None else f" Nominal, planet bearing: {with_unit(nominal, 'h')}."
             )
             without = ", ".join(words(n) for n, hours in required.items() if hours is None)
-            beyond = figures.get("not_in_bearing_life", {})
-            left_out = {n: share for n, share in beyond.items() if n in lives}
+            left_out: Mapping[str, float] = figures.get("not_in_bearing_life", {})
             alone = f"By {radial_alone(left_out)}." if left_out else ""
             not_required = "No required life given" + (f": {without}." if shares else ".")
             sentence = (
