@@ -5,6 +5,7 @@ from collections.abc import Collection, Mapping
 from typing import Any
 
 from flexgear.coupling.pace import case_pace
+from flexgear.model.bodies import MAX_MODES
 from flexgear.model.case import Case
 from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
@@ -28,7 +29,9 @@ def reduction_warnings(
             texts.append(f"{name}: {fault}; {remedy}")
         if fault := _frequency_fault(body.report, pace.reduction_limit_of(name)):
             key = view.key(f"{name.part}.fe.fixed_interface_modes")
-            texts.append(f"{name}: {fault}; raise {key}")
+            most = body.report.get("fixed_interface_modes", 0) >= MAX_MODES
+            remedy = "lower solver.gear_mesh_orders, as more modes are refused"
+            texts.append(f"{name}: {fault}; {remedy if most else f'raise {key}'}")
     return texts
 
 

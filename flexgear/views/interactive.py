@@ -175,9 +175,10 @@ def _anchor(text: Text, in_data: bool) -> dict[str, Any]:
     bar."""
     if in_data:
         is_label = isinstance(text, Annotation) and text.anncoords == "offset points" and text.xyann
-        if is_label and is_label[0] and not is_label[1]:
+        if is_label and is_label[0]:
             side = "left" if is_label[0] > 0 else "right"
-            return {"xanchor": side, "yanchor": "middle", "xshift": is_label[0], "borderpad": 0}
+            upward = "bottom" if is_label[1] > 0 else "middle"
+            return {"xanchor": side, "yanchor": upward, "xshift": is_label[0], "borderpad": 0}
         return {"yshift": 8}
     across = {"left": "left", "right": "right"}.get(str(text.get_horizontalalignment()), "center")
     upward = {"top": "top", "bottom": "bottom", "baseline": "bottom"}.get(

@@ -360,10 +360,10 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             _forces, "transient"),
         Chart("spectrum_{stage}", "dynamics",
             "Spectrum of the gear-mesh forces{of}, gear-mesh frequency {hz} Hz, {window}",
-            "Amplitudes of the gear-mesh force, where planets share it that of planet 1, by order, "
-            "at any speed; unevenness of a member "
-            "causes sidebands at its rotation. Expected: orders of gear meshes, shafts and tooth "
-            "faults.", _spectrum, "transient"),
+            "Amplitudes of the force of every gear mesh by order; planet 1 stands for all where "
+            "their forces are equal. Unevenness of a member causes sidebands at its rotation. "
+            "Expected: orders of gear meshes, bolts, shafts and tooth faults.",
+            _spectrum, "transient"),
     )),
     (having(each.stages, lambda stage: stage.is_shared), (
         Chart("transient_sharing_{stage}", "sharing", "Load sharing{of} in time, {window}", SHARES,

@@ -288,6 +288,20 @@ def test_the_remedy_is_that_of_the_load(case, bodies, load, keys, advice):
     assert advice in stage_warnings(case, {ring: body})[0]
 
 
+@pytest.mark.parametrize(
+    ("modes", "remedy"),
+    [
+        (1999, "; raise stage.ring.fe.fixed_interface_modes"),
+        (2000, "; lower solver.gear_mesh_orders"),
+    ],
+)
+def test_no_more_modes_are_asked_for_than_a_case_may_state(case, bodies, modes, remedy):
+    report = {"fixed_interface_modes": modes, "frequency_limit_hz": 1.0}
+    ring = next(name for name in bodies if name.part == "ring")
+    body = bodies[ring].with_(report={**bodies[ring].report, **report})
+    assert remedy in stage_warnings(case, {ring: body})[0]
+
+
 def test_rigid_bodies_have_no_error_of_reduction(case, bodies):
     both = all_wrong(bodies)
     assert stage_warnings(case, both, ["ring"]) == stage_warnings(case, both)[1:]

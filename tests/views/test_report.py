@@ -326,9 +326,10 @@ def test_maps_of_one_scale_share_a_colour_bar_and_texts_stand_where_they_are_dra
 def test_numbers_of_bars_stand_beyond_their_ends():
     axes = Figure().subplots()
     axes.bar_label(axes.barh([0, 1], [2.0, -1.0]), ["2", "-1"], padding=3)
+    axes.annotate("12-13", (0, 1), textcoords="offset points", xytext=(2, 1))  # not on the axis
     (panel,) = panels_of(axes.figure)
     labels = {t["text"]: (t["xanchor"], t["xshift"]) for t in panel["layout"]["annotations"]}
-    assert labels == {"2": ("left", 3), "-1": ("right", -3)}
+    assert labels == {"2": ("left", 3), "-1": ("right", -3), "12-13": ("left", 2)}
 
 
 def test_lines_cover_each_other_as_in_the_picture():

@@ -55,7 +55,7 @@ REDUCTION = (  # listed figures of a reduced body
 TIMES = {
     "bodies": "meshing and reduction",
     "coupled_systems": "coupling",
-    "transients": "transients, after all that is computed in parallel",
+    "transients": "transients, after all else is done",
 }
 
 

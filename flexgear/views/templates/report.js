@@ -75,17 +75,24 @@
   };
   const draw = (box) => {
     const { data, layout, swing } = plots[box.dataset.plot];
-    if (layout.height && narrow) layout.height = 0.75 * layout.height;
+    const entries = data.filter((t) => t.showlegend).length;
+    if (narrow) { // entries of the legend stand one below another
+      layout.height = (layout.height ? 0.75 * layout.height : 340) + 24 * Math.max(0, entries - 3);
+    }
+    const crowded = layout.annotations?.some((text) =>
+      text.yanchor === "bottom" && text.y >= layout.yaxis.range[1]); // texts above the panel
     const axis = { gridcolor: "#e3e5e8", zeroline: false, automargin: true };
     const full = {
       font: { family: 'system-ui, "DejaVu Sans", sans-serif', ...small },
-      margin: { l: 50, r: 16, t: data.some((t) => t.showlegend) ? 60 : 34, b: 44 },
-      legend: { orientation: "h", yanchor: "bottom", y: 1.0, x: 0 },
-      modebar: { orientation: data.some((t) => t.showlegend) ? "v" : "h" },
+      margin: { l: 50, r: 16, t: entries ? 60 : 34, b: 44 },
+      legend: { orientation: "h", yanchor: "bottom", y: crowded ? 1.06 : 1.0, x: 0 },
+      modebar: { orientation: entries ? "v" : "h" },
       paper_bgcolor: "#fff", plot_bgcolor: "#fff", hovermode: "closest", ...layout,
     };
     for (const name of Object.keys(full)) {
       if (/^[xy]axis/.test(name)) full[name] = { ...axis, ...full[name] };
+      const title = full[name].title;
+      if (narrow && title?.text) title.text = title.text.replace("; ", ";<br>");
     }
     const heading = document.createElement("h4");
     if (full.title) {
