@@ -220,17 +220,21 @@ class CurveFollower:
         return None if step > KINK and turn > LARGEST_TURN else (successor, corrections, turn)
 
     def _fold(self, arrived: _Step, leaving: _Step) -> tuple[Orbit, int] | None:
-        """The state at which λ turns back, where the tangent has no part along λ, if it does so at
-        the point between two steps in the narrow range; and the number of states behind it, 1 in
-        the first step, else 0. By regula falsi over the step (Illinois)."""
-        points = arrived[0], leaving[0], leaving[-1]
-        first, middle, last = (self.span.value(x.orbit.point) for x in points)
-        if (middle - first) * (last - middle) >= 0.0 or not self.narrow.holds(
-            points[1].orbit.point
-        ):
+        """The state at which λ turns back, if it does so at the point between two steps in the
+        narrow range; and the number of states behind it, 1 in the first step, else 0."""
+        start, middle, end = arrived[0], leaving[0], leaving[-1]
+        before, value, after = (self.span.value(x.orbit.point) for x in (start, middle, end))
+        if (value - before) * (after - value) >= 0.0 or not self.narrow.holds(middle.orbit.point):
             return None
-        behind = int(points[0].along * points[1].along < 0.0)
-        start, bend, step, end = arrived if behind else leaving
+        behind = int(start.along * middle.along < 0.0)
+        fold = self._level(arrived if behind else leaving)
+        further = fold and (self.span.value(fold.point) - value) * (value - before) > 0.0
+        return (fold, behind) if fold and further else None
+
+    def _level(self, within: _Step) -> Orbit | None:
+        """The state in a step where the tangent has no part along λ; None unless it has parts of
+        opposite sense at both ends. By regula falsi (Illinois)."""
+        start, bend, step, end = within
         near, far, orbit = (0.0, start.along), (step, end.along), None
         if step < KINK or near[1] * far[1] >= 0.0 or min(abs(near[1]), abs(far[1])) < FLAT:
             return None
@@ -245,8 +249,7 @@ class CurveFollower:
                 break
             near = far if point.along * far[1] < 0.0 else (near[0], 0.5 * near[1])
             far = length, point.along
-        further = orbit and (self.span.value(orbit.point) - middle) * (middle - first) > 0.0
-        return (orbit, behind) if orbit and further else None
+        return orbit
 
     def _weight(self, orbit: Orbit) -> Array:
         """Weights (m + 1,) of the unknowns and λ in the arc length; zero for the amplitudes of
