@@ -99,12 +99,13 @@ def bearing_load(
     Moments are averaged in axes that follow the radial load, without one in axes that follow them.
     """
     load, moment = force[:, 0] + 1j * force[:, 1], force[:, 3] + 1j * force[:, 4]
+    moment = np.where(np.abs(moment) > least * width, moment, 0.0)  # without rounding
     radial, axial = np.abs(load), float(force[:, 2].mean())
     largest = float(radial.max())
-    if largest <= least:  # rounding
+    if largest <= least:
         load, radial, largest = moment, np.zeros(len(load)), 0.0
         axial = axial if abs(axial) > least else 0.0
-        if not axial and np.abs(moment).max() <= least * width:
+        if not (axial or moment.any()):
             return BearingLoad(np.zeros(5), 0.0, "inner", *np.zeros((2, len(load))))
     direction = np.divide(load, np.abs(load), out=np.zeros_like(load), where=load != 0.0)
     followed = moment * direction.conj()

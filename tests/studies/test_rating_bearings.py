@@ -116,6 +116,19 @@ def test_basic_life_names_both_loads_that_it_leaves_out(monkeypatch):
     assert part.estimates == {"equivalent_load": reason} and part.holds is None
 
 
+def test_rounding_beside_a_thrust_takes_no_verdict(monkeypatch):
+    """By hand P = Y F_a, Y = 0.67 cot 20°, of two rows under thrust alone, as of a helical sun."""
+    _loaded(monkeypatch, [[1e-9, 0, 3e5, 4e-10, 1e-10, 0]])
+    thrust = {"thrust.contact_angle_deg": "20", "thrust.rows": "2"}
+    rating = _rated({"dynamic_rating_kn": "9000", "rolling": "roller"} | thrust)
+    part = _part(rating, "stage.planet_bearing_1")
+    assert not part.estimates and part.holds
+    load = 0.67 * 3e5 / math.tan(math.radians(20))
+    assert part.cycles[0] / part.damage[0] == pytest.approx(
+        1e6 * (9e6 / load) ** (10 / 3), rel=1e-9
+    )
+
+
 def test_a_moment_that_alternates_does_the_damage_of_both_its_values(monkeypatch):
     """As in planets whose carrier bears a hub moment; of three values nearly that of all three."""
     middle = ROLLERS | PAIR | {"z_mm": "0"}
