@@ -28,6 +28,7 @@ myst_enable_extensions = ["dollarmath"]
 myst_fence_as_directive = ["math"]
 myst_heading_anchors = 4
 suppress_warnings = ["config.cache"]
+highlight_language = "none"  # of blocks that name no language
 html_theme = "furo"
 html_title = f"flexgear {release}"
 html_math_renderer = "mathml"
