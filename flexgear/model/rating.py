@@ -100,10 +100,12 @@ LIMITS = {
 class ForcedFactors(Section):
     """Prescribed load factors, in place of those of the model or the standard.
 
-    k_gamma: mesh load factor K_γ of planets. k_v: dynamic factor. k_h_beta, k_f_beta: face load
-    factors of flank and root. k_h_alpha, k_f_alpha: transverse load factors.
+    application_factor: K_A of the teeth. k_gamma: mesh load factor K_γ of planets. k_v: dynamic
+    factor. k_h_beta, k_f_beta: face load factors of flank and root. k_h_alpha, k_f_alpha:
+    transverse load factors.
     """
 
+    application_factor: float | None = Field(default=None, ge=0.1, le=10.0)
     k_gamma: float | None = Field(default=None, ge=1.0, le=10.0)
     k_v: float | None = Field(default=None, ge=1.0, le=10.0)
     k_h_beta: float | None = Field(default=None, ge=1.0, le=10.0)
@@ -176,7 +178,7 @@ class Rating(ForcedFactors):
     """
 
     edition: Literal[2006, 2019] = 2019
-    application_factor: float = Field(default=1.0, ge=0.1, le=10.0)
+    application_factor: float | None = Field(default=1.0, ge=0.1, le=10.0)
     limits: Literal["none", "wind"] = "none"
     least_flank_safety: float | None = Field(default=None, ge=0.5, le=5.0)
     least_root_safety: float | None = Field(default=None, ge=0.5, le=5.0)

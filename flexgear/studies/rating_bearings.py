@@ -256,7 +256,8 @@ def _in_bin(
         load = load._replace(vector=load.vector + load_factor * blocked[1] * np.eye(5)[3])
     radial, _, axial, *moment = load.vector.tolist()
     how = COMPUTED if load_factor == 1.0 else f"computed, times {load_factor:.4g} by key k_gamma"
-    how += "" if case.rating.application_factor == 1.0 else ", without K_A"
+    rules = [case.rating.forced(place.stage, kind) for kind in ("sun", "ring")]
+    how += ", without K_A" if any(x.application_factor != 1.0 for x in rules) else ""
     elements = place.section.elements
     if place.section.rollers is not None and elements is not None and elements.contact_angle:
         how += ", from a model with cylindrical rollers"

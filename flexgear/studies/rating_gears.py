@@ -56,8 +56,8 @@ REMEDIES = {  # keys that give a factor where neither model nor standard does
 NO_TEETH = "base diameters or working angles stand in place of gears"
 OTHER = {"sun": "ring", "ring": "sun", "drive": "coast"}  # the other flank of a tooth
 KEYS = {  # of [rating] by symbol
-    "K_γ": "k_gamma", "K_v": "k_v", "K_Hβ": "k_h_beta", "K_Fβ": "k_f_beta", "K_Hα": "k_h_alpha",
-    "K_Fα": "k_f_alpha",
+    "K_A": "application_factor", "K_γ": "k_gamma", "K_v": "k_v", "K_Hβ": "k_h_beta",
+    "K_Fβ": "k_f_beta", "K_Hα": "k_h_alpha", "K_Fα": "k_f_alpha",
 }  # fmt: skip
 
 
@@ -253,7 +253,7 @@ def load_factors(
     def product(*symbols: str) -> float:
         return math.prod(lines[s].value for s in symbols if s in lines)
 
-    take("K_A", ("key application_factor", rules.application_factor))
+    take("K_A")
     take("K_γ", (of_planet, computed.k_gamma))
     k_v, resonance = dynamic_factor(pair, load, product("K_A", "K_γ"))
     tilt = ", without tilt" if _untilted([case], group) else ""

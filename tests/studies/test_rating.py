@@ -1,6 +1,7 @@
 """Ratings under load spectra: limits, invariances, hand calculations, through the public face."""
 
 import math
+import re
 from dataclasses import replace
 from functools import cache
 
@@ -411,7 +412,8 @@ def test_extreme_loads_damage_nothing_and_count_for_safety():
         assert part.missing == other.missing
         assert part.missing or part.least_safety <= other.least_safety
         assert part.governing_bin in (None, 1)
-    factors = ({"stage": "stage_1", "kind": "ring", "k_h_beta": 1.5},)
+    of_ring = {"stage": "stage_1", "kind": "ring"}
+    factors = ({**of_ring, "k_h_beta": 1.5, "application_factor": 1.1},)
     other = LoadCase(name="x", extreme=True, torque=4 * RATED, k_v=1.2, gear_meshes=factors)
     limited = rate(
         case.with_(
@@ -425,8 +427,9 @@ def test_extreme_loads_damage_nothing_and_count_for_safety():
         if part.missing or part.kind == "bearing":
             continue
         lasting, static, power = limits[part.kind]
-        of_ring = part.kind == "flank" and part.stage == "stage_1" and part.name.endswith("ring")
-        ratio = 1.2 / 1.05 * (1.5 / 1.2 if of_ring or part.name == "stage_1.ring flank" else 1.0)
+        ratio = 1.2 / 1.05  # K_v
+        if part.stage == "stage_1" and re.search(r"\.ring |ring$", part.name):
+            ratio *= 1.1 * (1.5 / 1.2 if part.kind == "flank" else 1.0)  # K_A, K_Hβ
         assert part.load[1] / before.load[1] == pytest.approx(ratio**power, rel=1e-9)
         assert part.load[0] == before.load[0] and part.required == lasting
         shares = part.whole_safety / lasting, part.safety[1] / static

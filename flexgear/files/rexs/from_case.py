@@ -246,9 +246,10 @@ def _add_state(train: TrainOut, ports: dict[str, int], state: LoadBin) -> None:
         power = state.torque[member] * state.speed[member] + 0.0  # no −0
         train.result(number, torque_around_u_axis=state.torque[member], power=power)
     rules = train.case.rating.in_load_case(state.factors, state.extreme)
+    rows = [table.APPLICATION_FACTOR, *table.LOAD_FACTORS][not state.factors :]
     for (group, gear), numbers in train.gear_data.items():
         forced, older = rules.forced(group.stage, group.role), rules.edition == 2006
-        factors = {} if gear else table.written(forced, table.LOAD_FACTORS, at=older)
+        factors = {} if gear else table.written(forced, rows, at=older)
         for number in numbers if factors else ():
             train.result(number, **factors)
 

@@ -4,13 +4,15 @@ The duration of a load case is ``operating_time`` of the gear unit (``load_durat
 1.2), or its share of the total time, ``operating_time_fraction`` (``load_duration_fraction``). A
 duration of zero marks an extreme load.
 
-K_A is an input of every rating and becomes a key. The other load factors of a file are results as a
+K_A is an input of every rating and becomes a key: the largest of the file, and what gear meshes and
+load cases have in its place. The other load factors of a file are results as a
 rule, and as keys they would replace those of the model: the case has them in comments.
 """
 
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 from flexgear.files.case_text import Datum, Section
@@ -46,9 +48,15 @@ def write_load_cases(ports: PortWriter) -> set[int]:
     with document.values_of(None):  # of the model, not of the selected load case
         total_time = number(document.kind("gear_unit"), _TIME, "h")
     names = [load_case.name for load_case in document.load_cases]
-    pairs, rating, rated = document.kind("cylindrical_stage"), text.section("[rating]"), Factors()
+    applied = [read([c], APPLICATION_FACTOR) for c in document.kind("cylindrical_stage")]
+    for load_case in document.load_cases:
+        with document.values_of(load_case):
+            applied += [read([c], APPLICATION_FACTOR) for c in document.kind("cylindrical_stage")]
+    largest, rated = _largest(applied), Factors()
+    text.section("[rating]").take(APPLICATION_FACTOR.key, largest)
+    if largest is not None:
+        rated["", "", APPLICATION_FACTOR.key] = largest.value
     _put_factors(ports, "rating", rated)
-    applied = [read([c], APPLICATION_FACTOR) for c in pairs]
     over_rated, shares = dict[int, float](), list[float]()
     for load_case in document.load_cases:
         with document.values_of(load_case):
@@ -57,8 +65,6 @@ def write_load_cases(ports: PortWriter) -> set[int]:
                 name = load_case.name if names.count(load_case.name) == 1 else ""
                 over_rated[load_case.id] = train.write(name or f"load case {load_case.id}", hours)
                 _put_factors(ports, "load_cases", {**rated})
-                applied += [read([c], APPLICATION_FACTOR) for c in pairs]
-    rating.take(APPLICATION_FACTOR.key, _largest(applied))
     if any(section.is_comment for section in text.sections):
         text.warn("load factors of the file are in comments; those of the model count")
     if shares and abs(sum(shares) - 1.0) > SUM_OF_HOURS:
@@ -135,20 +141,23 @@ class _Train:
 
 def _put_factors(ports: PortWriter, parent: str, earlier: Factors) -> None:
     """Write the load factors of the present load case, the largest of all planets and halves, as
-    tables in comments below ``parent``, without those in ``earlier``, and add them to it."""
-    for name, stage in {member.stage_name: member.stage for member in ports.members}.items():
-        for kind, gear_meshes in stage.gear_meshes.items():
-            every = [(r, _largest(read([m.stage], r) for m in gear_meshes)) for r in LOAD_FACTORS]
-            data = {(name, kind, row.key): d for row, d in every if d is not None}
-            factors = {at: d for at, d in data.items() if d.value != earlier.get(at)}
-            if factors:
-                section = ports.case.section(f"[[{parent}.gear_meshes]]")
-                section.is_comment = True
-                section.put("stage", name, "")
-                section.put("kind", kind, "")
-                for at, datum in factors.items():
-                    section.take(at[-1], datum)
-                    earlier[at] = datum.value
+    tables below ``parent``, but for K_A in comments, without those in ``earlier``, and add them to
+    it; ``earlier`` has those of all gear meshes at empty names."""
+    stages = {member.stage_name: member.stage for member in ports.members}
+    groups = {(n, kind): m for n, stage in stages.items() for kind, m in stage.gear_meshes.items()}
+    for rows, (group, gear_meshes) in product(([APPLICATION_FACTOR], LOAD_FACTORS), groups.items()):
+        every = [(r, _largest(read([m.stage], r) for m in gear_meshes)) for r in rows]
+        data = {(*group, row.key): d for row, d in every if d is not None}
+        for_all = {at: earlier.get(at, earlier.get(("", "", at[-1]))) for at in data}
+        factors = {at: d for at, d in data.items() if d.value != for_all[at]}
+        if factors:
+            section = ports.case.section(f"[[{parent}.gear_meshes]]")
+            section.is_comment = rows is LOAD_FACTORS
+            section.put("stage", group[0], "")
+            section.put("kind", group[1], "")
+            for at, datum in factors.items():
+                section.take(at[-1], datum)
+                earlier[at] = datum.value
 
 
 def _largest(data: Iterable[Datum | None]) -> Datum | None:

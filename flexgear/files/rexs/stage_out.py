@@ -203,6 +203,7 @@ class StageOut:
         *gears, side = pair
         group = GroupName.of(self.stage.name, self.view.part(role), side)
         geometry, rules = self.geometry.gear_meshes[role], self.train.case.rating
+        forced = rules.forced(group.stage, role)
         number = self.train.part(
             whole,
             "cylindrical_stage",
@@ -214,7 +215,7 @@ class StageOut:
             radial_contact_ratio=geometry.transverse_contact_ratio,
             overlap_contact_ratio=geometry.overlap_ratio or None,
             total_contact_ratio=geometry.total_contact_ratio,
-            **table.written(rules, [table.APPLICATION_FACTOR], at=rules.edition == 2006),
+            **table.written(forced, [table.APPLICATION_FACTOR], at=rules.edition == 2006),
         )
         self.train.gear_data.setdefault((group, ""), []).append(number)
         if self.loaded:

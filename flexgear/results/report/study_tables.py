@@ -153,8 +153,10 @@ def _sentence(rating: Rating, part: RatedPart) -> str:
     static = [s for s in part.safety.tolist() if math.isfinite(s)]
     if part.kind == "bearing" and static:
         texts.append(f"static safety {number(min(static), 3)}")
-    if part.kind == "bearing" and (k_a := rating.case.rating.application_factor) != 1.0:
-        texts.append(f"loads without K_A {number(k_a)}")
+    sheets = [x for g in rating.gear_meshes if g.name.stage == part.stage for x in g.factors]
+    applied = {value_of(sheet, "K_A", 1.0) for sheet in sheets} - {1.0}
+    if part.kind == "bearing" and applied:
+        texts.append(f"loads without K_A {number(max(applied))}")
     if part.kind == "bearing" and not any(
         {"L_nmr", "L_nm"} & sheet.keys() for sheet in part.factors
     ):

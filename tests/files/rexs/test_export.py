@@ -12,7 +12,7 @@ from train_contexts import BUNDLED
 from flexgear.files.rexs.from_case import not_written
 from flexgear.files.rexs.reading import read_rexs
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.load_bins import bins_of_load_cases
+from flexgear.gears.load_bins import bins_of_load_cases, case_in_bin
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.rating.steels import allowable_stress
 from flexgear.model.load import bundled_text, load_case
@@ -266,6 +266,7 @@ k_v = 1.1
 [[load_cases.gear_meshes]]
 kind = "ring"
 k_h_beta = 1.3
+application_factor = 1.35
 [[load_cases]]
 hours = 24
 """
@@ -286,14 +287,20 @@ hours = 24
                 assert stated.pop("face_load_factor_contact_stress_iso_6336_2006", None) == (
                     k_h_beta and str(k_h_beta)
                 )
+                k_a = 1.35 if k_h_beta else 1.25
                 assert stated == {
-                    "application_factor_iso_6336_2006": "1.25",
+                    "application_factor_iso_6336_2006": str(k_a),
                     "dynamic_factor_iso_6336_2006": str(k_v),
                 }
     lines = {line for line in not_written(case) if "rating" in line or "load_cases" in line}
     unwritten = ("edition", "least_root_safety", "gear_meshes.0.face_width")
     assert lines == {f"rating.{key}" for key in unwritten}
-    assert case_of_file(path)[0].rating.application_factor == 1.25
+    for each in (case, case_of_file(path)[0]):
+        rules = [case_in_bin(each, load).rating for load in bins_of_load_cases(each)]
+        applied = [
+            [r.forced("stage", k).application_factor for k in ("sun", "ring")] for r in rules
+        ]
+        assert applied == [[1.25, 1.35], [1.25, 1.25]]
 
 
 def test_place_relative_to_another_component(tmp_path):

@@ -79,8 +79,10 @@ def test_load_factors_are_in_comments_and_k_a_is_a_key(imported, spectrum, tmp_p
     m.load_cases[9][sun] |= {"application_factor_iso_6336_2006": (1.25, "none")}
     m.load_cases[9][sun] |= {"dynamic_factor_din_3990_1987": (1.04, "none")}
     case, conversion = imported(m)
-    assert case.rating.application_factor == 1.25 and not case.rating.gear_meshes
-    assert not any(c.gear_meshes for c in case.load_cases)
+    forced = [case_in_bin(case, b).rating.forced for b in bins_of_load_cases(case)]
+    applied = [[f("low", kind).application_factor for kind in ("sun", "ring")] for f in forced]
+    assert applied == [[1.1, 1.1], [1.25, 1.1]] and case.rating.application_factor == 1.25
+    assert {f("low", kind).k_v for f in forced for kind in ("sun", "ring")} == {None}
     assert not any("_factor" in line for line in conversion.left_out if "of the model" not in line)
     assert any("in comments" in line for line in conversion.assumed)
     assert "k_v = 1.04  " in conversion.text and f'{sun} "sun mesh", dynamic' in conversion.text
