@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 from scipy import linalg
+from scipy.optimize import minimize_scalar
 
 from flexgear.analysis.excitation import PeriodicTrain, acting_modes
 from flexgear.arrays import Array, Ints
@@ -27,6 +28,7 @@ SPEEDS = 121  # number of equally spaced speeds
 LOWEST = 0.1  # lowest over highest speed of the default range
 ORDERS = 8  # highest order of the gear-mesh frequency with expected bands
 EDGE = 1e-5  # relative accuracy of the ends of a band
+PEAK = 0.01  # accuracy of the speed of fastest growth, over the width of its band
 STRONG = 0.1  # variation of a mode's stiffness over its mean, above which the mode is tried alone
 LEAST_YIELD = 1e-6  # flexibility of further modes times gear-mesh stiffness that is not neglected
 LEAST_SHARE = 1e-9  # of further modes in a static motion that is not rounding
@@ -262,7 +264,13 @@ def _bands(
     for a, b in zip(starts, stops, strict=True):
         lower = factors[a] if a == 0 else _edge(train, factors[a - 1], factors[a])
         upper = factors[b - 1] if b == len(factors) else _edge(train, factors[b], factors[b - 1])
-        peak = float(factors[a:b][np.argmax(growth[a:b])])
+        k = a + int(np.argmax(growth[a:b]))
+        ends = factors[k - 1] if k > a else lower, factors[k + 1] if k < b - 1 else upper
+        between = minimize_scalar(
+            lambda factor: -train.fastest(factor)[0], bounds=ends, method="bounded",
+            options={"xatol": PEAK * (upper - lower)},
+        ).x  # fmt: skip
+        peak = max(float(factors[k]), float(between), key=lambda factor: train.fastest(factor)[0])
         rate, _, energy = train.fastest(peak)
         action = energy * (train.decay + 2.0 * rate) / train.omega
         i, j, order = acting_modes(train.omega, action, train.rate * peak)

@@ -81,6 +81,10 @@ def test_bands_of_two_levels_begin_and_end_where_meissner_says(tmp_path, damping
     assert ours == pytest.approx(exact, rel=2e-4)
     growth = [exact_growth(f, levels, dampers) for f in data["band_peak_factor"].to_numpy()]
     assert data["band_growth_rate"].to_numpy() == pytest.approx(np.array(growth), rel=0.01)
+    bands = zip(data["band_lower_factor"], data["band_upper_factor"], growth, strict=True)
+    for lower, upper, fastest in bands:
+        inside = np.linspace(float(lower), float(upper), 101)
+        assert max(exact_growth(f, levels, dampers) for f in inside) <= 1.002 * fastest
     orders = data["band_order"].to_numpy().tolist()
     assert orders == sorted(orders, reverse=True)
     assert orders[-1] == 1
