@@ -12,7 +12,7 @@ from flexgear.cli.display import columns, key_table, show_table, table
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.implausible_bearings import without_tilt
 from flexgear.model.bodies import Planet
-from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT, BodyName
+from flexgear.model.names import BOLT_PASS, GEAR_MESH, PLANET_PASS, SHAFT, BodyName
 from flexgear.model.ring import Ring
 from flexgear.model.units import RPM
 from flexgear.results.labelled_dataset import groups_in
@@ -287,10 +287,11 @@ def _excitation_lines(data: xr.Dataset) -> Iterator[str]:
         )
         reach = f"{hz[at].min():.5g} to {hz[at].max():.5g} Hz"
         yield f"  gear mesh of {name}: orders {span(of_name)}, {reach}; {varies}"
-    for other in (SHAFT, PLANET_PASS):
+    others = {SHAFT: "turns of shafts, orders 1 and 2", PLANET_PASS: "planets that pass",
+              BOLT_PASS: "bolts of FE rings that planets pass"}  # fmt: skip
+    for other, what in others.items():
         at = kind == other
         if at.any():
-            what = "turns of shafts, orders 1 and 2" if other == SHAFT else "planets that pass"
             ends = dict.fromkeys(f"{hz:.4g}" for hz in (hz[at].min(), hz[at].max()))
             yield f"  {what}: {' to '.join(ends)} Hz"
 

@@ -56,12 +56,12 @@ from flexgear.gears.power_flow import PowerFlow, StageFlow, power_flow
 from flexgear.gears.radii import gears_by_role, role_of
 from flexgear.model.case import Case
 from flexgear.model.faults import stage_of_fault
-from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT
+from flexgear.model.names import BOLT_PASS, GEAR_MESH, PLANET_PASS, SHAFT
 from flexgear.model.stage import Stage
 from flexgear.model.stage_view import BearingPlace, StageView
 
 SIDEBAND, TOOTH_FAULT, BEARING = "sideband", "tooth fault", "bearing"
-SAME_TEETH, BOLT_PASS = "same teeth", "bolt pass"
+SAME_TEETH = "same teeth"
 PASS = "pass"  # row of the line at N planet passes in a turn
 OF_ONE_PLANET = (GEAR_MESH, BOLT_PASS)  # lines of its forces, also where N planets cancel
 HARMONICS = 3  # of the gear mesh that are listed
@@ -152,9 +152,7 @@ def _planetary(
     gear_mesh = stage.ring.teeth * rolling / TURN
     passing = (flow.carrier_speed - sensor) / TURN
     on_planet = rolling and abs(sensor - flow.planet_speed) <= SAME_SPEED * abs(rolling)
-    fe, teeth = stage.ring.fe, stage.ring.teeth
-    circles = fe.bolt_circles if fe and fe.flexible else ()
-    bolts = sorted({circle.number for circle in circles if circle.number > 1})
+    teeth, bolts = stage.ring.teeth, bolt_counts(stage)
     beside = _turning if on_planet else _sidebands
     for harmonic, count in product(range(1, harmonics + 1 if rolling else 1), (0, *bolts)):
         order = harmonic * (count or teeth)
@@ -172,6 +170,13 @@ def _planetary(
         yield from pass_lines(stage, flow, sensor)
     yield from _tooth_faults(stage, abs(gear_mesh), faulty)
     yield from _same_teeth(stage, abs(gear_mesh))
+
+
+def bolt_counts(stage: Stage) -> list[int]:
+    """Numbers N_b of the bolts of every circle of a stage's FE ring, which gives way between."""
+    fe = stage.ring.fe if stage.ring else None
+    circles = fe.bolt_circles if fe and fe.flexible else ()
+    return sorted({circle.number for circle in circles if circle.number > 1})
 
 
 def _same_teeth(stage: Stage, gear_mesh: float) -> Iterator[ExpectedLine]:

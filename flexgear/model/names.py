@@ -7,8 +7,8 @@ from typing import Annotated, Any, Self
 from pydantic import AfterValidator
 
 SIDES = ("left", "right")  # halves of a double-helical stage
-GEAR_MESH, SHAFT, PLANET_PASS = "gear mesh", "shaft", "planet pass"  # kinds of excitation
-_PASS = f" {PLANET_PASS}"
+GEAR_MESH, SHAFT = "gear mesh", "shaft"  # kinds of excitation
+PLANET_PASS, BOLT_PASS = "planet pass", "bolt pass"
 _MEMBER_OF = {"shaft": "sun", "output": "sun", "hub": "ring"}  # by part of a body
 MOUNT = "mount"  # kind of the nodes of an FE housing with springs to the ground
 _NUMBERED = re.compile(rf"(.+?)(?:_({'|'.join(SIDES)}))?_(\d+)")
@@ -208,9 +208,10 @@ class FlankName(_Name):
 class ExcitationName(_Name):
     """An excitation of a train, "<cause> x <order>".
 
-    The cause is "<stage>" for its gear meshes, "<stage>.<part>" for the rotation of a member, or
-    "<stage> planet pass" for the planets passing a point of the ring. kind: GEAR_MESH, SHAFT or
-    PLANET_PASS; part: of a shaft, else ""; order: multiple of the cause's frequency, as printed.
+    The cause is "<stage>" for its gear meshes, "<stage>.<part>" for the rotation of a member,
+    "<stage> planet pass" for the planets passing a point of the ring, or "<stage> bolt pass" for
+    planets passing the bolts of an FE ring. kind: GEAR_MESH, SHAFT, PLANET_PASS or BOLT_PASS;
+    part: of a shaft, else ""; order: multiple of the cause's frequency, of bolts their number.
     """
 
     kind: str
@@ -222,7 +223,7 @@ class ExcitationName(_Name):
     def of(cls, kind: str, stage: str, order: float, part: str = "") -> Self:
         """Name of an order of a cause."""
         cause = f"{stage}.{part}" if part else stage
-        text = f"{cause}{_PASS if kind == PLANET_PASS else ''} x {order:g}"
+        text = f"{cause}{f' {kind}' if kind in (PLANET_PASS, BOLT_PASS) else ''} x {order:g}"
         return cls(text, kind=kind, stage=stage, part=part, order=f"{order:g}")
 
     @classmethod
@@ -230,10 +231,7 @@ class ExcitationName(_Name):
         """Name from a label of a result: "stage_1 x 3", "stage_1.sun x 1"."""
         cause, _, order = str(text).rpartition(" x ")
         member = MemberName.parse(cause)
-        kind = GEAR_MESH
-        if member.part:
-            kind = SHAFT
-        elif cause.endswith(_PASS):
-            kind = PLANET_PASS
-        stage = member.stage.removesuffix(_PASS)
+        passing = (kind for kind in (PLANET_PASS, BOLT_PASS) if cause.endswith(f" {kind}"))
+        kind = SHAFT if member.part else next(passing, GEAR_MESH)
+        stage = member.stage.removesuffix(f" {kind}")
         return cls(text, kind=kind, stage=stage, part=member.part, order=order)

@@ -127,7 +127,7 @@ RESULT_COORDINATES: dict[str, Coordinate] = {
         "", "order of a gear-mesh frequency, of a shaft's rotation or of passing planets"
     ),
     "excitation_stage": Coordinate("", "stage of the excitation"),
-    "excitation_kind": Coordinate("", "gear mesh, shaft or planet pass"),
+    "excitation_kind": Coordinate("", "gear mesh, shaft, planet pass or bolt pass"),
     "excitation_order": Coordinate("1", "order of the harmonic"),
     "crossing": Coordinate("1", "number of the crossing, from 1"),
     "meeting": Coordinate(

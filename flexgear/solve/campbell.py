@@ -24,11 +24,11 @@ from flexgear.analysis.linear_dynamics import Campbell, crossings, whirl_sense
 from flexgear.analysis.linear_dynamics import campbell as whirl_over_speed
 from flexgear.analysis.modes import Modes, planar_rows
 from flexgear.arrays import Array, Ints
-from flexgear.gears.expected_lines import PASS, pass_lines, shaft_lines
+from flexgear.gears.expected_lines import PASS, TURN, bolt_counts, pass_lines, shaft_lines
 from flexgear.model.arguments import Numbers, Positive
 from flexgear.model.errors import InputError
 from flexgear.model.machine import machines_of
-from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT, ExcitationName
+from flexgear.model.names import BOLT_PASS, GEAR_MESH, PLANET_PASS, SHAFT, ExcitationName
 from flexgear.results.labelled_dataset import coordinate, labelled_dataset
 from flexgear.solve.dataset import result_attrs, result_labels
 from flexgear.solve.model import Model
@@ -104,7 +104,9 @@ def _shares(model: Model, stage: int) -> np.ndarray:
 
 
 def _shaft_excitations(model: Model) -> Iterator[Excitation]:
-    """Excitations by rotating shafts, one for each speed, and by planets passing their ring."""
+    """Excitations by rotating shafts, one for each speed, by planets passing a place of their ring,
+    and by what they feel of N_b bolts of an FE ring, which equal planets excite at k = N_b mod N.
+    """
     bases = list[float]()
     for stage, flow in zip(model.case.stages, model.flow.stages, strict=True):
         for line in shaft_lines(stage, flow):
@@ -120,6 +122,12 @@ def _shaft_excitations(model: Model) -> Iterator[Excitation]:
                 if line.row == PASS and line.frequency > 0.0:
                     name = ExcitationName.of(PLANET_PASS, stage.name, 1)
                     yield Excitation(1.0, line.frequency, name)
+            for count in bolt_counts(stage):
+                base = abs(flow.carrier_speed - flow.ring_speed) / TURN
+                name = ExcitationName.of(BOLT_PASS, stage.name, count)
+                if base > 0.0:
+                    index = count % stage.planets
+                    yield Excitation(float(count), base, name, index=index)
 
 
 def operating_factors(model: Model) -> tuple[float, ...]:
@@ -301,7 +309,7 @@ def _groups(frequencies: Array, index: Ints) -> list[Ints]:
 
 def _cause(excitation: Excitation, index: int, planets: int) -> str:
     """IDEAL if a stage with equal planets excites modes of a nodal index, else ERRORS."""
-    if excitation.label.kind != GEAR_MESH:
+    if excitation.label.kind not in (GEAR_MESH, BOLT_PASS):
         return ERRORS
     no_index = index in (MIXED, UNEVEN)
     return IDEAL if no_index or index == folded(excitation.index, planets) else ERRORS

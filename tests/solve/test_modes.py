@@ -6,7 +6,8 @@ from train_contexts import bundled, mixed, one_stage, put_together
 
 from flexgear.analysis.modes import strain_shares
 from flexgear.model.load import load_case
-from flexgear.solve.campbell import campbell, crossing_rows
+from flexgear.results.report.wording import excitation_words
+from flexgear.solve.campbell import campbell, crossing_rows, excitations
 from flexgear.solve.modes import contributions, mode_rows, modes, top_shares
 
 
@@ -91,9 +92,18 @@ def test_crossings_lie_on_mode_and_order():
 
 
 def test_modes_of_a_train_with_a_flexible_stage(tmp_path):
-    """Bodies that bend have energies of their own, and they close with theirs."""
+    """Bodies that bend have energies of their own, and they close with theirs. Planets feel the
+    bolts of the ring that bends: planet i at φ_i in the phase N_b φ_i, so in the pattern of k."""
     train, bodies = mixed(tmp_path)
     model = put_together(train, bodies=bodies)
+    (bolts,) = (x for x in excitations(model, 1e4) if x.label.kind == "bolt pass")
+    stage, speed = train.stages[0], model.flow.speed
+    number = stage.ring.fe.bolts.number
+    assert bolts.label == f"first bolt pass x {number}"
+    assert excitation_words(bolts.label) == f"The pass of {number} bolts by planets of first"
+    assert bolts.slope == pytest.approx(number * abs(speed["first.carrier"]) / (2 * np.pi))
+    phases = np.outer([number, bolts.index], stage.planet_angles)
+    assert np.exp(1j * phases[0]) == pytest.approx(np.exp(1j * phases[1]))
     data = modes(model, limit_hz=500)
     kinetic = data["kinetic_energy"]
     assert {"first.ring", "first.sun", "second.gear"} <= set(kinetic.inertia.values)

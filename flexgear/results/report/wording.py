@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from flexgear.model.case import Case
-from flexgear.model.names import PLANET_PASS, SHAFT, ExcitationName, MemberName
+from flexgear.model.names import BOLT_PASS, PLANET_PASS, SHAFT, ExcitationName, MemberName
 from flexgear.model.stage import Stage
 from flexgear.model.units import ALL_SUFFIXES, unit_name
 
@@ -154,6 +154,8 @@ def excitation_words(label: str) -> str:
     name = ExcitationName.parse(label)
     if name.kind == PLANET_PASS:
         return f"The pass of planets of {words(name.stage)}"
+    if name.kind == BOLT_PASS:
+        return f"The pass of {name.order} bolts by planets{of_stage(name.stage)}"
     if name.kind == SHAFT:
         member = words(MemberName.of(name.stage, name.part))
         return f"{_TIMES.get(name.order, f'{name.order} times')} the turn of {member}"
