@@ -1,6 +1,7 @@
 """Exceptions for wrong input and for failures at run time, and their texts."""
 
 import re
+from datetime import date, time
 
 MAX_ECHO = 80  # characters of a value in a message
 
@@ -35,7 +36,8 @@ def printable(text: str) -> str:
 def echo(value: object) -> str:
     """Text of a value for messages, on one line and at most 80 characters long."""
     try:
-        text = re.sub(r"\s*\n\s*", " ", repr(value))
+        written = str(value) if isinstance(value, date | time) else repr(value)  # as in TOML
+        text = re.sub(r"\s*\n\s*", " ", written)
     except ValueError:  # Python does not print integers of more than 4 300 digits
         text = "a whole number of thousands of digits"
     except RecursionError:

@@ -79,7 +79,7 @@ def read_text(path: Path, what: str = "case file", max_bytes: int = MAX_CASE_BYT
     try:
         return read_bytes(path, what, max_bytes).decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise InputError(str(path), what, "is not UTF-8 text", "save it as plain text") from None
+        raise InputError(str(path), what, "is not UTF-8 text", "save it as UTF-8") from None
 
 
 def _too_large(path: Path, what: str, max_bytes: int) -> InputError:

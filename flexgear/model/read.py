@@ -24,7 +24,7 @@ from flexgear.model.section import (
     takes_one,
     usual_key,
 )
-from flexgear.model.units import ALL_SUFFIXES, Quantity
+from flexgear.model.units import ALL_SUFFIXES, Quantity, unit_name
 
 MAX_NESTING = 32  # levels of lists and sections
 MAX_INTEGER = 2**63
@@ -225,7 +225,8 @@ def _numbers(
             raise InputError(where, key, "is a list", "give one number")
         return tuple(_numbers(v, quantity, suffix, True, where, key) for v in value)
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise InputError(where, key, f"{echo(value)} is not a number", f"give a number in {suffix}")
+        remedy = f"give a number in {unit_name(suffix) or 'SI units'}"
+        raise InputError(where, key, f"{echo(value)} is not a number", remedy)
     try:
         return quantity.to_si(float(value), suffix)
     except OverflowError:

@@ -32,6 +32,7 @@ from flexgear.structures.fe_mesh.files import read_fe_mesh
         ("normal_module_mm = 18", "normal_module_nm = 18", "_nm is not a unit of length"),
         ("normal_module_mm = 18", "normal_modul_mm = 18", "did you mean normal_module_mm"),
         ("normal_module_mm = 18", "normal_module_mm = '18'", "'18' is not a number"),
+        ("torque_nm = 4e6", "torque_nm = 2026-11-30", "2026-11-30 is not a .*number in N m"),
         ("normal_module_mm = 18", "normal_module_mm = [18]", "is a list -- give one number"),
         ("normal_module_mm = 18", "normal_module_mm = nan", "normal_module_mm"),
         ("face_width_mm = 430", "face_width_mm = 430\nface_width_m = 0.43", "given twice"),
