@@ -8,6 +8,7 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.files.rexs.from_case import BinResults
+from flexgear.files.rexs.tables import APPLICATION_FACTOR, LOAD_FACTORS
 from flexgear.gears.rating.sheet import KEY, value_of
 from flexgear.model.names import GroupName
 from flexgear.results.quantities import number
@@ -109,11 +110,7 @@ def _part_summary(part: RatedPart, bins: Sequence[str]) -> dict[str, Any]:
 
 
 SAFETIES = {"flank": "safety_factor_pitting", "root": "safety_factor_tooth_root"}
-LOAD_FACTORS = {  # attributes of gear meshes by their symbols in a sheet
-    "K_A": "application_factor", "K_γ": "mesh_load_factor", "K_v": "dynamic_factor",
-    "K_Hβ": "face_load_factor_contact_stress", "K_Fβ": "face_load_factor_root_stress",
-    "K_Hα": "transverse_load_factor_contact_stress", "K_Fα": "transverse_load_factor_root_stress",
-}  # fmt: skip
+SYMBOLS = ("K_A", "K_γ", "K_v", "K_Hβ", "K_Fβ", "K_Hα", "K_Fα")  # of rows of load factors
 LIVES = {  # attributes of bearings by their symbols in a sheet, lives in 10⁶ revolutions
     "L_10": "nominal_rating_life_rotations_iso_281_2007",
     "L_nm": "modified_rating_life_rotations_iso_281_2007",
@@ -130,8 +127,8 @@ def rexs_results(rating: Rating) -> BinResults:
     gears: dict[tuple[GroupName, str], dict[str, Array]] = {}
     for gear_mesh in rating.gear_meshes:
         gears[gear_mesh.name, ""] = {
-            f"{name}_iso_6336_{edition}": np.array([value_of(x, symbol) for x in gear_mesh.factors])
-            for symbol, name in LOAD_FACTORS.items()
+            row.names[edition == 2006]: np.array([value_of(x, symbol) for x in gear_mesh.factors])
+            for symbol, row in zip(SYMBOLS, (APPLICATION_FACTOR, *LOAD_FACTORS), strict=True)
         }
         for (part, kind), safety in gear_mesh.safety.items():
             name = f"{SAFETIES[kind]}_iso_6336_{edition}"
