@@ -237,7 +237,7 @@ def show_response(model: Model, data: xr.Dataset, figures: dict[str, Any]) -> No
         ),
     }
     table(f"{model.case.name}, {model.variant}: response{of_stage(figures['stage'])}", rows)
-    typer.echo("\n".join(_lines(figures)))
+    typer.echo("\n".join(dict.fromkeys(_lines(figures))))  # a state may be on two curves
     if data.attrs["left_out"]:
         typer.echo(f"left out, as it does not repeat with the gear mesh: {data.attrs['left_out']}")
     for cut in figures["cuts"]:

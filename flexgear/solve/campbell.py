@@ -122,7 +122,8 @@ def _shaft_excitations(model: Model) -> Iterator[Excitation]:
                 if line.row == PASS and line.frequency > 0.0:
                     name = ExcitationName.of(PLANET_PASS, stage.name, 1)
                     yield Excitation(1.0, line.frequency, name)
-            for count in bolt_counts(stage):
+            rigid = {name.part for name in model.system.rigid_bodies if name.stage == stage.name}
+            for count in () if "ring" in rigid else bolt_counts(stage):
                 base = abs(flow.carrier_speed - flow.ring_speed) / TURN
                 name = ExcitationName.of(BOLT_PASS, stage.name, count)
                 if base > 0.0:

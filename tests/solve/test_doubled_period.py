@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import flexgear
+from flexgear.cli.vibration_commands import show_response
 from flexgear.solve.response_figures import response_figures
 
 DAMPING, SETTLED = 0.05, 200  # periods until what is free has decayed
@@ -121,3 +122,11 @@ def test_a_sweep_jumps_to_the_state_of_one_period(data):
     force = data["response_gear_mesh_force"].sel(measure="maximum").to_numpy()[whole, 0]
     share = data["response_speed_share"].to_numpy()[whole]
     assert target == pytest.approx(np.interp(at, share, force), rel=1e-3)
+
+
+def test_a_jump_that_two_curves_share_is_printed_once(pair, data, capsys):
+    count = data.sizes["turning_point"]
+    twice = data.isel(turning_point=np.repeat(np.arange(count), 2))
+    show_response(pair, twice, response_figures(twice))
+    jumps = [line for line in capsys.readouterr().out.splitlines() if "jump of a sweep" in line]
+    assert 0 < len(jumps) == len(set(jumps)) <= count

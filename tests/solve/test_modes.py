@@ -97,6 +97,8 @@ def test_modes_of_a_train_with_a_flexible_stage(tmp_path):
     train, bodies = mixed(tmp_path)
     model = put_together(train, bodies=bodies)
     (bolts,) = (x for x in excitations(model, 1e4) if x.label.kind == "bolt pass")
+    rigid = put_together(train, rigid=["first.ring"], bodies=bodies)
+    assert "bolt pass" not in {x.label.kind for x in excitations(rigid, 1e4)}
     stage, speed = train.stages[0], model.flow.speed
     number = stage.ring.fe.bolts.number
     assert bolts.label == f"first bolt pass x {number}"
