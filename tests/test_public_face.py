@@ -361,6 +361,8 @@ def test_objects_are_short_in_a_notebook(case):
     assert len(stage) < 1000 and "=None" not in stage
     path = repr(fg.contact_paths(case)["ring"])
     assert re.fullmatch(r"<ring path of contact: 94/34 teeth, s from .* to .* mm>", path)
+    assert repr(case.view()) == "<stage of <flexgear case 'lin-parker': stage (planetary)>>"
+    assert len(repr(fg.geometry(case))) < 900
 
 
 def test_a_train_without_load_has_no_linear_response(case):

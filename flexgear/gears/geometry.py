@@ -22,7 +22,7 @@ In a parallel stage the pinion has the role of the sun, and the gear that of the
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from flexgear.gears.radii import StageRadii, gears_by_role, is_overridden, stage_radii
 from flexgear.gears.tooth import ToothGeometry, tooth_geometry
@@ -92,8 +92,8 @@ class StageGeometry(StageRadii):
     one planet); assembly: (z_s + z_r)/N, NaN for a parallel stage, which has no ring.
     """
 
-    gears: Mapping[str, ToothGeometry]
-    gear_meshes: Mapping[str, GearMeshGeometry]
+    gears: Mapping[str, ToothGeometry] = field(repr=False)
+    gear_meshes: Mapping[str, GearMeshGeometry] = field(repr=False)
     overridden: bool
     planet_clearance: float
     assembly: float

@@ -59,6 +59,9 @@ class StageView:
     case: Case
     stage: Stage
 
+    def __repr__(self) -> str:
+        return f"<{self.name} of {self.case!r}>"
+
     @property
     def name(self) -> str:
         """Name of the stage."""

@@ -71,6 +71,8 @@ def deformed(
     that is not one of ``bending_bodies``, or a time outside the run.
     """
     require_bending(model, body)
+    if run is None and time:
+        raise InputError("deformed", "time", "is that of no run", "give the transient as run, too")
     if run is not None:
         coordinates, attrs = _at(run, body, time)
     else:

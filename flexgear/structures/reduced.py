@@ -126,8 +126,8 @@ class ReducedBody:
     """
 
     name: str
-    node_names: tuple[str, ...]
-    positions: Array
+    node_names: tuple[str, ...] = field(repr=False)
+    positions: Array = field(repr=False)
     mass: Array = field(repr=False)
     stiffness: Array = field(repr=False)
     n_modes: int

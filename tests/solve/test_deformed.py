@@ -7,6 +7,7 @@ import pytest
 from stage_samples import stage_with_vertices
 
 from flexgear.model.errors import InputError
+from flexgear.model.names import BodyName
 from flexgear.solve.deformed import LEAST_SHARE, deformed, mode_field, mode_shapes
 from flexgear.solve.transient import simulate
 from flexgear.views.render import field_grid
@@ -66,6 +67,9 @@ def test_a_field_that_a_run_does_not_keep_is_refused(model, run):
         deformed(model, "stage.ring", torque=math.inf)
     with pytest.raises(InputError, match="1: is not within the run -- take one from"):
         deformed(model, "stage.ring", run=run, time=1.0)
+    with pytest.raises(InputError, match="time: is that of no run -- give the transient as run"):
+        deformed(model, "stage.ring", time=1.0)
+    assert len(repr(model.bodies[BodyName.of("stage", "ring")])) < 80  # no list of all teeth
 
 
 @pytest.mark.parametrize("body", BODIES)
