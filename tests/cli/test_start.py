@@ -99,7 +99,7 @@ def test_loops_that_are_not_compiled_give_the_same(tmp_path):
 
 
 ROOT = Path(__file__).parents[2]
-DISTRIBUTION = {"skfem": "scikit-fem", "PIL": "pillow"}
+DISTRIBUTION = {"skfem": "scikit-fem", "PIL": "pillow", "vtkmodules": "vtk"}
 
 
 def third_party() -> set[str]:

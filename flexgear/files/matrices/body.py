@@ -214,10 +214,13 @@ def _flexible_modes(body: ReducedMatrices, residual: float, where: str) -> float
 
 @dataclass(frozen=True, eq=False)
 class NodeTable:
-    """Names of nodes, in the order of the matrices, and positions (n, 3), m."""
+    """Nodes in the order of the matrices: ids of the exporting program, names, positions (n, 3) m.
+    mode_ids: ids of the modal coordinates, which follow the nodes."""
 
+    ids: tuple[int, ...]
     names: tuple[str, ...]
     positions: Array
+    mode_ids: tuple[int, ...] = ()
 
 
 def table_text(names: tuple[str, ...], positions: Array, modes: int) -> str:
@@ -250,6 +253,7 @@ def read_table(path: Path) -> NodeTable:
     if "row" in heads:
         entries.sort(key=lambda row: _integer(row["row"], where, "row"))
     nodes = [row for row in entries if row[axes[0]]]
+    modes = [row for row in entries if not row[axes[0]]]
     ids = [_integer(row.get("id", str(k)), where, "id") for k, row in enumerate(nodes, 1)]
     if not nodes or len({*ids}) < len(ids):
         problem = "have equal ids" if nodes else "are missing"
@@ -263,7 +267,8 @@ def read_table(path: Path) -> NodeTable:
         if names.count(name) > 1:
             remedy = "give each node a name of its own"
             raise InputError(where, "nodes", f"{echo(name)} is the name of several nodes", remedy)
-    return NodeTable(tuple(names), LENGTHS[unit] * np.array(places))
+    mode_ids = tuple(_integer(row["id"], where, "id") for row in modes if row.get("id"))
+    return NodeTable(tuple(ids), tuple(names), LENGTHS[unit] * np.array(places), mode_ids)
 
 
 def _integer(text: str, where: str, key: str) -> int:
@@ -281,15 +286,15 @@ _REAL_KINDS = "fiu"  # NumPy's codes of real number types
 def require_form(shape: Sequence[int], where: str, key: str, table: NodeTable) -> None:
     """Raise InputError unless a matrix of this shape can belong to the nodes of a table. Called
     before memory is allocated for the matrix."""
-    key, rows = key or "matrix", 6 * len(table.names)
+    key, rows = key or "matrix", 6 * len(table.ids)
     if len(shape) != 2 or 0 in shape:
         size = " x ".join(map(str, shape)) or "a single number"
         raise InputError(where, key, f"is {size}, not a matrix", "write rows and columns")
     if shape[1] > rows + MAX_MODAL_COORDINATES:
         raise InputError(
             where, key, f"is {shape[0]} x {shape[1]}",
-            f"the {len(table.names)} nodes have {rows} rows, and up to {MAX_MODAL_COORDINATES} "
-            "modal coordinates may follow",
+            f"the {len(table.ids)} nodes have {rows} rows, and up to {MAX_MODAL_COORDINATES} modal "
+            "coordinates may follow",
         )  # fmt: skip
     if 8 * math.prod(shape) > MAX_MATRIX_BYTES:
         problem = f"is {shape[0]} x {shape[1]}, more than {MAX_MATRIX_BYTES // MEGABYTE} MB"

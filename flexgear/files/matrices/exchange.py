@@ -1,8 +1,8 @@
 """Reading and writing of reduced matrices for exchange with other programs.
 
-The format follows from a file's content: OP4 (text, binary), Matrix Market, npz. The name of a
-matrix in the file, or else the name of the file, states its role: k… or …stiff… is stiffness, m… or
-…mass… is mass.
+The format follows from a file's content: OP4 (text, binary), DMIG, Matrix Market, Abaqus and
+CalculiX, npz. The name of a matrix in the file, or else the name of the file, states its role:
+k… or …stiff… is stiffness, m… or …mass… is mass.
 """
 
 import io
@@ -28,7 +28,7 @@ from flexgear.files.matrices.body import (
     require_shapes,
     table_text,
 )
-from flexgear.files.matrices.op4 import op4_text, read_op4
+from flexgear.files.matrices.formats import op4_text, read_abaqus, read_dmig, read_op4
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import DAMAGED, MAX_MATRIX_BYTES, read_bytes
 
@@ -84,14 +84,18 @@ def matrices_of(data: bytes, file: str | Path, table: NodeTable) -> dict[str, Ar
 def _text_or_binary(data: bytes, where: str, table: NodeTable) -> dict[str, Any]:
     if data.lstrip().startswith(b"%%MatrixMarket"):
         return _matrix_market(data, where, table)
-    if not (b"\0" in data[:64] or re.match(rb"\s*\d+\s+-?\d+\s+\d+\s+[1-4][A-Za-z]", data)):
-        problem = "cannot be read: it is neither OP4 nor Matrix Market nor npz"
-        raise InputError(where, "file", problem, "write one of these (docs/exchange.md)")
+    if b"\0" in data[:64] or re.match(rb"\s*\d+\s+-?\d+\s+\d+\s+[1-4][A-Za-z]", data):
 
-    def require(shape: tuple[int, int], key: str) -> None:
-        require_form(shape, where, key, table)
+        def require(shape: tuple[int, int], key: str) -> None:
+            require_form(shape, where, key, table)
 
-    return dict(read_op4(data, where, require))
+        return dict(read_op4(data, where, require))
+    text = data.decode("utf-8", errors="replace")
+    if re.search(r"^DMIG\b", text, re.IGNORECASE | re.MULTILINE):
+        entries = read_dmig(text, where)
+    else:
+        entries = read_abaqus(text, where)
+    return {key: matrix_entries.matrix(table, where) for key, matrix_entries in entries.items()}
 
 
 def _role(name: str) -> str | None:

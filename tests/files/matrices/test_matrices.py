@@ -9,7 +9,7 @@ from reduced_samples import beam, frequencies, ring
 
 from flexgear.files.matrices.body import check, read_table, table_text
 from flexgear.files.matrices.exchange import FORMATS, read_reduced, write_reduced
-from flexgear.files.matrices.op4 import op4_text, read_op4
+from flexgear.files.matrices.formats import op4_text, read_op4
 from flexgear.model.errors import InputError
 
 BODIES = {"beam": beam, "ring": ring}
@@ -69,6 +69,90 @@ def test_op4_of_ours_is_read_by_ours():
     a = np.array([[0.0, 1.5, -3e-90], [0.0, 0.0, np.pi]])
     assert np.array_equal(read_op4(op4_text({"A": a}).encode(), "")["A"], a)
     assert read_op4(op4_text({"A": 1e-200 * a}).encode(), "")["A"].any() == np.False_
+
+
+def dmig(name, matrix, ids, modes):
+    """DMIG* cards of the lower triangle by columns."""
+    places = [(i, c) for i in ids for c in range(1, 7)] + [(i, 0) for i in modes]
+    lines = [f"DMIG    {name:8s}{0:8d}{6:8d}{2:8d}{0:8d}"]
+    for j, (node, component) in enumerate(places):
+        lines.append(f"DMIG*   {name:16s}{node:16d}{component:16d}")
+        for i in range(j, len(places)):
+            if matrix[i, j]:
+                value = f"{matrix[i, j]:.9E}".replace("E", "D")
+                lines.append(f"*       {places[i][0]:16d}{places[i][1]:16d}{value:>16s}")
+    return "\n".join(["$ made by hand", *lines, "GRID    1"])
+
+
+def abaqus(matrix, ids):
+    places = [(i, c) for i in ids for c in range(1, 7)]
+    size = len(places)
+    return "\n".join(
+        f"{places[i][0]},{places[i][1]}, {places[j][0]},{places[j][1]}, {matrix[i, j]:.17e}"
+        for i in range(size)
+        for j in range(i + 1)
+        if matrix[i, j]
+    )
+
+
+def user_element(stiffness, mass, ids):
+    rows = [
+        "** ELEMENT NODES",
+        "** " + ", ".join(map(str, ids)),
+        f"*USER ELEMENT, NODES={len(ids)}, LINEAR",
+    ]
+    rows += ["1, 2, 3, 4, 5, 6"] + [f"{k}, 1, 2, 3, 4, 5, 6" for k in range(2, len(ids) + 1)]
+    for name, matrix in (("STIFFNESS", stiffness), ("MASS", mass)):
+        rows.append(f"*MATRIX, TYPE={name}")
+        lower = [f"{matrix[i, j]:.17e}" for i in range(len(matrix)) for j in range(i + 1)]
+        rows += [", ".join(lower[k : k + 4]) for k in range(0, len(lower), 4)]
+    return "\n".join(rows)
+
+
+def without_modes(body):
+    """Its interface alone: Guyan's reduction."""
+    n = 6 * len(body.node_names)
+    return replace(
+        body, stiffness=body.stiffness[:n, :n], mass=body.mass[:n, :n], recovery=None, points=None
+    )
+
+
+IDS = (107, 12, 55)  # not in the order of their numbers
+
+
+def table(ids, body, modes=()):
+    rows = [f"{i},{name},{','.join(repr(float(x)) for x in p)}" for i, name, p in
+            zip(ids, body.node_names, body.positions, strict=True)]  # fmt: skip
+    return "\n".join(["id,name,x_m,y_m,z_m", *rows, *(f"{i},mode,,," for i in modes)])
+
+
+def test_dmig(tmp_path):
+    body, modes = beam(), (901, 903, 902, 905, 904)
+    text = dmig("KAAX", body.stiffness, IDS, modes) + "\n" + dmig("MAAX", body.mass, IDS, modes)
+    (tmp_path / "body.pch").write_text(text)
+    (tmp_path / "nodes.csv").write_text(table(IDS, body, modes))
+    matrices = read_reduced([tmp_path / "body.pch"], tmp_path / "nodes.csv")
+    assert np.abs(matrices.stiffness - body.stiffness).max() < 1e-9 * body.stiffness.max()
+    assert frequencies(matrices.stiffness, matrices.mass) == pytest.approx(
+        frequencies(body.stiffness, body.mass), rel=1e-5
+    )
+
+
+@pytest.mark.parametrize("form", ["list", "user element"])
+def test_abaqus_and_calculix(tmp_path, form):
+    body = without_modes(beam())
+    (tmp_path / "nodes.csv").write_text(table(IDS, body))
+    files = [tmp_path / "sub.mtx"]
+    if form == "list":
+        files = [tmp_path / "x_STIF1.mtx", tmp_path / "x_MASS1.mtx"]
+        files[0].write_text(abaqus(body.stiffness, IDS))
+        files[1].write_text(abaqus(body.mass, IDS))
+    else:
+        files[0].write_text(user_element(body.stiffness, body.mass, IDS))
+    matrices = read_reduced(files, tmp_path / "nodes.csv")
+    assert np.array_equal(matrices.stiffness, body.stiffness) and np.array_equal(
+        matrices.mass, body.mass
+    )
 
 
 def test_millimetres_and_tonnes(tmp_path):
@@ -189,15 +273,14 @@ def test_bad_bodies_are_refused(what, message):
         ("a.npz", b"PK\3\4 no zip"),
         ("a.mtx", b"%%MatrixMarket matrix coordinate real general\n2 2 9\n1 1 1\n"),
         ("a.mtx", b"1,1,1,1\n"),
+        ("a.pch", b"DMIG    KAAX    1       1\n"),
         ("a.txt", b"hello"),
         ("a.op4", b"\x18\0\0\0" + b"\1\0\0\0" * 9),
     ],
 )
 def test_files_that_are_not_whole(tmp_path, name, data):
     (tmp_path / name).write_bytes(data)
-    body = beam()
-    text = table_text(body.node_names, body.positions, body.modes)
-    (tmp_path / "nodes.csv").write_text(text)
+    (tmp_path / "nodes.csv").write_text(table(IDS, beam()))
     with pytest.raises(InputError) as caught:
         read_reduced([tmp_path / name], tmp_path / "nodes.csv")
     assert "\n" not in str(caught.value) and "index" not in str(caught.value)
@@ -218,6 +301,14 @@ def test_bad_tables(tmp_path, text, words):
         read_table(tmp_path / "nodes.csv")
 
 
+def test_a_seventh_dof_is_no_missing_node(tmp_path):
+    (tmp_path / "nodes.csv").write_text(table(IDS, beam()))
+    for line, words in (("107, 7, 12, 1, 5.0", "node 107 has a dof 7"), ("9, 1, 12, 1, 5.0", "9")):
+        (tmp_path / "x_STIF1.mtx").write_text(line)
+        with pytest.raises(InputError, match=words):
+            read_reduced([tmp_path / "x_STIF1.mtx"], tmp_path / "nodes.csv")
+
+
 def test_table_in_millimetres_is_the_same(tmp_path):
     body = beam()
     text = table_text(body.node_names, body.positions, body.modes)
@@ -229,4 +320,4 @@ def test_table_in_millimetres_is_the_same(tmp_path):
     (tmp_path / "nodes.csv").write_text("\n".join(in_mm))
     table = read_table(tmp_path / "nodes.csv")
     assert table.positions == pytest.approx(body.positions, rel=1e-12)
-    assert table.names == body.node_names
+    assert table.names == body.node_names and len(table.mode_ids) == body.modes
