@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 import pyvista
 from stage_samples import stage_with_vertices
+from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+from vtkmodules.vtkIOHDF import vtkHDFReader
 
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.solve.deformed import mode_field
@@ -51,6 +53,28 @@ def test_the_collection_names_every_file_once(model, tmp_path):
 def test_a_series_of_fields_that_cannot_be_saved_is_refused(model, tmp_path):
     with pytest.raises(FlexgearError, match="one field or more"):
         save_series({}, tmp_path / "none")
+    field = mode_field(model, "stage.ring", 20)
+    with pytest.raises(FlexgearError, match="single precision"):
+        save_series({1000.0: field, 1000.00001: field}, tmp_path / "close.vtkhdf")
     assert not list(tmp_path.iterdir())
     with pytest.raises(InputError, match="100000 is not there"):
         mode_field(model, "stage.ring", 100_000)
+
+
+def test_one_file_holds_a_series(model, tmp_path):
+    """VTK's own reader finds the times and, at each of them, the fields."""
+    field = mode_field(model, "stage.ring", 20)
+    frames = swing(field, 6)
+    path = save_series(frames, tmp_path / "mode.vtkhdf")
+    assert path == tmp_path / "mode.vtkhdf" and list(tmp_path.iterdir()) == [path]
+    reader = vtkHDFReader()
+    reader.SetFileName(str(path))
+    reader.UpdateInformation()
+    about = reader.GetOutputInformation(0)
+    times = about.Get(vtkStreamingDemandDrivenPipeline.TIME_STEPS())
+    assert times == pytest.approx(list(frames), rel=1e-6)  # VTK keeps them in single precision
+    for time, frame in zip(times, frames.values(), strict=True):
+        reader.UpdateTimeStep(time)
+        grid = pyvista.wrap(reader.GetOutputDataObject(0))
+        assert grid.n_points == field.sizes["vertex"]
+        np.testing.assert_allclose(grid["displacement"], frame["displacement"], atol=1e-15)
