@@ -243,7 +243,8 @@ def gathered(values: Array, groups: Ints) -> Array:
 
 
 def scattered(values: Array, groups: Ints, count: int) -> Array:
-    """Values (N, q) of ``count`` channels, from those of each group (N, G, p)."""
+    """Values (N, q) of ``count`` channels, from those of each group (N, G, p): ``gathered``
+    inverted. groups: channels (G, p) of each group, ``count`` where it has fewer than p."""
     out = np.zeros((len(values), count + 1))
     out[:, groups] = values
     return out[:, :count]

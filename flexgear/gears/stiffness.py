@@ -259,7 +259,8 @@ def law_mean(law: Law, view: StageView, g: StageGeometry, role: str) -> float:
 
 
 def _full_law(view: StageView, g: StageGeometry, role: str, force: float) -> Law:
-    """Law k'(ξ) of both teeth with their foundations, scaled to a mean of the case."""
+    """Stiffness k'(ξ) of a pair per face width, N/m², of both teeth with their foundations, scaled
+    so that the gear mesh has the mean stiffness that the case states, if it states one."""
     stiffness: float | None = view.gear_mesh.of(role, "stiffness")
     if view.gear_mesh.model not in PER_PAIR_MODELS:
         ratio, width = g.gear_meshes[role].transverse_contact_ratio, view.stage.face_width

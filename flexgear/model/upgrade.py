@@ -53,7 +53,7 @@ def present_key(key: str) -> str:
 
 
 def earlier_keys(raw: Mapping[str, Any]) -> list[str]:
-    """Keys of a file in an earlier form."""
+    """Keys of a case file that only an earlier version knew; none in a present file."""
     earlier = ["kind"] if "kind" in raw else []
     if _is_train(raw):
         return earlier

@@ -94,7 +94,8 @@ def _range(of_gear: xr.Dataset) -> float:
 
 
 def _over_all(stress: xr.DataArray, extreme: np.ufunc) -> Array:
-    """Extremes (face,) over flanks and positions, and of the zero stress of unloaded teeth, Pa."""
+    """Extreme stress (face,) over flanks and positions, Pa. The zero stress of unloaded teeth
+    counts, so that a largest value is never negative and a smallest never positive."""
     values = stress.transpose(..., "face").to_numpy()
     return np.asarray(extreme.reduce(values.reshape(-1, values.shape[-1]), axis=0, initial=0.0))
 

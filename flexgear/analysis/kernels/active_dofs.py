@@ -103,7 +103,8 @@ def _place_lines(active, channels, rows, n):
 
 @njit(**INNER)
 def _place_blocks(active, channels, rows, n, part):
-    """Append the blocks of rows that are on one part of the train and not on lines of action."""
+    """Append the blocks of the first n rows that are on a part of the train, as active dofs;
+    those that a row moves through its line of action are not among them."""
     for i in range(n):
         for a in range(rows.row[i].beyond, rows.row[i].width):
             if channels.part[rows.blocks[i, a]] == part:
@@ -256,7 +257,8 @@ def _copy_receptance(active, channels, level, c):
 
 @njit(**INNER)
 def gather_receptance(active, channels, level):
-    """Copy G and R of the active dofs for a step size, unless they are there already."""
+    """Copy the receptances among the active dofs from ``channels`` to ``active``, unless they are
+    there already: G for the step size ``level``, and its residual part R."""
     if active.gathered[level] == 1:
         return
     active.gathered[level] = 1

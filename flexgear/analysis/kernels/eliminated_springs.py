@@ -79,8 +79,8 @@ def spring_space(rows: int, springs: int) -> SpringSpace:
 
 @njit(**INNER)
 def place_in_problem(i, springs, n, total):
-    """Index in the contact problem of row i of ``total``; springs: their number. They are the last
-    rows before row n, and the last ones of the problem."""
+    """Index in the contact problem of row i of ``total``. The springs, ``springs`` in number, are
+    the last ones of the first n rows; the problem has them at its end."""
     if i >= n:
         return i - springs
     return i if i < n - springs else i + total - n

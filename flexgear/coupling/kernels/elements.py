@@ -217,7 +217,8 @@ def law_functions(data: PairData) -> tuple[object, ...]:
 
 
 def pair_rows(data: PairData, machines: int = 0) -> Rows:
-    """Empty work arrays for ``data`` and rows and elements of ``machines`` at ports."""
+    """Work arrays, still without values, with room for all tooth pairs and fixed elements of
+    ``data`` and for one row and one element of each of ``machines`` at ports."""
     pairs, fixed = max(1, len(data.s0) * data.slots), _fixed_rows(data)
     blocks = 2 * data.slots + 2  # planet, gear, and teeth of both that are blocks
     rows = rows_of_pair(data) * pairs + extra_rows(data) + machines

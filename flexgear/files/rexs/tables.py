@@ -173,7 +173,7 @@ def tooth_side(word: Word, internal: bool, datum: int) -> int:
 
 
 def word_of(side: int, internal: bool, datum: int) -> Word:
-    """The flank, "left" or "right", on a side of the tooth."""
+    """The flank, "left" or "right", on a side of the tooth: ``tooth_side`` inverted."""
     return "left" if tooth_side("left", internal, datum) == side else "right"
 
 

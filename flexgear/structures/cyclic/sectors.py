@@ -296,7 +296,8 @@ _LARGE = 2e8  # bytes of inverses that ``forget`` frees
 
 
 class Harmonics:
-    """Inverses of all S_h (b, b), which take most of the memory where borders are wide.
+    """Inverses of the borders' stiffness S_h (b, b) in all harmonics h, which take most of the
+    memory where borders are wide.
 
     They are Hermitian: of each only panels of rows are stored, up to their last diagonal entry.
     """

@@ -278,7 +278,8 @@ class CyclicSolver:
         return run.d - self._ahead(run.border)
 
     def _ahead(self, border: Array) -> Array:
-        """D^{-1} B^ x_b (t, z, k) of both borders of every sector; border: x_b (b, z, k)."""
+        """D^{-1} B^ x_b (t, z, k), by which motion x_b (b, z, k) of the borders lowers the
+        reactions of the periodic ties: of every sector by its own border and the next one's."""
         b, shape = self._b, (self._t, *border.shape[1:])
         flat = border.reshape(b, border[0].size)
         near = (self.gain[:, :b] @ flat).reshape(shape)

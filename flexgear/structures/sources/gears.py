@@ -110,7 +110,7 @@ def _evenly_loaded(body: ReducedBody) -> ReducedBody:
 
 
 def toothed_source_parameters(view: StageView, part: str, gear: Gear) -> dict[str, Any]:
-    """Parameters of the source of a gear, "ring" or "planet", but FE mesh and supports."""
+    """Parameters of the source of a gear, "ring" or "planet", without FE mesh and supports."""
     common, gear_mesh = common_parameters(view, part), view.gear_mesh
     section, segment = common["section"], None
     fe_influence = gear_mesh.model == "face_load" and gear_mesh.tooth_compliance == "fe"
