@@ -36,6 +36,7 @@ from flexgear.gears.rating.load_factors import (
 from flexgear.gears.rating.pair import GearPair, PairLoad, gear_pair, load_cycles, pair_load
 from flexgear.gears.rating.sheet import Factor, Sheet, dated, factor, sheet_of, value_of
 from flexgear.model.case import Case
+from flexgear.model.gear_mesh import GearErrors
 from flexgear.model.names import GroupName
 from flexgear.model.stage_view import StageView
 from flexgear.results.load_sharing import ROUNDING
@@ -53,6 +54,7 @@ REMEDIES = {  # keys that give a factor where neither model nor standard does
     "K_v": "K_v is not known: rating.k_v, or data of both gears for method B",
     "K_Hα": "K_Hα is not known: rating.k_h_alpha and k_f_alpha, or the same data",
 }
+NOTHING_EXCITES = 'nothing excites it: gear_mesh.model = "per_pair", or errors of the stage'
 NO_TEETH = "base diameters or working angles stand in place of gears"
 OTHER = {"sun": "ring", "ring": "sun", "drive": "coast"}  # the other flank of a tooth
 KEYS = {  # of [rating] by symbol
@@ -146,6 +148,8 @@ def rate_gears(
             missing |= {str(group): "; ".join(reasons)} if reasons else {}
             missing |= _uneven(group, bins, flows, loads)
             missing |= _without_tilt(group, _untilted(cases, group)) if any(sheets) else {}
+            if any(sheets) and _unexcited(cases, group):
+                missing[f"{group}, K_v"] = NOTHING_EXCITES
     parts = []
     for place, history in histories.items():
         pair = pairs[place.stage, next(iter(history.values())).group.role]
@@ -223,6 +227,16 @@ def _without_tilt(group: GroupName, keys: Sequence[str]) -> dict[str, str]:
     """Remark on a group of gear meshes with gears, by their keys, that cannot tilt."""
     remedy = " and ".join(f'{key}.kinematics = "spatial"' for key in keys)
     return {f"{group}, tilting": f"it does not count in K_Hβ: {remedy}"} if keys else {}
+
+
+def _unexcited(cases: Sequence[Case], group: GroupName) -> bool:
+    """Whether the computed K_v is that of a train without varying stiffness, errors or faults,
+    which is 1; not where every case states K_v."""
+    case = cases[0]
+    stated = [each.rating.forced(group.stage, group.role).k_v for each in cases]
+    silent = all(s.gear_mesh.model == "constant" and s.errors == GearErrors() for s in case.stages)
+    by_train = case.rating.dynamic_factor == "train" and case.rating.deviations == "stated"
+    return by_train and None in stated and silent and not case.faults
 
 
 def load_factors(
@@ -308,6 +322,8 @@ def _part(
         life = sum(b.hours for b in bins) / total if total else math.inf
     straight = any(_untilted([cases[b]], x.group) for b, x in history.items())
     estimates = {"K_Hβ without tilt": "as kinematics of its gears has none"} if straight else {}
+    if any(_unexcited([cases[b]], x.group) for b, x in history.items()):
+        estimates["K_v of the train"] = "which nothing in the model excites"
     part = RatedPart(
         name=place.name, alike=place.alike, stage=place.stage, kind=place.kind, side=place.side,
         count=stage.planets if of_planets else 1, planets=tuple(planets) if of_planets else (),
