@@ -19,9 +19,10 @@ transfer path that depends on more than the planet pass excite the other lines.
 An FE ring gives way more between its N_b bolts than at them. What planet i feels of it at its place
 ψ_i = θ_c − θ_r + φ_i repeats with teeth and bolts, so its forces and motions have the orders
 H z_r + k N_b of ψ_i, with frequency and share as above with that in place of H z_r; forces of one
-gear mesh have n = 0 at any spacing. Bolts change the gear mesh by little (0.2 % in wind-5mw), so
-that of products z_r ± N_b alone are listed, without sidebands. Fits and splines are alike all
-round, and a rigid ring moves on evenly spaced bolts (three or more) as on one spring.
+gear mesh have n = 0 at any spacing. Of products only H z_r ± N_b are listed, without sidebands: in
+forces of wind-5mw and star-ring they have up to 0.2 and 21 % of gear-mesh order 1, those with k = 2
+0.006 and 0.3 %. Fits and splines are alike all round, and a rigid ring moves on evenly spaced bolts
+(three or more) as on one spring.
 
 A tooth of sun or ring meets planet i when the carrier has turned relative to the gear by φ_i. This
 gives multiples k of f_m/z with the share of N phasors at order k, so N f_m/z for equal spacing.
@@ -77,12 +78,12 @@ class ExpectedLine:
 
     kind: "gear mesh", "sideband", "shaft", "planet pass", "bolt pass", "tooth fault", "same teeth"
     or "bearing"; label: name of the line, without the stage; frequency: Hz; share: amplitude
-    relative to N planets in phase, 1 where planets do not matter; harmonic: H of gear meshes and
-    their sidebands, else 0; row: name in a table of lines of this kind, ``label`` if empty;
-    bearing: name of the bearing of the line; turn: frequency at which a bearing's defect turns
-    relative to the load, Hz, which is the distance of sidebands, 0 if it does not turn; turn_label:
-    what turns with it; carrier_modulates: whether sensors hear it change with a carrier's turn;
-    faulty: whether the case has the fault.
+    relative to N planets in phase, 1 where planets do not matter; harmonic: H of gear meshes, their
+    sidebands and products with bolts, else 0; row: name in a table of lines of this kind, ``label``
+    if empty; bearing: name of the bearing of the line; turn: frequency at which a bearing's defect
+    turns relative to the load, Hz, which is the distance of sidebands, 0 if it does not turn;
+    turn_label: what turns with it; carrier_modulates: whether sensors hear it change with a
+    carrier's turn; faulty: whether the case has the fault.
     """
 
     stage: str
@@ -160,11 +161,13 @@ def _planetary(
             continue  # a harmonic of the gear mesh
         for line in beside(stage, order, rolling / TURN, passing):
             yield _order(stage, harmonic, *line, bolts=count)
-    for count, sign in product(bolts if rolling else (), (-1, 1)):
-        label, order = f"gear mesh 1 {'−+'[sign > 0]}{count} bolts", abs(teeth + sign * count)
+    of_both = range(1, harmonics + 1 if rolling else 1), bolts, (-1, 1)
+    for harmonic, count, sign in product(*of_both):
+        label = f"gear mesh {harmonic} {'−+'[sign > 0]}{count} bolts"
+        order = abs(harmonic * teeth + sign * count)
         for frequency, share, sideband in beside(stage, order, rolling / TURN, passing):
             if not sideband and order % teeth:
-                yield ExpectedLine(stage.name, BOLT_PASS, label, frequency, share)
+                yield ExpectedLine(stage.name, BOLT_PASS, label, frequency, share, harmonic)
     yield from shaft_lines(stage, flow, sensor)
     if not on_planet:
         yield from pass_lines(stage, flow, sensor)
@@ -336,11 +339,13 @@ _KEYS = {
 
 def line_rows(lines: Sequence[ExpectedLine], stage: str) -> dict[str, dict[str, float]]:
     """Frequencies, Hz, of the lines of a stage by kind and label, as in ``check`` and reports. Only
-    sidebands of the first harmonic of the gear mesh; a share below ``FULL_SHARE`` is in the label;
-    lines with less than ``LEAST_SHARE`` are left out, except ``OF_ONE_PLANET``."""
+    sidebands of the first harmonic of the gear mesh and its products with bolts; a share below
+    ``FULL_SHARE`` is in the label; lines with less than ``LEAST_SHARE`` are left out, except
+    ``OF_ONE_PLANET``."""
     rows: dict[str, dict[str, float]] = {key: {} for key in _KEYS.values()}
     for line in (x for x in lines if x.stage == stage):
-        if line.kind == SIDEBAND and line.harmonic != 1:
+        left_out = {SIDEBAND: line.harmonic != 1, BOLT_PASS: line.harmonic > 1}
+        if left_out.get(line.kind):
             continue
         label = line.row or line.label
         key = line.bearing.replace(" ", "_") or _KEYS[line.kind]
