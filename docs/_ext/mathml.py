@@ -3,9 +3,15 @@
 from latex2mathml.converter import convert
 from sphinx.application import Sphinx
 
+LONG = 45  # characters of a formula in a line that may not fit on a phone
+SCROLLS = "display: inline-block; max-width: 100%; overflow: auto hidden; vertical-align: bottom"
+
 
 def _inline(translator, node):
-    translator.body.append(convert(node.astext()))
+    formula = _converted(node.astext())
+    if len(node.astext()) > LONG:
+        formula = f'<span style="{SCROLLS}">{formula}</span>'
+    translator.body.append(formula)
     from docutils.nodes import SkipNode
 
     raise SkipNode
@@ -14,9 +20,18 @@ def _inline(translator, node):
 def _block(translator, node):
     from docutils.nodes import SkipNode
 
-    formula = convert(_one_line(node.astext()), display="block")
+    formula = _converted(_one_line(node.astext()), display="block")
     translator.body.append(f'<div class="math" style="overflow-x: auto">{formula}</div>')
     raise SkipNode
+
+
+def _converted(latex: str, **options: str) -> str:
+    """MathML of a formula; the converter knows ``align*``, not ``aligned``. ValueError for lines
+    that browsers would not part."""
+    formula = convert(latex.replace("{aligned}", "{align*}"), **options)
+    if 'linebreak="newline"' in formula:
+        raise ValueError(f"lines of a formula outside of a table: {latex}")
+    return formula.replace('<mtd columnalign="', '<mtd style="text-align: ')  # what browsers know
 
 
 def _one_line(text: str) -> str:

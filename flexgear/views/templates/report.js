@@ -91,8 +91,11 @@
     };
     for (const name of Object.keys(full)) {
       if (/^[xy]axis/.test(name)) full[name] = { ...axis, ...full[name] };
-      const title = full[name].title;
-      if (narrow && title?.text) title.text = title.text.replace("; ", ";<br>");
+      const title = full[name].title; // across a narrow page in several lines
+      if (narrow && title?.text && name.startsWith("x")) {
+        title.text = title.text.split(/(?<=;) /).map((part) =>
+          part.replace(/(.{24,32}) (?=.{8})/g, "$1<br>")).join("<br>");
+      }
     }
     const heading = document.createElement("h4");
     if (full.title) {
