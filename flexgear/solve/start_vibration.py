@@ -36,15 +36,14 @@ POSITIONS = 24  # equilibria in a gear-mesh cycle
 GROWTH = 1.1  # from a duration to the next that is tried
 
 
-def decay_duration(
-    model: Model, span: float, least: float = 2.0 * SHARE, *, displacements: bool = True
-) -> float:
+def decay_duration(model: Model, span: float, whole: bool = False) -> float:
     """``span``, s, or the longer duration in which vibration from the start decays, from the third
     to the last quarter, by no more than SHARE of the steady peak-to-peak of any gear-mesh force,
-    and of any radial displacement of a body, if ``displacements``; amplitudes of modes add.
+    and of any radial displacement of a body; amplitudes of modes add.
 
-    It is longer only where that is more than ``least`` for ``span``; by 2 SHARE
-    ``results.settling`` tells that a run has not settled.
+    It is longer only where that is more than 2 SHARE for ``span``, by which ``results.settling``
+    tells that a run has not settled. With ``whole`` it is the longer duration by the middle of
+    which all vibration of every damped mode has decayed to SHARE, in gear-mesh forces alone.
     """
     modes = model.natural_modes(usual_limit(model))
     elastic = modes.frequencies > 0.0
@@ -53,9 +52,14 @@ def decay_duration(
     rates = decay(structural, modes, model.mean_springs.cycles)[elastic]
     omega, shapes = 2 * np.pi * modes.frequencies[elastic], modes.shapes[:, elastic]
     longest = span
-    for shares in _shares(model, omega, shapes, rates, displacements):
+    for shares in _shares(model, omega, shapes, rates, displacements=not whole):
+        if whole:
+            left = shares.max(axis=0)
+            slow = (left > SHARE) & (rates > 0.0)
+            longest = max([longest, *(4.0 / rates[slow] * np.log(left[slow] / SHARE))])
+            continue
         largest = _last_decay(shares, rates, span)
-        while largest > (least if longest == span else SHARE):
+        while largest > (2.0 * SHARE if longest == span else SHARE):
             longest *= GROWTH
             largest = _last_decay(shares, rates, longest)
     return float(longest)
