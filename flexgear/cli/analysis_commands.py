@@ -53,7 +53,6 @@ from flexgear.solve.static import static as equilibria
 from flexgear.solve.transient import (
     cut_short,
     fault_warnings,
-    settled_duration,
     stepping_of,
     train_histories,
 )
@@ -156,7 +155,7 @@ def simulate(
     analysis: Analysis,
     duration_s: Annotated[
         float | None,
-        Option(help="One turn of the slowest stage unless given; more if it settles later."),
+        Option(help="One turn of the slowest stage unless given."),
     ] = None,
     torque_share: Annotated[float, Option(help="Factor on all torques.")] = 1.0,
     energy: Annotated[bool, Option("--energy", help="Keep the energy balance.")] = False,
@@ -186,9 +185,7 @@ def simulate(
         progress(analysis.quiet) as report,
     ):
         model = assembled(case, parts, report)
-        fixed = duration_s is not None or start is not None
-        span = usual.duration if fixed else settled_duration(model)
-        edges = window_edges(span, case.solver.settle, begin)
+        edges = window_edges(usual.duration, case.solver.settle, begin)
         ranges = partial(WindowedRanges, edges=edges)
         whole, sensors = ranges(train_histories), SensorRanges(edges)
         rings = {s: ranges(partial(stage_histories, stage=s)) for s in case.fe_ring_stages}
@@ -196,7 +193,7 @@ def simulate(
         short = [] if duration_s is not None else cut_short(case, flow)
         warn([*too_coarse(model.pace, case.solver), *fault_warnings(model, duration_s), *short])
         run = run_transient(
-            model, duration=span, torque_share=torque_share, energy=energy, progress=report,
+            model, duration=duration_s, torque_share=torque_share, energy=energy, progress=report,
             start=start, sink=SinkGroup([*watching, *sinks]),
         )  # fmt: skip
     settled = float(run.data.attrs["settle_s"])

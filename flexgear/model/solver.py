@@ -19,21 +19,20 @@ class Solver(Section):
 
     gear_mesh_orders: highest order of the gear-mesh frequency that results resolve; steps, samples
     and modes follow from it; by default 10, of gears that turn far above their resonance on the
-    gear mesh as few as 3. time_step: time step of steady running, and of histories that a
-    machine or load follows unless step_time_step is given; output_interval: time between stored
-    samples; duration: of a transient, by default start-up and a turn of the slowest stage, or more
-    until vibration from the start decays. step_tolerance: largest error of a tooth load in a step,
-    as a fraction of the largest rated tooth load; 0: fixed time steps. With a tolerance, time steps
-    are doubled and halved between shortest_time_step and longest_time_step. shortest_time_step,
-    longest_time_step: limits of variable time steps. modes_to: highest frequency of the modes that
-    are used; modes_accuracy: largest relative error of the contact's flexibility up to modes_band;
-    if both are given, modes_to is an upper bound; with neither, rigid bodies keep all modes.
-    modes_band: see modes_accuracy. step_time_step: time step near jumps of the torque, and of
-    histories; reduction_limit: frequency up to which reduced bodies are compared with unreduced
-    ones; settle: start-up time excluded from results, in place of the time detected from the
-    motion; positions_per_gear_mesh: quasi-static positions per gear-mesh cycle. line_loads_in_time:
-    whether transients with face_load include the load along the face slice by slice, as equilibria
-    do.
+    gear mesh as few as 3. time_step: time step of steady running, and of histories that a machine
+    or load follows unless step_time_step is given; output_interval: time between stored samples;
+    duration: of a transient, by default start-up and a turn of the slowest stage. step_tolerance:
+    largest error of a tooth load in a step, as a fraction of the largest rated tooth load; 0: fixed
+    time steps. With a tolerance, time steps are doubled and halved between shortest_time_step and
+    longest_time_step. shortest_time_step, longest_time_step: limits of variable time steps.
+    modes_to: highest frequency of the modes that are used; modes_accuracy: largest relative error
+    of the contact's flexibility up to modes_band; if both are given, modes_to is an upper bound;
+    with neither, rigid bodies keep all modes. modes_band: see modes_accuracy. step_time_step: time
+    step near jumps of the torque, and of histories; reduction_limit: frequency up to which reduced
+    bodies are compared with unreduced ones; settle: start-up time excluded from results, in place
+    of the time detected from the motion; positions_per_gear_mesh: quasi-static positions per
+    gear-mesh cycle. line_loads_in_time: whether transients with face_load include the load along
+    the face slice by slice, as equilibria do.
     """
 
     fidelity: Literal["quick", "standard", "fine"] = "standard"

@@ -385,7 +385,7 @@ def dynamic_factors(case: Case, quasi_static: Mapping[GroupName, float]) -> dict
     evaluated = PERIODS / min(frequencies)
     before = case.solver.settle
     if before is None:
-        before = decay_duration(model, evaluated, whole=True)
+        before = decay_duration(model, evaluated)
         before = min(before, MAX_PERIODS / min(frequencies))
     data = simulate(model, duration=before + evaluated, drive=RATED_DRIVE).data
     force = abs(data["gear_mesh_force"].sel(time=slice(before, None)).to_numpy())

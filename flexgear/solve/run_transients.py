@@ -29,7 +29,6 @@ from flexgear.solve.static import static
 from flexgear.solve.transient import (
     RATED_DRIVE,
     compile_transient,
-    settled_duration,
     simulate,
     torque_drop,
 )
@@ -134,9 +133,8 @@ def _jobs(
     models: Mapping[str, Model], progress: Progress
 ) -> Iterator[tuple[Any, str, Callable[..., TimedRun]]]:
     """Key, file name and function of each transient: torque drops, then steady running of every
-    variant at rated torque. The duration of steady running is computed while drops run already."""
+    variant at rated torque."""
     first = next(iter(models))
-    with_errors = [model for model in models.values() if not model.ideal]
     for label, model in models.items():
         for torque in () if model.ideal else model.case.drive.steps.torques:
             title = f"torque drop to {depth_name(torque)}, {label}"
@@ -144,12 +142,11 @@ def _jobs(
                 torque_drop, model, torque, energy=label == first, progress=titled(title, progress)
             )
             yield (torque, label), drop_name(torque, model), job
-    duration = settled_duration(*with_errors, drive=RATED_DRIVE)
     for label, model in models.items():
         if label == first or not is_static(model):
             flexible = label == first and bool(model.case.flexible_stages)
             job = partial(
-                simulate, model, duration=duration, drive=RATED_DRIVE,
+                simulate, model, drive=RATED_DRIVE,
                 energy=flexible and not _has_drops(model),
                 progress=titled(f"transient, {label}", progress),
             )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Vibration from the start of a transient, and the duration in which it decays.
+"""Vibration from the start of a transient, the duration in which it decays, and a start without it.
 
 A transient starts from the equilibrium at its first position with the velocity of rigid rotation.
 Equilibria over a gear-mesh cycle of a stage, projected on natural modes (φᵀMφ = 1, mean stiffness
@@ -20,6 +20,7 @@ contact.
 """
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -33,36 +34,60 @@ from flexgear.solve.model import Model, rated_rotations
 from flexgear.solve.modes import usual_limit
 
 POSITIONS = 24  # equilibria in a gear-mesh cycle
-GROWTH = 1.1  # from a duration to the next that is tried
 
 
-def decay_duration(model: Model, span: float, whole: bool = False) -> float:
-    """``span``, s, or the longer duration in which vibration from the start decays, from the third
-    to the last quarter, by no more than SHARE of the steady peak-to-peak of any gear-mesh force,
-    and of any radial displacement of a body; amplitudes of modes add.
+@dataclass(frozen=True)
+class _Vibration:
+    """Vibration from the start in the gear-mesh cycle of a stage, of m modes.
 
-    It is longer only where that is more than 2 SHARE for ``span``, by which ``results.settling``
-    tells that a run has not settled. With ``whole`` it is the longer duration by the middle of
-    which all vibration of every damped mode has decayed to SHARE, in gear-mesh forces alone.
+    shares (r, m): D_j(0) of each quantity over its steady peak-to-peak; offset (m,): Δη; velocity
+    (m,): η̇(0), 1/s.
     """
+
+    shares: Array
+    offset: Array
+    velocity: Array
+
+
+def decay_duration(model: Model, span: float) -> float:
+    """``span``, s, or the longer duration by the middle of which vibration of every damped mode
+    from the start has decayed to SHARE of the steady peak-to-peak of any gear-mesh force."""
+    omega, shapes, rates = _elastic_modes(model)
+    longest = span
+    for vibration in _vibrations(model, omega, shapes, rates, displacements=False):
+        left = vibration.shares.max(axis=0)
+        slow = (left > SHARE) & (rates > 0.0)
+        longest = max([longest, *(4.0 / rates[slow] * np.log(left[slow] / SHARE))])
+    return float(longest)
+
+
+def steady_start(
+    model: Model, span: float, torque_share: float = 1.0
+) -> tuple[Array, Array] | None:
+    """What the steady motion adds to displacement and velocity (k,) of the equilibrium at the
+    start, to first order; None where vibration from that equilibrium settles within ``span``, s.
+
+    It would not, by ``results.settling``, where it decays from the third to the last quarter by
+    more than 2 SHARE of the steady peak-to-peak of a gear-mesh force or of a radial displacement of
+    a body; amplitudes of modes add. torque_share: of rated torque.
+    """
+    omega, shapes, rates = _elastic_modes(model)
+    vibrations = list(_vibrations(model, omega, shapes, rates, torque_share=torque_share))
+    if all(_last_decay(v.shares, rates, span) <= 2.0 * SHARE for v in vibrations):
+        return None
+    to_coordinates = shapes.T @ (model.system.mass @ model.modal.modes)
+    offset = sum(v.offset for v in vibrations)
+    return -offset @ to_coordinates, sum(v.velocity for v in vibrations) @ to_coordinates
+
+
+def _elastic_modes(model: Model) -> tuple[Array, Array, Array]:
+    """Frequencies ω (m,) rad/s, shapes (d, m) and rates of decay γ (m,) 1/s of elastic modes."""
     modes = model.natural_modes(usual_limit(model))
     elastic = modes.frequencies > 0.0
     dampers = model.modal.structural_damping @ modes.shapes
     structural = np.einsum("dm,dm->m", modes.shapes, dampers)
     rates = decay(structural, modes, model.mean_springs.cycles)[elastic]
-    omega, shapes = 2 * np.pi * modes.frequencies[elastic], modes.shapes[:, elastic]
-    longest = span
-    for shares in _shares(model, omega, shapes, rates, displacements=not whole):
-        if whole:
-            left = shares.max(axis=0)
-            slow = (left > SHARE) & (rates > 0.0)
-            longest = max([longest, *(4.0 / rates[slow] * np.log(left[slow] / SHARE))])
-            continue
-        largest = _last_decay(shares, rates, span)
-        while largest > (2.0 * SHARE if longest == span else SHARE):
-            longest *= GROWTH
-            largest = _last_decay(shares, rates, longest)
-    return float(longest)
+    return 2 * np.pi * modes.frequencies[elastic], modes.shapes[:, elastic], rates
 
 
 def _last_decay(shares: Array, rates: Array, span: float) -> float:
@@ -70,12 +95,18 @@ def _last_decay(shares: Array, rates: Array, span: float) -> float:
     return float((shares @ (np.exp(-rates * span / 4) - np.exp(-3 * rates * span / 8))).max())
 
 
-def _shares(
-    model: Model, omega: Array, shapes: Array, rates: Array, displacements: bool
-) -> Iterator[Array]:
-    """For each stage that turns: D_j(0) (r, m) of gear-mesh forces, and of radial displacements of
-    bodies, if ``displacements``, over the steady peak-to-peak of each. omega (m,) rad/s, shapes
-    (d, m), rates γ (m,) 1/s."""
+def _vibrations(
+    model: Model,
+    omega: Array,
+    shapes: Array,
+    rates: Array,
+    *,
+    torque_share: float = 1.0,
+    displacements: bool = True,
+) -> Iterator[_Vibration]:
+    """Vibration from the start for each stage that turns, at a share of rated torque; quantities:
+    gear-mesh forces, and radial displacements of bodies, if ``displacements``. omega (m,) rad/s,
+    shapes (d, m), rates γ (m,) 1/s."""
     system, cycles = model.system, model.mean_springs.cycles
     loaded = [g for g, m in enumerate(model.gear_meshes.carrying) if int(m) in cycles]
     carrying = [cycles[int(model.gear_meshes.carrying[g])] for g in loaded]
@@ -93,7 +124,7 @@ def _shares(
         if not stage.theta:
             continue
         at = rated_rotations(system, one_turn(stage, lead, POSITIONS, 1))
-        equilibria = revolution(model.modal, at, system.rated_torque)
+        equilibria = revolution(model.modal, at, torque_share * system.rated_torque)
         motion = equilibria.eta @ to_modes.T
         rate = 2 * np.pi * stage.gear_mesh_frequency * np.arange(POSITIONS // 2 + 1)[:, None]
         response = omega**2 / (omega**2 - rate**2 + 1j * rate * rates)
@@ -105,7 +136,8 @@ def _shares(
         total = model.gear_meshes.forces(equilibria.pair_load)[:, loaded]
         total = total + (steady - motion) @ force.T
         watched = [(force, total), (radial, steady @ radial.T)][: 1 + displacements]
-        yield np.concatenate([_over_steady(*x) for x in watched]) * (amplitude * over_period)
+        shares = np.concatenate([_over_steady(*x) for x in watched]) * (amplitude * over_period)
+        yield _Vibration(shares, offset, velocity)
 
 
 def _over_steady(rows: Array, steady: Array) -> Array:

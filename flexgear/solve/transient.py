@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
-from flexgear.analysis.start import CarriedState
+from flexgear.analysis.kernels.step_arrays import State
+from flexgear.analysis.start import CarriedState, start_state
 from flexgear.analysis.step_plan import Adaptive, FineWindow, Stepping
-from flexgear.analysis.transient import Drive, run_in_memory
+from flexgear.analysis.transient import Drive, prescribed_values, run_in_memory
 from flexgear.arrays import Array
 from flexgear.coupling.machines import Brake, Controller, GivenSpeed
 from flexgear.coupling.modal import ModalSystem
@@ -33,7 +34,7 @@ from flexgear.solve.deformed import require_bending
 from flexgear.solve.long_run import LongRun, RunSharing, TimedRun, carried_state
 from flexgear.solve.model import Model
 from flexgear.solve.sensors import clock_of
-from flexgear.solve.start_vibration import decay_duration
+from flexgear.solve.start_vibration import steady_start
 
 _STEADY = {
     "kind": "constant", "torque": None, "speed": None, "times": (), "torques": (), "speeds": (),
@@ -166,18 +167,6 @@ def usual_duration(case: Case, flow: PowerFlow) -> float:
     if case.solver.duration is not None:
         return case.solver.duration
     return min(case_pace(case).start_up + _slowest_turn(case, flow), _longest(case))
-
-
-def settled_duration(*models: Model, drive: TorqueHistory | None = None) -> float:
-    """Duration of the transients of all variants of a case, s: ``usual_duration``, or longer where
-    in one of them vibration from the start would not decay (``start_vibration``), limited by the
-    number of steps. drive: see ``simulate``."""
-    case, flow = models[0].case, models[0].flow
-    span = usual_duration(case, flow)
-    chosen = case.solver.duration is not None or case.solver.settle is not None
-    if chosen or _never_steady(models[0], port_histories(case, flow, drive)):
-        return span
-    return max(span, min(max(decay_duration(m, span) for m in models), _longest(case)))
 
 
 def _longest(case: Case) -> float:
@@ -328,8 +317,9 @@ def simulate(
 ) -> TimedRun:
     """A transient under the machines at the ports; arguments: see ``face.model.Model.transient``.
 
-    duration: ``settled_duration`` if left out, of a run that continues another one
-    ``usual_duration``. torque_share also scales brakes, so that the train keeps its rated speed.
+    duration: ``usual_duration`` if left out, with a start from the steady motion, to first order,
+    where vibration from the equilibrium would not settle in it (``start_vibration``). torque_share
+    also scales brakes, so that the train keeps its rated speed.
     sink: receives the samples during the run, ``data`` is then empty. Load sharing coefficients are
     those of the settled window (``results.settling``). InputError for a brake that would drive, a
     settling time beyond the run, or a run that would be too long; FlexgearError for a diverging
@@ -341,8 +331,6 @@ def simulate(
         require_bending(model, body)
     modal = braked(model.modal, torque_share)
     histories = port_histories(case, model.flow, drive, torque_share)
-    if duration is None and start is None:
-        duration = settled_duration(model, drive=drive)
     carried = None if start is None else carried_state(model, modal, histories.drive(), start)
     if carried is not None and not _never_steady(model, histories):
         _warn_of_speed(model, modal, carried)
@@ -350,15 +338,31 @@ def simulate(
         case, model.flow, duration, drive=drive, output_interval=output_interval,
         start=0.0 if carried is None else carried.time,
     )  # fmt: skip
+    state = None if carried is None else carried.state
+    chosen = duration, case.solver.duration, case.solver.settle, carried
+    if not _never_steady(model, histories) and all(value is None for value in chosen):
+        state = _steady_state(model, modal, histories.drive(), stepping.duration, torque_share)
     edges = window_edges(stepping.duration, case.solver.settle, stepping.start)
     run = LongRun(
         model, modal, histories.drive(), stepping, _settling(model, stepping, histories),
         RunSharing(model, stepping.interval, edges, math.copysign(1.0, torque_share)),
-        torque_share, energy, fields, None if carried is None else carried.state,
+        torque_share, energy, fields, state,
     )  # fmt: skip
     memory = MemorySink()
     timed = run.into(sink or memory, lambda share: progress("transient", share))
     return replace(timed, data=memory.data) if sink is None else timed
+
+
+def _steady_state(
+    model: Model, modal: ModalSystem, drive: Drive, span: float, torque_share: float
+) -> State | None:
+    """State at time 0 in steady motion, to first order; None: equilibrium, as vibration from it
+    settles within ``span``, s."""
+    added = steady_start(model, span, torque_share)
+    if added is None:
+        return None
+    state = start_state(modal, prescribed_values(modal, drive, np.zeros(1))[0])
+    return state._replace(eta=state.eta + added[0], velocity=state.velocity + added[1])
 
 
 def torque_drop(

@@ -14,7 +14,7 @@ from flexgear.solve.bodies import Progress, named, silent
 from flexgear.solve.model import Model
 from flexgear.solve.run_transients import is_static
 from flexgear.solve.static import shared_stages, stages_sharing
-from flexgear.solve.transient import settled_duration, simulate
+from flexgear.solve.transient import simulate
 
 REFERENCE = "reference_"  # prefix of keys with figures of the reference train
 Figures = dict[str, dict[str, Any]]
@@ -33,7 +33,6 @@ def compare_sharing(
     equilibrium.
     """
     out: dict[str, Figures] = {}
-    duration = settled_duration(*models.values()) if transient else None
     for label, model in models.items():
         quasi: Figures = {}
         for stage in shared_stages(model):
@@ -43,7 +42,7 @@ def compare_sharing(
         if is_static(model):
             continue
         if transient:
-            run = simulate(model, duration=duration, progress=named(label, progress))
+            run = simulate(model, progress=named(label, progress))
             out[f"{label}: transient"] = sharing_summary_of(run.data)
     return out
 

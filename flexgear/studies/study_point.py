@@ -24,12 +24,7 @@ from flexgear.solve.result_warnings import (
     pulling_teeth,
 )
 from flexgear.solve.static import shared_stages, stages_sharing, static
-from flexgear.solve.transient import (
-    fault_warnings,
-    settled_duration,
-    simulate,
-    train_histories,
-)
+from flexgear.solve.transient import fault_warnings, simulate, train_histories, usual_duration
 
 CYCLES = 120  # gear-mesh cycles of each stage with equilibria for displacements
 
@@ -83,10 +78,10 @@ class Point:
     @cached_property
     def transient(self) -> tuple[xr.Dataset, WindowedRanges]:
         """Transient at rated torque, without its samples, and the ranges of the samples."""
-        span = settled_duration(self.model)
+        span = usual_duration(self.case, self.model.flow)
         ranges = WindowedRanges(train_histories, window_edges(span, self.case.solver.settle))
         sink = SinkGroup([ranges, self.recorded])
-        return simulate(self.model, duration=span, sink=sink).data, ranges
+        return simulate(self.model, sink=sink).data, ranges
 
     @property
     def settled(self) -> Ranges:

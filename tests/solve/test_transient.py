@@ -16,9 +16,12 @@ from flexgear.model.errors import InputError
 from flexgear.model.load import case_of_toml, load_case
 from flexgear.model.names import BodyName
 from flexgear.results.settling import SHARE, settled
+from flexgear.results.sinks import ranges_of
+from flexgear.results.time_figures import energy_balance, largest_residual
 from flexgear.solve.model import assemble
+from flexgear.solve.start_vibration import steady_start
 from flexgear.solve.static import static
-from flexgear.solve.transient import settled_duration, simulate, usual_duration
+from flexgear.solve.transient import simulate, usual_duration
 from flexgear.studies.proposal import proposed_case
 
 
@@ -149,26 +152,29 @@ def test_usual_duration_is_one_turn_of_the_slowest_stage_after_settling():
         (6.3, 3, "planetary", 900.0, 400.0, ["carrier", "planet", "shaft"], 1e-5),
     ],
 )
-def test_duration_grows_until_vibration_from_the_start_has_decayed(
+def test_a_run_starts_in_steady_motion_where_vibration_from_equilibrium_would_not_settle(
     ratio, planets, arrangement, torque, speed, rigid, time_step
 ):
-    """The window is detected in the samples, which the choice of the duration does not see."""
+    """The window is detected in the samples, which the choice of the start does not see."""
     helix = math.radians(15)
     request = StageRequest(ratio, planets, math.nan, math.nan, helix, arrangement=arrangement)
     text, _ = proposed_case([request], Rated(torque, speed * math.pi / 30))
     case = case_of_toml(tomllib.loads(text), "proposal.toml", "proposal")
     model = assemble(with_(case, time_step=time_step, fidelity="quick"), rigid)
     usual = usual_duration(model.case, model.flow)
-    short, chosen = simulate(model, duration=usual), simulate(model)
-    assert short.data.attrs["settled"] == "no"
-    assert chosen.data.attrs["settled"] == "yes"
-    assert 2 * usual < chosen.simulated < 4 * usual
+    from_equilibrium = simulate(model, duration=usual)
+    steady, half = simulate(model, energy=True), simulate(model, torque_share=0.5)
+    assert from_equilibrium.data.attrs["settled"] == "no"
+    assert steady.data.attrs["settled"] == half.data.attrs["settled"] == "yes"
+    assert steady.simulated == half.simulated == usual
+    assert steady.data.attrs["settle_s"] < 0.25 * usual
+    assert largest_residual(ranges_of(steady.data, energy_balance)) < 1e-3
 
 
 @pytest.mark.parametrize("name", ["herringbone", "pitch-drive", "nrel-5mw"])
-def test_duration_is_the_usual_one_where_vibration_from_the_start_decays(name):
+def test_a_run_starts_from_equilibrium_where_vibration_from_it_settles(name):
     model = bundled(name)
-    assert settled_duration(model) == usual_duration(model.case, model.flow)
+    assert steady_start(model, usual_duration(model.case, model.flow)) is None
 
 
 def test_an_output_that_drives_is_refused():
