@@ -57,8 +57,8 @@ class Stage(Section):
 
     planets: number of planets. normal_module, pressure_angle: of the basic rack in the normal
     section. helix_angle: at the reference cylinder, 0 for spur gears. face_width: common to all
-    gears. planet_hand: hand of the planets' helix; the ring has the same, the sun the opposite
-    hand; in a parallel stage hand of the gear, and the pinion has the opposite one.
+    gears. planet_hand: of the planets' helix, needed where there is one; the ring has the same, the
+    sun the opposite hand; in a parallel stage hand of the gear, the pinion has the opposite one.
     center_distance: of sun and planet; from teeth and profile shifts if left out.
     planet_positions: angles in the carrier, equal spacing if left out. allow_unassemblable: accept
     tooth numbers that do not assemble (as printed in some papers); the sun's teeth then suit every
