@@ -144,6 +144,8 @@ class Model:
     def mean_springs(self) -> ContactSprings:
         """Mean springs of the gear meshes over their cycles (``analysis.gear_mesh_cycle``), with
         the pairs that touch under rated torques without errors and other loads."""
+        if self.with_errors is not None:
+            return self.with_errors.mean_springs
         return mean_springs(self._torques_alone, self._statics)
 
     def contact_springs(self, angle: float | None = None) -> ContactSprings:
@@ -171,7 +173,7 @@ class Model:
 
     @cached_property
     def _cached_modes(self) -> dict[float | None, Modes]:
-        return {}
+        return {} if self.with_errors is None else self.with_errors._cached_modes
 
     @cached_property
     def _statics(self) -> ModalSystem | None:
