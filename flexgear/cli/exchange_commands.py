@@ -268,7 +268,7 @@ def _write_reduced(
                 body.positions,
                 body.stiffness,
                 body.mass,
-                body.recovery.astype(np.float64) if recovery else None,
+                body.recovery[:].astype(np.float64) if recovery else None,
                 body.points if recovery else None,
             )
             written += [path.name for path in write_reduced(matrices, stage, form)]

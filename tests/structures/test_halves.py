@@ -96,3 +96,22 @@ def test_the_right_half_answers_as_the_image_of_the_left(half, whole):
     assert np.abs(field[:count]).max() > 0.1
     np.testing.assert_allclose(field[count:], field[:count] * PLACE, atol=1e-5)
     np.testing.assert_allclose(whole.points[count:], whole.points[:count] * PLACE)
+
+
+def test_rows_and_products_of_the_recovery_are_those_of_the_whole_matrix(half, whole):
+    """Each half has the left one's rows in its own coordinates, the right one's reflected."""
+    size, count = len(half.mass), len(half.recovery)
+    expected = np.zeros((2 * count, 2 * size))
+    for k in range(size):
+        unit, none = np.eye(size)[k], np.zeros(size)
+        image = unit.copy()
+        image[: half.interface_dofs] = mirrored(unit[: half.interface_dofs])
+        left, right = coordinates(half, whole, unit, none), coordinates(half, whole, none, image)
+        expected[:count] += np.outer(half.recovery @ unit, left)
+        reflected = (half.recovery @ unit).reshape(-1, 3) * PLACE
+        expected[count:] += np.outer(reflected.ravel(), right)
+    np.testing.assert_allclose(whole.recovery[:], expected, rtol=1e-6)
+    rows = np.array([0, 4, count - 1, count, count + 5, 2 * count - 1])
+    np.testing.assert_allclose(whole.recovery[rows], expected[rows], rtol=1e-6)
+    q = np.random.default_rng(1).normal(size=(2 * size, 3)).astype(np.float32)
+    np.testing.assert_allclose(whole.recovery @ q, expected @ q, atol=1e-4)

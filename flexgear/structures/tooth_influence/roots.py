@@ -324,7 +324,7 @@ def body_root_rows(root: RootInfluence, body: ReducedBody, teeth: int) -> NDArra
         used = np.flatnonzero(np.diff(weights.indptr))
         in_body = np.moveaxis(flat @ turn.T, 2, 0)  # (3, p, c): per displacement, body's axes
         of_vertices = np.stack([weights[:, used].T @ part.T for part in in_body], axis=1)
-        recovery = np.asarray(body.recovery).reshape(-1, 3, d)[used].reshape(-1, d)
+        recovery = body.recovery[(3 * used[:, None] + np.arange(3)).ravel()]
         rows = of_vertices.reshape(len(recovery), -1).T.astype(np.float32) @ recovery
         out[j] = body.with_rigid(rows)
     return out.reshape(teeth, *shape, -1)
