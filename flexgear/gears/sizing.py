@@ -34,6 +34,7 @@ from flexgear.model.member import Gear
 PRESSURE_ANGLE = math.radians(20.0)  # ISO 53
 LEAST_TEETH, MOST_SUN, MOST_RING = 17, 160, 400  # 17 teeth are not undercut without shift
 USUAL_PINION = 23  # teeth: fewer have weaker roots, more need larger gears at the same module
+LARGE_PINION = 40  # teeth, beyond which the rim of the ring is thin beside its diameter
 RATIO_TOLERANCE = 0.05  # relative; exact ratios come first
 LEAST_CLEARANCE = 0.25  # modules between tips of neighbouring planets; one and more is usual
 LEAST_CONTACT_RATIO = 1.1  # transverse
@@ -87,12 +88,15 @@ def _candidates(
 
 def _cost(ratio_error: float, sun: int, planet: int, ring: int) -> float:
     """Cost of tooth numbers: 1 for a gear mesh with a common divisor, for ten teeth more or less
-    than the usual pinion, and for an error of the ratio of 0.001, plus 5 for any such error, and
-    up to 2 for one beyond the rounding of a ratio that is typed with four figures."""
+    than the usual pinion, for ten more than a large one, and for an error of the ratio of 0.001,
+    plus 5 for any such error, and up to 2 for one beyond the rounding of a ratio that is typed with
+    four figures."""
     divisors = (math.gcd(sun, planet) > 1) + (math.gcd(ring, planet) > 1)
     rounding = 2.0 * min(ratio_error / 3e-4, 1.0)
     inexact = 0.0 if ratio_error < 1e-6 else 5.0 + rounding + 1e3 * ratio_error
-    return inexact + divisors + abs(min(sun, planet) - USUAL_PINION) / 10
+    pinion = min(sun, planet)
+    teeth = abs(pinion - USUAL_PINION) + max(0, pinion - LARGE_PINION)
+    return inexact + divisors + teeth / 10
 
 
 def _gear_set(sun: int, planet: int, ring: int, helix: float) -> GearSet | None:

@@ -206,6 +206,16 @@ def test_a_ratio_that_is_typed_with_four_figures_is_met_within_them(typed):
     assert 1 + gears["ring"].teeth / gears["sun"].teeth == pytest.approx(typed, abs=5e-4)
 
 
+@pytest.mark.parametrize(
+    ("typed", "planets", "teeth"), [(4.35, 5, (23, 77)), (4.72, 3, (35, 130)), (4.55, 5, (34, 121))]
+)
+def test_a_ratio_that_only_large_gears_have_is_met_by_usual_ones_nearly(typed, planets, teeth):
+    """1 + 335/100, 1 + 279/75, 1 + 355/100 are exact, with rings that bend by modules."""
+    gears = next(tooth_numbers(typed - 1, planets, 0.0)).gears
+    assert (gears["sun"].teeth, gears["ring"].teeth) == teeth
+    assert 1 + teeth[1] / teeth[0] == pytest.approx(typed, rel=2e-3)
+
+
 def test_bolts_are_of_usual_number_and_fit_in_the_rim():
     """Hold by friction what they say, VDI 2230 in the numbers of an M20 of grade 10.9."""
     text, (stage,) = proposed_case([StageRequest(5.5, 3, 1.0, 1.0)], Rated(1.2e5, 5.0))
