@@ -1,4 +1,4 @@
-"""Whirl modes of turning systems with given matrices, and the Campbell diagram.
+"""Whirl modes of turning systems from their matrices, and Campbell diagrams of them.
 
 M q̈ + s G q̇ + (K − s² C) q = 0 at a share s of the speed for which the gyroscopic
 matrix G = −Gᵀ and the centripetal matrix C were formed. While K_s = K − s² C = LᵀL (L = Λ^½Uᵀ,

@@ -222,8 +222,8 @@ def _helix_slopes(stage: Stage, e: GearErrors, path: GearMeshPath, role: str) ->
 
 
 def _gear_mesh_harmonics(e: GearErrors, role: str) -> Complex:
-    """Complex amplitudes A_l e^{iφ_l} (L,), m, of the error at l times the gear-mesh frequency: as
-    the case states them, plus the error of teeth ½ (f_a + f_b) in the first."""
+    """Complex amplitudes A_l e^{iφ_l} (L,), m, of a gear mesh's error at l = 1 … L times its
+    frequency, from the case; the first has in addition the mean deviation of both gears' teeth."""
     stated, phases = getattr(e, f"{role}_gear_mesh"), getattr(e, f"{role}_gear_mesh_phase")
     teeth = 0.5 * (getattr(e, f"{role}_tooth") + e.planet_tooth)
     harmonics = np.zeros(max(len(stated), 1), dtype=complex)

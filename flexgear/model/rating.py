@@ -212,8 +212,8 @@ class Rating(ForcedFactors):
         return ForcedFactors(**stated)
 
     def in_load_case(self, factors: Sequence[RatedGearMesh], extreme: bool) -> Rating:
-        """The rules for one load case: its load factors take precedence over those for all load
-        cases, and an extreme one has the minimum safeties of static loads."""
+        """These rules with the load factors of one load case in the place of those for all, and,
+        for an extreme load, with the least safeties of static loads."""
         update: dict[str, Any] = {"gear_meshes": (*self.gear_meshes, *factors)}
         for kind in ("flank_safety", "root_safety") if extreme else ():
             stated: float | None = getattr(self, f"least_static_{kind}")

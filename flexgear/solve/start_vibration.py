@@ -1,4 +1,4 @@
-"""Vibration from the start of a transient, the duration in which it decays, and a start without it.
+"""Vibration from the start of a transient: how long it decays, and a start in steady motion.
 
 A transient starts from the equilibrium at its first position with the velocity of rigid rotation.
 Equilibria over a gear-mesh cycle of a stage, projected on natural modes (φᵀMφ = 1, mean stiffness
@@ -64,12 +64,12 @@ def decay_duration(model: Model, span: float) -> float:
 def steady_start(
     model: Model, span: float, torque_share: float = 1.0
 ) -> tuple[Array, Array] | None:
-    """What the steady motion adds to displacement and velocity (k,) of the equilibrium at the
-    start, to first order; None where vibration from that equilibrium settles within ``span``, s.
+    """Steady motion less equilibrium at the start, to first order: displacement and velocity (k,)
+    of the coordinates of ``modal``; None where a run of ``span`` s from equilibrium settles.
 
-    It would not, by ``results.settling``, where it decays from the third to the last quarter by
-    more than 2 SHARE of the steady peak-to-peak of a gear-mesh force or of a radial displacement of
-    a body; amplitudes of modes add. torque_share: of rated torque.
+    It does not settle, by ``results.settling``, where vibration decays from the third to the last
+    quarter by more than 2 SHARE of the steady peak-to-peak of a gear-mesh force or of a radial
+    displacement of a body; amplitudes of modes add. torque_share: of rated torque.
     """
     omega, shapes, rates = _elastic_modes(model)
     vibrations = list(_vibrations(model, omega, shapes, rates, torque_share=torque_share))

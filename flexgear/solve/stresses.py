@@ -205,7 +205,7 @@ def _loaded(force: Array) -> NDArray[np.bool_]:
 def _pair_stress(
     ring: Array, tooth: NDArray[np.int16], loaded: NDArray[np.bool_], sense: int
 ) -> Roots:
-    """Root stress at the teeth that a mesh's pairs touch, Pa, NaN at samples without load.
+    """Root stress of the ring's tooth in every tooth pair of a gear mesh, Pa; NaN without load.
 
     ring: stress of all z teeth of the ring, (t, z, 2, rows, q); tooth: that of each pair, (t,
     slots), −1 for none; loaded (t, slots); sense: −1 if the fillet under tension is the second."""

@@ -166,13 +166,9 @@ def usual_duration(case: Case, flow: PowerFlow) -> float:
     """
     if case.solver.duration is not None:
         return case.solver.duration
-    return min(case_pace(case).start_up + _slowest_turn(case, flow), _longest(case))
-
-
-def _longest(case: Case) -> float:
-    """Longest duration of a run without given duration, s."""
     pace = case_pace(case)
-    return max(MAX_STEPS * pace.time_step, 1.5 * pace.settling)
+    longest = max(MAX_STEPS * pace.time_step, 1.5 * pace.settling)
+    return min(pace.start_up + _slowest_turn(case, flow), longest)
 
 
 def cut_short(case: Case, flow: PowerFlow) -> list[str]:

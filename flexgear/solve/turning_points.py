@@ -62,8 +62,8 @@ def turning_points(
 
 
 def _folds(parameter: Array, branches: Array) -> list[tuple[int, int]]:
-    """Turning points: index of the state, and 1 at a maximum of λ (where a rising sweep jumps) or
-    −1 at a minimum; of several with kinks between them that of the extreme λ."""
+    """Index of the state at each turning point of λ, with 1 for a maximum, where a rising sweep
+    jumps, or −1 for a minimum; of turning points with kinks between them the one farthest out."""
     out, kink = list[tuple[int, int]](), list[tuple[int, int]]()
     steps = np.diff(parameter)
     steps[np.abs(steps) < ROUNDING * parameter[1:]] = 0.0

@@ -230,8 +230,8 @@ def _without_tilt(group: GroupName, keys: Sequence[str]) -> dict[str, str]:
 
 
 def _unexcited(cases: Sequence[Case], group: GroupName) -> bool:
-    """Whether the computed K_v is that of a train without varying stiffness, errors or faults,
-    which is 1; not where every case states K_v."""
+    """Whether nothing excites the train from which K_v is computed, so that it is 1: constant
+    stiffness of all gear meshes, no errors, no faults. False where every load case states K_v."""
     case = cases[0]
     stated = [each.rating.forced(group.stage, group.role).k_v for each in cases]
     silent = all(s.gear_mesh.model == "constant" and s.errors == GearErrors() for s in case.stages)

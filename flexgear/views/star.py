@@ -64,7 +64,7 @@ class StageOutline:
         return self.center_distance * np.array([np.cos(angle), np.sin(angle)])
 
     def in_millimetres(self) -> Self:
-        """The same radii and centre distance in mm, as pictures have them."""
+        """The outline with radii and centre distance in mm, the unit of pictures, for m."""
         sizes = ("ring_radius", "sun_radius", "planet_radius", "center_distance")
         return replace(self, **{name: 1e3 * getattr(self, name) for name in sizes})
 
@@ -88,7 +88,7 @@ def star_exaggeration(displacement: Array, radius: float) -> float:
 
 
 def star_reach(displacement: Array, outline: StageOutline, factor: float) -> float:
-    """Half the side of a square that holds the star, in the unit of its arguments."""
+    """Half the side of the square that is drawn, in the unit of outline and displacement."""
     return outline.ring_radius + 1.15 * max(
         factor * _largest(displacement), 0.03 * outline.ring_radius
     )

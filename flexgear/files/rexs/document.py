@@ -208,8 +208,8 @@ def _used(
 
 
 def mark(components: Iterable[Component], role: str) -> None:
-    """Note on REXS components which part of the case they describe, such as "the carrier"; those
-    without a note are listed as not imported."""
+    """Record on each REXS component the part of the case that it became, such as "the carrier";
+    components without a record are listed as not imported."""
     for component in components:
         component.role = role
 

@@ -219,7 +219,7 @@ STATIC_PRESSURE, STATIC_YOUNG = 4200e6, 207e9  # of balls at the static rating i
 
 
 def rolling_bearing(section: Bearing) -> RollingBearing | None:
-    """Rolling bearing that a section of a case describes; None without rolling elements."""
+    """The rolling bearing of a bearing section of a case; None if that has no rolling elements."""
     elements = section.elements
     if elements is None:
         return None
