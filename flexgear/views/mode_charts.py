@@ -198,6 +198,7 @@ MAX_WIDE_LINES = 60  # in a panel at full width
 LEAST_MODES = 3  # elastic ones in a panel
 ABOVE: Any = {"xytext": (0, 2), "ha": "center", "va": "bottom"}  # types of matplotlib change
 BESIDE: Any = {"xytext": (3, 0), "va": "center"}
+ON_WHITE: Any = {"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.8}
 
 
 @styled
@@ -319,7 +320,7 @@ def _number_modes(ax: Axes, values: Array, index: np.ndarray, top: float, start:
             text = f"{first + 1}" + (f"–{last + 1}" if last > first else "")
             ax.annotate(
                 text, (start, f), textcoords="offset points", xytext=(2, 1), fontsize=6,
-                color=NEUTRAL, va="bottom",
+                color=NEUTRAL, va="bottom", bbox=ON_WHITE,
             )  # fmt: skip
             free = f + LABEL_HEIGHT * top
 
@@ -353,7 +354,7 @@ def _meetings(ax: Axes, data: xr.Dataset, stage: str, top: float) -> None:
             ax.annotate(
                 f"{order:g}× at {modes}", (x, natural), fontsize=6.5, textcoords="offset points",
                 xytext=(-4, 0), ha="right", va="center", zorder=6,
-                bbox={"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.8},
+                bbox=ON_WHITE,
             )  # fmt: skip
 
 
