@@ -26,6 +26,7 @@ import xarray as xr
 
 from flexgear.arrays import Array
 from flexgear.results.orders import SINGLE
+from flexgear.results.report.wording import EQUILIBRIUM
 from flexgear.results.run_orders import motion_rounding
 from flexgear.results.sinks import SENSOR_TIME, TIME, DatasetSink, Ranges, RunSize, between
 
@@ -41,23 +42,25 @@ _WORDS = {True: "yes", False: "no", None: "not known"}
 @dataclass(frozen=True)
 class Window:
     """The part of a run that is evaluated: start and end, s; settled: None if the run is too short
-    or its drive changes; sentence: the reason."""
+    or its drive changes; sentence: the reason; begins: motion in which the run begins."""
 
     start: float
     end: float
     settled: bool | None
     sentence: str
+    begins: str = EQUILIBRIUM
 
     @property
     def attributes(self) -> dict[str, Any]:
         """The window as attributes of a dataset."""
-        return {"settle_s": self.start, "settled": _WORDS[self.settled], "settling": self.sentence}
+        times = {"settle_s": self.start, "settled": _WORDS[self.settled]}
+        return {**times, "settling": self.sentence, "begins": self.begins}
 
     @property
     def figures(self) -> dict[str, Any]:
         """The window as figures of a summary."""
-        ends = [self.start, self.end]
-        return {"window_s": ends, "settled": self.settled, "settling": self.sentence}
+        times = {"window_s": [self.start, self.end], "settled": self.settled}
+        return {**times, "settling": self.sentence, "begins": self.begins}
 
 
 def window_of(data: xr.Dataset, end: float | None = None) -> Window:
@@ -65,7 +68,8 @@ def window_of(data: xr.Dataset, end: float | None = None) -> Window:
     word = data.attrs.get("settled", "not known")
     settled = next((value for value, text in _WORDS.items() if text == word), None)
     end = float(data.variables[TIME][-1]) if end is None else end
-    return Window(float(data.attrs["settle_s"]), end, settled, data.attrs.get("settling", ""))
+    reason, begins = (data.attrs.get(name, "") for name in ("settling", "begins"))
+    return Window(float(data.attrs["settle_s"]), end, settled, reason, begins)
 
 
 def window_edges(span: float, start: float | None = None, begin: float = 0.0) -> Array:

@@ -27,6 +27,8 @@ WINDOW = (
            "the whole run if it has not settled"),
     Figure("settled", "", "whether the run has settled; null if settle_s is given, or if unknown"),
     Figure("settling", "", "reason for `settled`"),
+    Figure("begins", "", "in equilibrium; in the steady motion to first order, if vibration from "
+           "equilibrium would last beyond the usual duration; at the end of another transient"),
 )  # fmt: skip
 KEYS: tuple[Figure, ...] = (
     Figure("case", "", "name of the case", ALWAYS),

@@ -52,6 +52,7 @@ from flexgear.model.units import RPM
 from flexgear.results.dataset_file import MAX_IN_MEMORY, dataset_file
 from flexgear.results.labelled_dataset import coordinate, variable
 from flexgear.results.load_sharing import DEFINITIONS, SharingCoefficients
+from flexgear.results.report.wording import EQUILIBRIUM
 from flexgear.results.settling import Settling, Window, cut
 from flexgear.results.sinks import DatasetSink, RunSize, SinkGroup, with_last
 from flexgear.solve.dataset import sensor_data, transient_data
@@ -98,7 +99,7 @@ class LongRun:
 
     modal: the train in modes, with its machines; settling: the window for its figures, or the
     search for it; sharing: sink for load sharing coefficients; fields: flexible bodies whose
-    coordinates are saved; carried: initial state, equilibrium if left out.
+    coordinates are saved; carried: initial state, equilibrium if left out; begins: its words.
     """
 
     model: Model
@@ -111,6 +112,7 @@ class LongRun:
     energy: bool = False
     fields: Sequence[str] = ()
     carried: State | None = None
+    begins: str = EQUILIBRIUM
 
     @cached_property
     def _recorder(self) -> Recorder | None:
@@ -172,6 +174,7 @@ class LongRun:
         """Dataset of the variables known after the last step, with the final state ``end`` (n,)."""
         settling, pace = self.settling, self.model.pace
         window = settling.window() if isinstance(settling, Settling) else settling
+        window = replace(window, begins=self.begins)
         sizes = ", ".join(f"{h:.4g} s: {count}" for h, count in sorted(steps.by_size.items()))
         entries = coordinate("state", "state", np.arange(1, len(end) + 1))
         last = self.sharing.coefficients(window.start)

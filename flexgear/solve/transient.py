@@ -25,6 +25,7 @@ from flexgear.model.machine import Machine, TorqueHistory, machine_of, machines_
 from flexgear.model.stage_view import StageView
 from flexgear.model.train import MemberLoad, load_histories
 from flexgear.model.units import RPM
+from flexgear.results.report.wording import CONTINUED, EQUILIBRIUM, STEADY
 from flexgear.results.settling import Settling, Window, window_edges
 from flexgear.results.sinks import DatasetSink, MemorySink
 from flexgear.results.time_figures import axis_distance
@@ -334,15 +335,16 @@ def simulate(
         case, model.flow, duration, drive=drive, output_interval=output_interval,
         start=0.0 if carried is None else carried.time,
     )  # fmt: skip
-    state = None if carried is None else carried.state
+    begins, state = (EQUILIBRIUM, None) if carried is None else (CONTINUED, carried.state)
     chosen = duration, case.solver.duration, case.solver.settle, carried
     if not _never_steady(model, histories) and all(value is None for value in chosen):
         state = _steady_state(model, modal, histories.drive(), stepping.duration, torque_share)
+        begins = EQUILIBRIUM if state is None else STEADY
     edges = window_edges(stepping.duration, case.solver.settle, stepping.start)
     run = LongRun(
         model, modal, histories.drive(), stepping, _settling(model, stepping, histories),
         RunSharing(model, stepping.interval, edges, math.copysign(1.0, torque_share)),
-        torque_share, energy, fields, state,
+        torque_share, energy, fields, state, begins,
     )  # fmt: skip
     memory = MemorySink()
     timed = run.into(sink or memory, lambda share: progress("transient", share))

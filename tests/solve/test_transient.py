@@ -15,7 +15,8 @@ from flexgear.gears.sizing import StageRequest
 from flexgear.model.errors import InputError
 from flexgear.model.load import case_of_toml, load_case
 from flexgear.model.names import BodyName
-from flexgear.results.settling import SHARE, settled
+from flexgear.results.report.wording import window_words
+from flexgear.results.settling import SHARE, settled, window_of
 from flexgear.results.sinks import ranges_of
 from flexgear.results.time_figures import energy_balance, largest_residual
 from flexgear.solve.model import assemble
@@ -167,6 +168,8 @@ def test_a_run_starts_in_steady_motion_where_vibration_from_equilibrium_would_no
     assert from_equilibrium.data.attrs["settled"] == "no"
     assert steady.data.attrs["settled"] == half.data.attrs["settled"] == "yes"
     assert steady.simulated == half.simulated == usual
+    assert "steady motion" in window_words(window_of(steady.data).figures)
+    assert from_equilibrium.data.attrs["begins"] == "in equilibrium"
     assert steady.data.attrs["settle_s"] < 0.25 * usual
     assert largest_residual(ranges_of(steady.data, energy_balance)) < 1e-3
 

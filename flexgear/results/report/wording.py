@@ -122,14 +122,21 @@ def digits_of(unit: str) -> int:
     return _DIGITS.get(unit, 4)
 
 
+# motions in which a run begins
+EQUILIBRIUM = "in equilibrium"
+STEADY = "in the steady motion to first order"
+CONTINUED = "at the end of another transient"
+
+
 def window_words(figures: Mapping[str, Any]) -> str:
     """Text of the time window of a transient's figures in a summary."""
     start, end = figures["window_s"]
     printed, by = scale([end], "s")
+    begins = f", begun {STEADY}" if figures.get("begins") == STEADY else ""
     if figures.get("settled") is False:
-        return f"over all {with_unit(end, 's')}, not settled"
+        return f"over all {with_unit(end, 's')}{begins}, not settled"
     settled = ", settled" if figures.get("settled") else ""
-    return f"from {number(start * by, 3)} to {number(end * by, 3)} {printed}{settled}"
+    return f"from {number(start * by, 3)} to {number(end * by, 3)} {printed}{begins}{settled}"
 
 
 def words(name: str) -> str:
