@@ -19,8 +19,8 @@ from flexgear.files.case_text import CaseText, Section, commented
 from flexgear.files.rexs.assembly import BEARINGS, Assembly
 from flexgear.files.rexs.document import Component, Document, flag, mark, number, read, value
 from flexgear.files.rexs.gears import GearReader
-from flexgear.files.rexs.joints import Joints
 from flexgear.files.rexs.ports import PortWriter
+from flexgear.files.rexs.shafts import Joints
 from flexgear.files.rexs.spectrum import write_load_cases
 from flexgear.files.rexs.stage_keys import StageWriter
 from flexgear.files.rexs.stages import (
@@ -125,7 +125,8 @@ class _Conversion:
         ports = PortWriter(self.assembly, self.case, members, self.where)
         self.held = self._held(ports)
         self.joints = Joints(self.assembly, members, self.held)
-        self.joints.find_shafts(self.case, members, ports.ports)
+        loads = {port.member: port.loads[0] for port in ports.ports}
+        self.joints.find_shafts(self.case, loads)
         self.lost += self.joints.left_out
         ports.shafts = self.joints.shafts
         for gear in (gear for stage in stages for gear in stage.all_gears):
