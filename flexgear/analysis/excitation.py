@@ -21,8 +21,8 @@ modes j of one frequency respond with
     η_j = Σ_m φ_jᵀ g_{m,l} / (ω_j γ_j),   γ_j = 2 ζ_j ω_j,
 
 which causes the force k̄_m |Σ_j v_mᵀ φ_j η_j| in gear mesh m, v_m being its mean row. γ_j is the
-decay rate of the mode, φ_jᵀ C φ_j by structural damping, dampers and tooth pairs. This is first
-order in the variation, for one group of modes, without loss of contact.
+decay rate of the mode, φ_jᵀ C φ_j by structural damping, dampers, brakes and tooth pairs. This is
+first order in the variation, for one group of modes, without loss of contact.
 
 **Parametric instability.** In modes of the mean stiffness, about a steady state without loss of
 contact,
@@ -232,12 +232,11 @@ class LoadedGearMesh:
 
 
 def decay(structural: Array, modes: Modes, cycles: Mapping[int, FlankCycle]) -> Array:
-    """Decay rates γ = 2ζω of modes (m,), 1/s; structural (m,): their part by structural damping
-    and dampers."""
+    """Decay rates γ = 2ζω of modes (m,), 1/s; structural (m,): their part by structural damping,
+    dampers and brakes."""
     total = structural
     for cycle in cycles.values():
-        closing = cycle.mean_row @ cycle.blocks @ modes.shapes
-        total = total + cycle.damping.mean() * closing**2
+        total = total + cycle.damping.mean() * cycle.closing(modes.shapes) ** 2
     return np.asarray(total)
 
 
@@ -256,8 +255,7 @@ def resonant_force(
     whose gear meshes alone excite the modes, None for all.
     """
     omega = 2 * np.pi * modes.frequencies
-    cycles = [gear_mesh.cycle for gear_mesh in gear_meshes]
-    closing = np.stack([c.mean_row @ c.blocks @ modes.shapes for c in cycles])
+    closing = np.stack([gear_mesh.cycle.closing(modes.shapes) for gear_mesh in gear_meshes])
     stiffness = np.array([gear_mesh.cycle.stiffness.mean() for gear_mesh in gear_meshes])
     mean = np.array([gear_mesh.force for gear_mesh in gear_meshes])
     out = np.zeros((len(orders), len(groups)))

@@ -29,6 +29,10 @@ class FlankCycle:
         """Mean row v (c,): closing by ``blocks``, weighted by stiffness."""
         return np.asarray(self.force.mean(axis=0) / self.stiffness.mean())
 
+    def closing(self, shapes: Array) -> Array:
+        """Closing v̄ᵀφ (m,) of the flank in motions (d, m), at its mean row."""
+        return np.asarray(self.mean_row @ self.blocks @ shapes)
+
     def static_motion(self) -> tuple[Array, Array]:
         """Closing x (P,), m, of the flank at its mean tilt and under its mean force, while its
         stiffness varies; and the force (P, c), N, that acts on ``blocks`` in addition to the mean

@@ -21,7 +21,6 @@ from scipy import linalg
 from scipy.sparse.csgraph import connected_components
 
 from flexgear.arrays import Array, Ints
-from flexgear.coupling.machines import Brake
 from flexgear.coupling.mode_choice import (
     ModeChoice,
     choose_modes,
@@ -91,14 +90,8 @@ class ModalSystem:
     def structural_damping(self) -> Array:
         """Damping matrix (d, d), N s/m, N m s/rad: modal damping, dampers, and brakes linearised at
         rated speed; without gear meshes."""
-        system = self.system
-        momentum = system.mass @ self.modes
-        matrix = (momentum * self.damping) @ momentum.T + system.dampers
-        for port, brake in zip(system.ports, system.machines, strict=True):
-            if isinstance(brake, Brake) and brake.rated_speed > 0:
-                slope = brake.exponent * brake.rated_torque / brake.rated_speed
-                matrix = matrix + slope * np.outer(port.row, port.row)
-        return np.asarray(matrix)
+        momentum = self.system.mass @ self.modes
+        return np.asarray((momentum * self.damping) @ momentum.T + self.system.dampers)
 
     def static_receptance(self) -> Array:
         """Elastic flexibility of the channels under self-balanced loads, (n_c, n_c) m/N."""

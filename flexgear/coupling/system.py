@@ -17,7 +17,7 @@ from scipy import linalg
 from flexgear.arrays import Array, Ints
 from flexgear.coupling.gear_meshes import GearMeshLabel, StageFrame
 from flexgear.coupling.laws.dampers import DAMPERS
-from flexgear.coupling.machines import MachineLaw
+from flexgear.coupling.machines import Brake, MachineLaw
 from flexgear.coupling.pair_data import PairData
 from flexgear.coupling.springs import LawBearing
 from flexgear.model.errors import FlexgearError
@@ -194,11 +194,15 @@ class System(BodyCoordinates):
     @property
     def dampers(self) -> Array:
         """Damping matrix C (d, d) of dampers at bearings, supports, joints and ports at zero
-        angles, N s/m, N m s/rad."""
+        angles, and of brakes linearised at rated speed, N s/m, N m s/rad."""
         out = np.zeros_like(self.mass)
         for bearing in self.bearings:
             if bearing.law == DAMPERS.name:
                 out += bearing.relative.T @ (bearing.parameters[:, None] * bearing.relative)
+        for port, brake in zip(self.ports, self.machines, strict=True):
+            if isinstance(brake, Brake) and brake.rated_speed > 0:
+                slope = brake.exponent * brake.rated_torque / brake.rated_speed
+                out += slope * np.outer(port.row, port.row)
         return out
 
     @property

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.excitation import (
     ABSENT,
     MIXED,
@@ -30,8 +31,9 @@ from flexgear.model.errors import InputError
 from flexgear.model.machine import machines_of
 from flexgear.model.names import BOLT_PASS, GEAR_MESH, PLANET_PASS, SHAFT, ExcitationName
 from flexgear.results.labelled_dataset import coordinate, labelled_dataset
+from flexgear.solve.angles import lead_speed, one_turn, stage_motions
 from flexgear.solve.dataset import result_attrs, result_labels
-from flexgear.solve.model import Model
+from flexgear.solve.model import Model, rated_rotations
 from flexgear.solve.modes import nodal_index
 
 SHARE = 0.1  # least harmonic of gear-mesh stiffness over the stage's largest
@@ -277,6 +279,7 @@ def _meetings(
         lines_of_stage = [line for line in lines if line.label.stage == stage.name]
         groups = _groups(rest.frequencies, index[:, number])
         force, alone = _forces(model, stage.name, rest, rates, lines_of_stage, groups)
+        passing = {i: k for i, k in enumerate(lines_of_stage) if k.label.kind == BOLT_PASS}
         for factor in operating:
             at_speed = [np.interp(factor, diagram.factors, f) for f in diagram.frequencies.T]
             for i, line in enumerate(lines_of_stage):
@@ -287,6 +290,10 @@ def _meetings(
                     k = int(index[group[0], number])
                     if abs(distance) <= margin and k != ABSENT:
                         cause = _cause(line, k, stage.planets)
+                        if i in passing:
+                            force[i] = _bolt_force(
+                                model, number, passing.pop(i), rest, rates, groups
+                            )
                         size = float((force if cause == IDEAL else alone)[i, g])
                         if size < UNCOUPLED:
                             continue
@@ -327,11 +334,7 @@ def _forces(
     """``resonant_force`` (lines, groups) by the lines of a stage, NaN for lines without variation
     of stiffness: by all planets together, and the largest one by a single planet."""
     out, alone = np.full((2, len(lines), len(groups)), math.nan)
-    cycles, loaded = model.mean_springs.cycles, []
-    for g, name in enumerate(model.gear_meshes.names):
-        m = int(model.gear_meshes.carrying[g])
-        if name.stage == stage and m in cycles and model.mean_forces[g] > 0.0:
-            loaded.append(LoadedGearMesh(cycles[m], float(model.mean_forces[g]), name.planet))
+    loaded = _loaded(model, stage)
     exciting = [i for i, line in enumerate(lines) if line.share >= ROUNDING]
     if loaded and exciting and groups:
         orders = [int(lines[i].order) for i in exciting]
@@ -342,6 +345,49 @@ def _forces(
         ]
         alone[exciting] = np.max(single, axis=0)
     return out, alone
+
+
+def _loaded(model: Model, stage: str) -> list[LoadedGearMesh]:
+    """The gear meshes of a stage that carry load."""
+    cycles, loaded = model.mean_springs.cycles, []
+    for g, name in enumerate(model.gear_meshes.names):
+        m = int(model.gear_meshes.carrying[g])
+        if name.stage == stage and m in cycles and model.mean_forces[g] > 0.0:
+            loaded.append(LoadedGearMesh(cycles[m], float(model.mean_forces[g]), name.planet))
+    return loaded
+
+
+POSITIONS = 4  # equilibria in a gear-mesh cycle, for the pass of bolts
+
+
+def _bolt_force(
+    model: Model, number: int, line: Excitation, rest: Modes, rates: Array, groups: Sequence[Ints]
+) -> Array:
+    """Amplitude of gear-mesh force over its mean at exact resonance with the pass of bolts, the
+    largest of all gear meshes of a stage (number from 0) by groups of modes (g,).
+
+    Equilibria at rated torque over a common period of teeth and bolts are, in modes, η(θ) with the
+    harmonic η_b of the pass. A mode then moves by ω η_b/γ, which causes k̄ |Σ_j v̄ᵀφ_j ω_j η_bj/γ_j|.
+    """
+    stage, motion = model.case.stages[number], stage_motions(model.case, model.flow)[number]
+    teeth, bolts = motion.cycle.per_turn, round(line.order)
+    at = one_turn(
+        motion, lead_speed(model.case, model.flow), POSITIONS, teeth // math.gcd(teeth, bolts)
+    )
+    equilibria = revolution(
+        model.modal, rated_rotations(model.system, at), model.system.rated_torque
+    )
+    motions = equilibria.eta @ (rest.shapes.T @ (model.system.mass @ model.modal.modes)).T
+    passes = np.exp(-2j * np.pi * bolts * np.arange(len(at)) / (POSITIONS * teeth))
+    harmonic = 2.0 * passes @ motions / len(at)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        resonant = 2 * np.pi * rest.frequencies * harmonic / rates
+    loaded = _loaded(model, stage.name)
+    closing = np.stack(
+        [x.cycle.stiffness.mean() / x.force * x.cycle.closing(rest.shapes) for x in loaded]
+    )
+    sums = [np.abs(closing[:, group] @ resonant[group]).max() for group in groups]
+    return np.nan_to_num(np.array(sums), nan=np.inf)
 
 
 def crossing_rows(data: xr.Dataset) -> list[dict[str, Any]]:

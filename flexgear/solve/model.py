@@ -130,7 +130,7 @@ class Model:
 
     def structural_decay(self, shapes: Array) -> Array:
         """Decay rates φᵀCφ (n,), 1/s, of motions φ (d, n) with φᵀMφ = 1 by damping without gear
-        meshes: C of structural damping and dampers."""
+        meshes: C of structural damping, dampers and brakes."""
         modal = self.shared_modal or self.__dict__.get("modal")
         if modal is None:
             modes = elastic_modes(self.system)

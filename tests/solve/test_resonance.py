@@ -161,6 +161,32 @@ def test_force_of_a_met_order_where_only_the_structure_damps(tmp_path):
     assert float(data["meeting_force"][met][0]) * mean == pytest.approx(float(peak.max()), rel=0.02)
 
 
+@pytest.mark.slow
+def test_force_of_a_met_bolt_pass_is_that_in_time():
+    """Planets of a star pass the bolts of its ring at the frequency of the lowest mode, which a
+    brake damps most: the swing of gear-mesh forces in time, which has statics of other modes, too.
+    """
+
+    def model(speed):
+        keys = {"solver.fidelity": "quick", "output.brake_exponent": "3"}
+        case = load_case("star-ring", keys | {"inputs.0.speed_rpm": f"{speed:.9g}"})
+        return assemble(case, ["carrier"])
+
+    natural = float(modes(model(3000.0), limit_hz=400.0)["frequency"][1])
+    at_resonance = model(3000.0 * natural / (12 * 840 / 60))  # 12 bolts at 840 turns a minute
+    data = campbell(at_resonance, limit_hz=400.0)
+    assert data["meeting_excitation"].values.tolist() == ["stage bolt pass x 12"]
+    assert data["meeting_cause"].values.tolist() == [IDEAL]
+    run = simulate(at_resonance, duration=0.2).data
+    late = run["time"].to_numpy() > 0.2 - 4 / natural
+    time, force = run["time"].to_numpy()[late], run["gear_mesh_force"].to_numpy()[late]
+    turn = 2 * np.pi * natural * time
+    waves = np.column_stack([np.cos(turn), np.sin(turn), np.ones(len(time))])
+    cosine, sine, mean = np.linalg.lstsq(waves, force, rcond=None)[0]
+    swing = np.hypot(cosine, sine) / mean
+    assert float(data["meeting_force"][0]) == pytest.approx(swing.max(), rel=0.2)
+
+
 def test_orders_are_those_of_the_stiffness(tmp_path):
     """At least a tenth of the largest harmonic and a thousandth of the mean, by the spectrum; of
     constant stiffness the first three."""
