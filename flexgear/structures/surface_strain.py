@@ -137,7 +137,9 @@ class Surface:
         """Vertices (3,), their weights (3,) and base vectors (3, 3) where a ray meets the surface;
         None where it meets none."""
         towards = np.array([math.cos(ray.angle), math.sin(ray.angle), 0.0])
-        near = self._near(towards, ray.z)
+        centers, radii = self._spheres  # of the triangles whose spheres the ray's line meets
+        sideways = centers[:, 0] * towards[1] - centers[:, 1] * towards[0]
+        near = np.flatnonzero(sideways**2 + (centers[:, 2] - ray.z) ** 2 <= radii**2)
         corners = np.asarray(self.body.points)[self.triangles[near]]
         a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         normal = np.cross(a, b)
@@ -196,14 +198,6 @@ class Surface:
         centers = corners.mean(axis=1)
         radii = np.linalg.norm(corners - centers[:, None], axis=2).max(axis=1)
         return centers, (1.0 + 4 * _EDGE) * radii
-
-    def _near(self, towards: Array, z: float) -> Ints:
-        """Numbers of the triangles whose spheres meet the line of a ray at height z, m, in the
-        direction ``towards`` (3,)."""
-        centers, radii = self._spheres
-        x, y = centers[:, 0], centers[:, 1]
-        sideways = x * towards[1] - y * towards[0]
-        return np.flatnonzero(sideways**2 + (centers[:, 2] - z) ** 2 <= radii**2)
 
     def strain(self, rays: Sequence[Ray]) -> SurfaceStrain:
         """Strain at the points where rays meet the surface; NaN for rays that meet none."""

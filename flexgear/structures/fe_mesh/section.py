@@ -241,7 +241,10 @@ def with_bolt_holes(
     taken = (first[:, None] + np.arange(across + 1)) % columns
     solid = np.ones((len(radii), columns), dtype=bool)
     solid[:block_rows, taken[:, :-1]] = False
-    border = _counter_clockwise_border(np.moveaxis(node[: block_rows + 1, taken], 1, 0))
+    # counter-clockwise round each block, from the corner at the inner row and last column
+    block = np.moveaxis(node[: block_rows + 1, taken], 1, 0)
+    sides = (block[:, 0, :0:-1], block[:, :-1, 0], block[:, -1, :-1], block[:, :0:-1, -1])
+    border = np.concatenate(sides, axis=1)
     around = _cartesian(radius[border], angle[border])
     centre = _cartesian(bolt_circle_radius, bolt_angles)[:, None]
     places, layers = _o_grids(around, border, centre, hole_radius, rings, len(radius))
@@ -266,13 +269,6 @@ def with_bolt_holes(
 def _cartesian(radius: Array | float, angle: Array) -> Array:
     """Cartesian coordinates (..., 2) m."""
     return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
-
-
-def _counter_clockwise_border(block: Ints) -> Ints:
-    """Border nodes (n_b, b) of blocks (n_b, rows, columns), counter-clockwise from the corner at
-    the inner row and last column."""
-    sides = (block[:, 0, :0:-1], block[:, :-1, 0], block[:, -1, :-1], block[:, :0:-1, -1])
-    return np.concatenate(sides, axis=1)
 
 
 def _first_columns(angles: Array, columns: int, across: int, where: str) -> Ints:

@@ -78,10 +78,15 @@ class ToothedSource(FeBody):
         """The reduced gear (``FeBody.reduced``), with the flexibility of its rim along the face
         where that is not negligible."""
         body = super().reduced(progress, limit_hz)
-        if self.segment is None:
-            return body if self.along_face else _evenly_loaded(body)
-        # lazy: it imports half of the package
+        # lazy: they import half of the package
+        from flexgear.structures.estimate import largest_tooth_error
         from flexgear.structures.tooth_influence.rim import cached_shapes, with_rim
+
+        if self.segment is None:
+            cases = body.report.get("static_error_cases")
+            if self.along_face or not cases:
+                return body
+            return body.with_(report={**body.report, **largest_tooth_error(cases)})
 
         b, segment = slice(0, body.interface_dofs), self.segment
         supports = self.supports(body.node_names, body.stiffness[b, b])
@@ -99,14 +104,6 @@ class ToothedSource(FeBody):
             return []
         probed = sorted({k * teeth // _PROBED_TEETH for k in range(_PROBED_TEETH)})
         return tooth_lines(model, probed, self.parameters.face_width, self.parameters.tooth.outward)
-
-
-def _evenly_loaded(body: ReducedBody) -> ReducedBody:
-    """The body with the static error of teeth that are loaded over the whole face."""
-    from flexgear.structures.estimate import largest_tooth_error
-
-    cases = body.report.get("static_error_cases")
-    return body.with_(report={**body.report, **largest_tooth_error(cases)}) if cases else body
 
 
 def toothed_source_parameters(view: StageView, part: str, gear: Gear) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -52,32 +52,27 @@ class Unreduced:
     """An FE body before its modes are chosen.
 
     condensation: static condensation on its interface nodes; loads: load cases for the estimate of
-    its static error; seconds: computing time of each part.
+    its static error; seconds: computing time.
     """
 
     model: FeModel
     condensation: AnyCondensation
     loads: Sequence[estimate.ProbeLoad]
-    seconds: dict[str, float]
+    seconds: float
 
 
 def unreduced_body(source: FeBody, progress: Progress = silent) -> Unreduced:
     """The FE mesh of a source, its matrices, and its condensation on its nodes."""
-    seconds = dict[str, float]()
-    lap = _laps(seconds)
+    start = time.perf_counter()
     progress(f"{source.key.part}: FE mesh", 0.0)
     fe_mesh = source.fe_mesh()
-    lap("fe_mesh")
     model = FeModel.of(fe_mesh, source.material)
     interface = tied(model, source.nodes(fe_mesh))
-    lap("ties")
     loads = source.probe_loads(model)
-    lap("probe_loads")
     sectors = sector_counts(source.repeats) if source.cyclic else ()
     with single_threaded_blas():
         condensation = condense(model, interface, progress, sectors)
-    lap("condensation")
-    return Unreduced(model, condensation, loads, seconds)
+    return Unreduced(model, condensation, loads, time.perf_counter() - start)
 
 
 def reduced_body(source: FeBody, unreduced: Unreduced, progress: Progress) -> ReducedBody:
@@ -87,11 +82,9 @@ def reduced_body(source: FeBody, unreduced: Unreduced, progress: Progress) -> Re
     Frequencies are compared up to half the highest fixed-interface frequency, beyond which the
     basis is not accurate, or up to ``limit_hz`` where that is higher.
     """
-    seconds = dict(unreduced.seconds)
-    lap = _laps(seconds)
+    start = time.perf_counter()
     name, interface = source.key.part, unreduced.condensation.interface
     reduction = with_modes(unreduced.model, unreduced.condensation, source.modes, progress, name)
-    lap("reduction")
     progress("static check", 0.0)
     highest = float(reduction.body.report["fixed_interface_frequency_max_hz"] or 0.0)
     limit = max(_COMPARED * highest, source.limit_hz or 0.0)
@@ -99,7 +92,6 @@ def reduced_body(source: FeBody, unreduced: Unreduced, progress: Progress) -> Re
     with single_threaded_blas():
         body = estimate.with_probe_loads(reduction, unreduced.loads)
         frequencies = compare_frequencies(reduction, supports, limit, progress)
-    lap("estimates")
     tie, tie_kind = source.ties
     report = {
         **body.report,
@@ -111,7 +103,10 @@ def reduced_body(source: FeBody, unreduced: Unreduced, progress: Progress) -> Re
         "compared_to_hz": max(limit, float(frequencies.full[-1])),
         "compared_frequencies_hz": frequencies.full.tolist(),
         "compared_errors": frequencies.errors.tolist(),
-        "seconds": seconds,
+        "seconds": {
+            "condensation": unreduced.seconds,
+            "modes_and_errors": time.perf_counter() - start,
+        },
     }
     return body.with_(report=report)
 
@@ -150,15 +145,3 @@ def with_errors(body: ReducedBody, supports: Array, limit_hz: float | None) -> R
         ),
     }
     return body.with_(report={**body.report, **errors})
-
-
-def _laps(seconds: dict[str, float]) -> Callable[[str], None]:
-    """A stopwatch: each call writes the time since the last one, s, to ``seconds`` under a name."""
-    last = time.perf_counter()
-
-    def lap(part: str) -> None:
-        nonlocal last
-        seconds[part] = (now := time.perf_counter()) - last
-        last = now
-
-    return lap

@@ -16,12 +16,7 @@ from flexgear.model.ring import Ring, RingSupport, ring_supports
 from flexgear.model.stage_view import StageView
 from flexgear.structures.bodies import Spring
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
-from flexgear.structures.fe_mesh.gears import (
-    BLOCK,
-    DIVISIONS,
-    RingFeMeshParameters,
-    ring_fe_mesh,
-)
+from flexgear.structures.fe_mesh.gears import BLOCK, DIVISIONS, RingFeMeshParameters, ring_fe_mesh
 from flexgear.structures.fe_mesh.groups import Groups, ring_groups
 from flexgear.structures.fe_mesh.solids import Solid, ring_solid
 from flexgear.structures.reduced import PLACE, ReducedBody, both_halves, mirrored
