@@ -10,10 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexgear.analysis.kernels.step import BETA, GAMMA
-from flexgear.analysis.modes import row_vectors
 from flexgear.analysis.transient import Drive
 from flexgear.arrays import Array
-from flexgear.coupling.kernels.elements import pair_rows
+from flexgear.coupling.kernels.elements import pair_rows, row_motions
 from flexgear.coupling.kernels.pairs import build_rows
 from flexgear.coupling.modal import elastic_modes
 from flexgear.coupling.pair_data import carrying_flanks
@@ -70,7 +69,7 @@ def reference_transient(
 
     def rows_at(theta: Array) -> tuple[Array, Array, Array, Array]:
         n, _ = build_rows(pairs, rows, theta, carrying)
-        vectors = row_vectors(system, rows, n)
+        vectors = row_motions(rows, n, system.blocks)
         return (
             vectors,
             rows.row["stiffness"][:n].copy(),

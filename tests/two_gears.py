@@ -7,10 +7,9 @@ from contact_events import EventIntegrator
 from stepped import jump
 from trains import spur_pair, write
 
-from flexgear.analysis.modes import row_vectors
 from flexgear.analysis.start import start_state
 from flexgear.coupling.build import build_system
-from flexgear.coupling.kernels.elements import pair_rows
+from flexgear.coupling.kernels.elements import pair_rows, row_motions
 from flexgear.coupling.kernels.pairs import build_rows
 from flexgear.coupling.modal import modal_system
 from flexgear.model.load import load_case
@@ -52,7 +51,7 @@ class Exact(EventIntegrator):
         pairs, rows = modal.system.pairs, pair_rows(modal.system.pairs)
         every = np.ones(len(pairs.s0), dtype=np.int64)
         n, _ = build_rows(pairs, rows, np.zeros(len(modal.angles)), every)
-        self.rows = row_vectors(modal.system, rows, n)
+        self.rows = row_motions(rows, n, modal.system.blocks)
         self.k, self.c = rows.row["stiffness"][:n].copy(), rows.row["damping"][:n].copy()
         self.gap = -rows.row["offset"][:n]
         self.inverse = np.linalg.inv(modal.system.mass)

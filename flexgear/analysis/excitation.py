@@ -169,19 +169,12 @@ def _central_energy(body: Body, mass: Array, shapes: Array, planets: int) -> Arr
     x, y, z = np.moveaxis(rows @ shapes, 1, 0)
     local = np.stack([c * x + s * y, c * y - s * x, z])
     waves = np.sum(np.abs(np.fft.fft(local, axis=1)) ** 2, axis=0)  # (nodes, m)
-    by_wave = _by_remainder(waves, planets)
+    number = np.round(np.fft.fftfreq(len(waves)) * len(waves)).astype(int)  # −z/2 … z/2
+    by_wave = np.zeros((planets, waves.shape[1]))
+    np.add.at(by_wave, number % planets, waves)
     total = by_wave.sum(axis=0)
     share = np.divide(by_wave, total, out=np.zeros_like(by_wave), where=total > 0)
     return _fold(share * energy)
-
-
-def _by_remainder(waves: Array, planets: int) -> Array:
-    """Sums (N, m) of the energies (z, m) of waves n = −z/2 … z/2 with equal n mod N."""
-    z = len(waves)
-    number = np.round(np.fft.fftfreq(z) * z).astype(int)
-    out = np.zeros((planets, waves.shape[1]))
-    np.add.at(out, number % planets, waves)
-    return out
 
 
 def _fold(energy: Array) -> Array:

@@ -44,10 +44,6 @@ class FlankCycle:
         beside += (closing - mean)[:, None] * (self.force - np.outer(self.stiffness, row))
         return closing, beside
 
-    def harmonic_stiffness(self) -> NDArray[np.complex128]:
-        """Harmonics k_l (P // 2 + 1,) of k(ψ) = Re Σ k_l e^{ilψ}, ψ = 0 … 2π over the cycle."""
-        return harmonics(self.stiffness)
-
     def harmonic_force(self, order: int) -> NDArray[np.complex128]:
         """Harmonic l = ``order`` of the force (d,) on all coordinates at the mean motion, N."""
         load = harmonics(self.load)[order]

@@ -69,7 +69,12 @@ class _FlankRows:
     @cached_property
     def rows(self) -> Array:
         """The least number of rows (n, c) with Σ rowᵀ row = Σ_p Vᵀ K V."""
-        return _fewest(self.root @ self.motion)
+        rows = self.root @ self.motion
+        if len(rows) > rows.shape[1]:
+            return np.asarray(np.linalg.qr(rows, mode="r"))
+        values, vectors = np.linalg.eigh(rows @ rows.T)
+        significant = values > LEAST_EIGENVALUE * values[-1]
+        return np.asarray(vectors[:, significant].T @ rows)
 
     def cycle(self, blocks: Array) -> FlankCycle:
         """Stiffness, damping and force at each position; blocks (c, d): motions of ``columns``."""
@@ -333,15 +338,6 @@ def _root(matrix: sparse.csr_array, starts: Ints) -> sparse.csr_array:
         values, vectors = np.linalg.eigh(0.5 * (block + block.T))
         roots.append((vectors * np.sqrt(np.clip(values, 0.0, None))) @ vectors.T)
     return _block_diagonal(roots)
-
-
-def _fewest(rows: Array) -> Array:
-    """The least number of rows with the same sum of squares Σ rowᵀ row."""
-    if len(rows) > rows.shape[1]:
-        return np.asarray(np.linalg.qr(rows, mode="r"))
-    values, vectors = np.linalg.eigh(rows @ rows.T)
-    significant = values > LEAST_EIGENVALUE * values[-1]
-    return np.asarray(vectors[:, significant].T @ rows)
 
 
 def _springs(

@@ -79,7 +79,7 @@ def springs_at(system: System, input_angles: Array | float = 0.0) -> ContactSpri
     """Springs of all tooth pairs on the carrying flanks with nominal stiffness; input_angles:
     independent rotations (F,), or the first of them, rad."""
     rows, n = rows_at(system, input_angles)
-    vectors, stiffness = row_vectors(system, rows, n), row_stiffness(rows, n)
+    vectors, stiffness = row_motions(rows, n, system.blocks), row_stiffness(rows, n)
     owner = np.where(rows.row["kind"][:n] >= 0, rows.row["owner"][:n], -1)
     rows_of_gear_mesh = [np.flatnonzero(owner == m) for m in range(len(system.pairs.s0))]
     return ContactSprings(
@@ -90,7 +90,7 @@ def springs_at(system: System, input_angles: Array | float = 0.0) -> ContactSpri
 
 def other_springs(system: System, rows: Rows, n: int) -> dict[int, RowSprings]:
     """Springs of the supports and bearings among the first n rows, with nominal stiffness."""
-    kinds, vectors = rows.row["kind"][:n], row_vectors(system, rows, n)
+    kinds, vectors = rows.row["kind"][:n], row_motions(rows, n, system.blocks)
     return {
         kind: RowSprings(vectors[at], np.diag(rows.row["stiffness"][at]))
         for kind in (SUPPORT, BEARING)
@@ -105,11 +105,6 @@ def rows_at(system: System, input_angles: float | Array = 0.0) -> tuple[Rows, in
     angles[: len(rotations)] = rotations
     n, _ = build_rows(system.pairs, rows, system.theta(angles), carrying_flanks(system.pairs))
     return rows, n
-
-
-def row_vectors(system: System, rows: Rows, n: int) -> Array:
-    """The first n rows V in physical coordinates, (n, d)."""
-    return row_motions(rows, n, system.blocks)
 
 
 @dataclass(frozen=True)
@@ -162,7 +157,6 @@ PAIRS = (("rotational", "axial"), ("translational", "tilting"))
 AT_REST = 1e-6  # energy share of the central members below which they do not move
 PURE = 1e-3  # share of the rigid energy of the central members below which a motion is neglected
 EQUAL = 1e-6  # relative difference of repeated frequencies
-RIGID = 1e-6  # frequency over the highest one below which a mode is rigid
 
 
 @dataclass(frozen=True)
@@ -208,27 +202,20 @@ def body_energies(mass: Array, bodies: Sequence[Body], shapes: Array) -> dict[Bo
 
 
 def classify(
-    frequencies: ArrayLike,
-    shapes: Array,
-    mass: Array,
-    bodies: Sequence[Body],
-    *,
-    rigid: int | None = None,
+    frequencies: ArrayLike, shapes: Array, mass: Array, bodies: Sequence[Body], *, rigid: int
 ) -> ModeTypes:
     """Types of modes with frequencies (m,) rising and M-orthonormal shapes (d, m).
 
-    rigid: number of rigid motions, which come first (None: modes below 1e-6 of the highest
-    frequency); bodies: in the order of their coordinates.
+    rigid: number of rigid motions, which come first; bodies: in the order of their coordinates.
     Eigenvalue solvers return an arbitrary basis for a repeated frequency; where modes of different
     types have one frequency the basis is changed so that each mode has one type.
     FlexgearError where the mass matrix couples bodies, so that energy cannot be assigned.
     """
     f = np.asarray(frequencies, dtype=float)
     parts = _motions(mass, bodies, shapes)
-    n_rigid = _rigid_count(f, rigid)
-    groups = repeated(f, n_rigid)
+    groups = repeated(f, rigid)
     shapes = shapes.copy()
-    for group in groups[1:] if n_rigid else groups:
+    for group in groups[1:] if rigid else groups:
         if len(group) == 1:
             continue
         at = list(group)
@@ -242,7 +229,7 @@ def classify(
                 parts[part][:, at] = motion
     shares = _shares(parts)
     kinds = _kinds(shares)
-    kinds[:n_rigid] = ["rigid"] * n_rigid
+    kinds[:rigid] = ["rigid"] * rigid
     energies = body_energies(mass, bodies, shapes)
     lost = np.abs(sum(energies.values()) - 1.0).max(initial=0.0)
     if lost > 1e-6:
@@ -253,12 +240,11 @@ def classify(
     return ModeTypes(tuple(kinds), shares, energies, groups, shapes)
 
 
-def repeated(frequencies: ArrayLike, rigid: int | None = None) -> tuple[tuple[int, ...], ...]:
-    """Groups of successive modes with frequencies within 1e-6; rigid motions are one group."""
-    f = np.asarray(frequencies, dtype=float)
-    first = _rigid_count(f, rigid)
+def repeated(f: Array, rigid: int) -> tuple[tuple[int, ...], ...]:
+    """Groups of successive modes with frequencies f within 1e-6; the first ``rigid`` are one group,
+    that of the rigid motions."""
     breaks = np.flatnonzero(np.diff(f) > EQUAL * f[1:]) + 1
-    groups = np.split(np.arange(len(f)), [first, *breaks[breaks > first]])
+    groups = np.split(np.arange(len(f)), [rigid, *breaks[breaks > rigid]])
     return tuple(tuple(g.tolist()) for g in groups if len(g))
 
 
@@ -297,10 +283,6 @@ def planar_rows(mass: Array, bodies: Sequence[Body]) -> tuple[Array, Array]:
     return np.array(rows).reshape(-1, 2, len(mass)), np.array(masses)
 
 
-def _rigid_count(f: Array, rigid: int | None) -> int:
-    return int(np.sum(f <= RIGID * f.max(initial=0.0))) if rigid is None else rigid
-
-
 def _motions(mass: Array, bodies: Sequence[Body], shapes: Array) -> dict[str, Array]:
     """Motions y (k, m) by part of modes φ (d, m): |y|² is the share of the part in φᵀ M φ."""
     motions: dict[str, list[Array]] = {p: [np.zeros((0, shapes.shape[1]))] for p in PARTS}
@@ -312,17 +294,13 @@ def _motions(mass: Array, bodies: Sequence[Body], shapes: Array) -> dict[str, Ar
             continue
         bases = np.zeros((len(lower), 0))
         for motion in MOTIONS:  # translation first, so that rotations are about the centre of mass
-            basis = _basis(bases, lower.T @ body.rigid_motions[:, _DOFS[motion]])
+            rigid = lower.T @ body.rigid_motions[:, _DOFS[motion]]
+            u, size, _ = np.linalg.svd(rigid - bases @ (bases.T @ rigid), full_matrices=False)
+            basis = u[:, size > 1e-9 * max(float(np.linalg.norm(rigid)), np.finfo(float).tiny)]
             motions[motion].append(basis.T @ rest)
             rest, bases = rest - basis @ (basis.T @ rest), np.hstack([bases, basis])
         motions["elastic"].append(rest)
     return {p: np.vstack(y) for p, y in motions.items()}
-
-
-def _basis(others: Array, motion: Array) -> Array:
-    """Orthonormal basis of the motions (d_b, k) after projection beside ``others`` (d_b, n)."""
-    u, size, _ = np.linalg.svd(motion - others @ (others.T @ motion), full_matrices=False)
-    return u[:, size > 1e-9 * max(float(np.linalg.norm(motion)), np.finfo(float).tiny)]
 
 
 def _shares(parts: Mapping[str, Array]) -> dict[str, Array]:

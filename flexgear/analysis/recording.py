@@ -108,22 +108,18 @@ def _grid_end(time: float, rate: float) -> int:
     return math.floor(time * rate * (1 + 1e-12)) + 1
 
 
-def first_column(derivative: Array, position: Array) -> Array:
-    """The first column (n,) of a derivative (n, k), for positions with one component."""
-    return derivative[:, 0]
-
-
 @dataclass(frozen=True)
 class Quantity:
     """Computation of a sensor's signal from n samples.
 
     position: function from samples to k columns (n, k); order: order of their time derivative, 0 to
-    2; part: function from derivative and position to the signal (n,).
+    2; part: function from derivative and position to the signal (n,), by default the first column
+    of the derivative, for positions with one component.
     """
 
     position: Callable[[Any], Array]
     order: int = 0
-    part: Callable[[Array, Array], Array] = first_column
+    part: Callable[[Array, Array], Array] = lambda derivative, _: derivative[:, 0]
 
     def over_period(self, samples: Any, omega: float) -> Array:
         """Signal (n,) from samples equally spaced over a period 2π/ω, by Fourier series."""

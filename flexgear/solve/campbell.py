@@ -21,6 +21,7 @@ from flexgear.analysis.excitation import (
     folded,
     resonant_force,
 )
+from flexgear.analysis.flank_cycle import harmonics
 from flexgear.analysis.linear_dynamics import Campbell, crossings, whirl_sense
 from flexgear.analysis.linear_dynamics import campbell as whirl_over_speed
 from flexgear.analysis.modes import Modes, planar_rows
@@ -95,7 +96,7 @@ def excitations(
 def _shares(model: Model, stage: int) -> np.ndarray:
     """Largest |k_l|/k̄ of all gear meshes of a stage (number from 0), for orders l = 0, 1, …"""
     shares = [
-        np.abs(cycle.harmonic_stiffness()) / cycle.stiffness.mean()
+        np.abs(harmonics(cycle.stiffness)) / cycle.stiffness.mean()
         for m, cycle in model.mean_springs.cycles.items()
         if model.system.gear_meshes[m].stage == stage
     ]

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexgear.analysis.kernels.samples import read_offsets
-from flexgear.analysis.modes import row_vectors, rows_at
+from flexgear.analysis.modes import rows_at
 from flexgear.arrays import Array
-from flexgear.coupling.kernels.elements import packed, pair_rows
+from flexgear.coupling.kernels.elements import packed, pair_rows, row_motions
 from flexgear.coupling.machines import Controller, GivenSpeed
 from flexgear.coupling.pair_data import WAVE
 from flexgear.coupling.system import System
@@ -84,7 +84,7 @@ class LinearTrain:
 def linear_train(system: System) -> LinearTrain:
     """Matrices of a linear train, for which ``why_not_linear`` is None."""
     rows, n = rows_at(system)
-    vectors, at = row_vectors(system, rows, n), np.flatnonzero(rows.row["kind"][:n] >= 0)
+    at = np.flatnonzero(rows.row["kind"][:n] >= 0)
     owner = rows.row["owner"][at]
     order = np.argsort(owner)
     load = np.zeros(system.size)
@@ -109,4 +109,5 @@ def linear_train(system: System) -> LinearTrain:
         f_cos, f_sin = vector - axial, after_quarter_turn - axial
         turning.append((int(angle), f_cos @ motion, f_sin @ motion))
     k = rows.row["stiffness"][at][order]
-    return LinearTrain(system, vectors[at][order], k, load, tuple(turning))
+    vectors = row_motions(rows, n, system.blocks)[at][order]
+    return LinearTrain(system, vectors, k, load, tuple(turning))

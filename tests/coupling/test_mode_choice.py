@@ -7,10 +7,11 @@ from reference_transient import damping_matrix
 from scipy import linalg
 from stepped import jump, stepped
 
-from flexgear.analysis.modes import row_vectors, rows_at
+from flexgear.analysis.modes import rows_at
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Drive
 from flexgear.coupling.build import build_system
+from flexgear.coupling.kernels.elements import row_motions
 from flexgear.coupling.modal import chosen_modal, elastic_modes, modal_system
 from flexgear.coupling.mode_choice import ModeErrors, choose_modes, mode_estimates
 from flexgear.coupling.pace import case_pace
@@ -51,7 +52,7 @@ def contact(system, angle=OTHER):
     """Rows and stiffnesses of all but springs of no stiffness."""
     rows, n = rows_at(system, angle)
     stiff = np.flatnonzero(rows.row["stiffness"][:n])
-    return row_vectors(system, rows, n)[stiff], rows.row["stiffness"][stiff]
+    return row_motions(rows, n, system.blocks)[stiff], rows.row["stiffness"][stiff]
 
 
 def closed(system, angle=OTHER):

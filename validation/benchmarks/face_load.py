@@ -9,8 +9,8 @@ from benchmarks.record import Comparison, Report
 from benchmarks.stages import steady_run
 from benchmarks.timing import interleaved
 from flexgear.analysis.equilibrium import revolution
-from flexgear.analysis.modes import row_vectors, rows_at
-from flexgear.coupling.kernels.elements import between_rows
+from flexgear.analysis.modes import rows_at
+from flexgear.coupling.kernels.elements import between_rows, row_motions
 from flexgear.coupling.laws.slices import COUNT, FIRST
 from flexgear.model.load import load_case
 from flexgear.solve.model import Model, assemble
@@ -118,7 +118,10 @@ def dense_position(model: Model, angle: float) -> np.ndarray:
     rows, n = rows_at(system, angle)
     share, flexibility, (scale, limit), gap, owner = _slices(rows, n)
     flexibility = flexibility + share @ between_rows(rows, n) @ share.T
-    vectors, free = share @ row_vectors(system, rows, n), share @ rows.row["offset"][:n] - gap
+    vectors, free = (
+        share @ row_motions(rows, n, system.blocks),
+        share @ rows.row["offset"][:n] - gap,
+    )
     d, count = system.size, len(gap)
     left, right = np.zeros((d + 1 + count, d + 1 + count)), np.zeros(d + 1 + count)
     left[:d, :d], left[:d, d], left[d, :d] = (

@@ -10,8 +10,9 @@ from benchmarks.record import Comparison, Report
 from benchmarks.stages import real_system
 from benchmarks.timing import interleaved
 from flexgear.analysis.equilibrium import revolution
-from flexgear.analysis.modes import row_vectors, rows_at
+from flexgear.analysis.modes import rows_at
 from flexgear.analysis.recovery import Recovery
+from flexgear.coupling.kernels.elements import row_motions
 from flexgear.coupling.modal import ModalSystem, modal_system
 from flexgear.coupling.system import System
 from flexgear.results.load_sharing import load_sharing
@@ -79,7 +80,7 @@ def dense_position(system: System, angle: float) -> np.ndarray:
     tension dropped until none is left."""
     rows, n = rows_at(system, angle)
     vectors, k, offset = (
-        row_vectors(system, rows, n),
+        row_motions(rows, n, system.blocks),
         rows.row["stiffness"][:n],
         rows.row["offset"][:n],
     )
