@@ -22,11 +22,7 @@ from flexgear.coupling.determinacy import (
 )
 from flexgear.coupling.gear_meshes import GearBlock, GearBlocks, StageFrame, labels, pair_data
 from flexgear.coupling.loads import frame_forces, given_loads
-from flexgear.coupling.machines import (
-    machine_words,
-    port_machines,
-    require_free_speeds,
-)
+from flexgear.coupling.machines import machine_words, port_machines, require_free_speeds
 from flexgear.coupling.members import AnyBody, stage_members
 from flexgear.coupling.springs import behind_spline
 from flexgear.coupling.system import (

@@ -8,12 +8,7 @@ from typing import Literal
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.coupling.gear_meshes import (
-    GearBlock,
-    GearBlocks,
-    GearMeshSet,
-    StageFrame,
-)
+from flexgear.coupling.gear_meshes import GearBlock, GearBlocks, GearMeshSet, StageFrame
 from flexgear.coupling.members import can_turn, mass_properties
 from flexgear.coupling.springs import linear_part
 from flexgear.gears.contact import GearMeshPath

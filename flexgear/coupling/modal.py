@@ -21,12 +21,7 @@ from scipy import linalg
 from scipy.sparse.csgraph import connected_components
 
 from flexgear.arrays import Array, Ints
-from flexgear.coupling.mode_choice import (
-    ModeChoice,
-    choose_modes,
-    mode_estimates,
-    sparse_product,
-)
+from flexgear.coupling.mode_choice import ModeChoice, choose_modes, mode_estimates, sparse_product
 from flexgear.coupling.pace import Pace
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError

@@ -39,11 +39,7 @@ from flexgear.gears.contact import (
     gear_mesh_path,
     planetary_starts,
 )
-from flexgear.gears.geometry import (
-    PER_PAIR_MODELS,
-    StageGeometry,
-    stage_geometry,
-)
+from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, stage_geometry
 from flexgear.gears.modifications import Flank, Gap, gaps_of
 from flexgear.gears.profile_contact import FlankPair, ProfileContact, profile_contact
 from flexgear.gears.slices import Line, cut

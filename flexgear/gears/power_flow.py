@@ -270,7 +270,10 @@ def power_flow(case: Case) -> PowerFlow:
         require_torques(members, mobility)
         external, ties_torque = _torques(members)
     speed = dict(zip(members.names, speeds.tolist(), strict=True))
-    branch_torque = _branch_torques(members, ties_torque)
+    # opposite to the torque of the stage on the member
+    stage_rows = [k for k, tie in enumerate(members.ties) if tie.kind == "stage"]
+    torques = -ties[stage_rows].T @ ties_torque[stage_rows] + 0.0
+    branch_torque = dict(zip(members.names, torques.tolist(), strict=True))
     branch_power = {m: t * speed[m] + 0.0 for m, t in branch_torque.items()}
     power = {m: t * speed[m] + 0.0 for m, t in external.items()}  # no −0
     stage_of: dict[str, str] = {m: m.stage for m in members.names}
@@ -339,10 +342,3 @@ def _torques(members: Members) -> tuple[dict[str, float], Array]:
     for member, torque in (*reactions, *members.loads.items()):
         external[member] = external.get(member, 0.0) + torque
     return external, ties_torque
-
-
-def _branch_torques(members: Members, ties_torque: Array) -> dict[str, float]:
-    """Torque of the rest of the train on each member, opposite to that of its stage, N m."""
-    stage_rows = [k for k, tie in enumerate(members.ties) if tie.kind == "stage"]
-    torques = -members.tie_rows[stage_rows].T @ ties_torque[stage_rows] + 0.0
-    return dict(zip(members.names, torques.tolist(), strict=True))

@@ -136,7 +136,9 @@ class ToothRoot:
         """Points (count + 1, 2), m, from the form circle to the root circle, or to the half angle
         ``end``. In equal steps of relative arc length plus relative rotation of the tangent, so
         that short arcs of small radius are resolved."""
-        stop = 0.0 if end is None or end >= self.end_angle else self._parameter_at(end)
+        stop = 0.0
+        if end is not None and end < self.end_angle:
+            stop = brentq(lambda t: float(np.angle(self.at(t))) - end, 0.0, self.form, xtol=1e-14)
         t = np.linspace(self.form, stop, _POINTS)
         steps = np.abs(np.diff(self.at(t)))
         turns = np.abs(np.diff(self.slope_angle(t)))
@@ -179,11 +181,3 @@ class ToothRoot:
     def _gap(self, t: Array | float) -> Array:
         point = self.at(t)
         return np.asarray(np.angle(point)) - self.tooth.half_angle(np.abs(point).astype(float))
-
-    def _parameter_at(self, half_angle: float) -> float:
-        """Parameter t at which the curve has a half angle, rad."""
-
-        def difference(t: float) -> float:
-            return float(np.angle(self.at(t))) - half_angle
-
-        return float(brentq(difference, 0.0, self.form, xtol=1e-14))

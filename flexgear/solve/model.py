@@ -25,12 +25,7 @@ from flexgear.analysis.recovery import Output
 from flexgear.arrays import Array
 from flexgear.coupling.build import build_system, require_workable
 from flexgear.coupling.gear_meshes import GearMeshLabel
-from flexgear.coupling.modal import (
-    ModalSystem,
-    chosen_modal,
-    elastic_modes,
-    static_system,
-)
+from flexgear.coupling.modal import ModalSystem, chosen_modal, elastic_modes, static_system
 from flexgear.coupling.mode_choice import SAME_FREQUENCY
 from flexgear.coupling.pace import Pace, case_pace
 from flexgear.coupling.system import System

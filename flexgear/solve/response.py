@@ -98,7 +98,11 @@ def response(
         if record.states:
             _add_leaving(figures, figures, record)
         for _ in range(doublings if record.states else 0):
-            figures = _add_doubled(figures, record)
+            of_one, harmonics = figures.train.elements, figures.train.harmonics
+            doubled = condensed_train(of_one.repeated(2), 2 * harmonics)
+            longer = Figures(model, doubled, span, progress, figures.curve)
+            _add_leaving(figures, longer, record)
+            figures = longer
     except KeyboardInterrupt:  # interrupts within a curve end the curve
         if not record.states:
             raise
@@ -222,15 +226,6 @@ class _Record:
             else:
                 out[name] = np.array([v for v, _ in rows])
         return out
-
-
-def _add_doubled(figures: Figures, record: _Record) -> Figures:
-    """Add to ``record`` the curves of twice the period that branch off those of ``figures``;
-    returns the figures of the train over twice the period."""
-    train = condensed_train(figures.train.elements.repeated(2), 2 * figures.train.harmonics)
-    longer = Figures(figures.model, train, figures.span, figures.progress, figures.curve)
-    _add_leaving(figures, longer, record)
-    return longer
 
 
 def _add_leaving(figures: Figures, longer: Figures, record: _Record) -> None:

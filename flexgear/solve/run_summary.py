@@ -37,11 +37,7 @@ from flexgear.solve.long_run import TimedRun
 from flexgear.solve.model import Model
 from flexgear.solve.reduction_warnings import reduction_warnings
 from flexgear.solve.resonance import resonance_figures
-from flexgear.solve.result_warnings import (
-    largest_motions,
-    motion_histories,
-    neglected,
-)
+from flexgear.solve.result_warnings import largest_motions, motion_histories, neglected
 from flexgear.solve.run_transients import Transients
 from flexgear.solve.static import UNLOADED, sharing_attrs
 from flexgear.solve.transient import cut_short, train_histories

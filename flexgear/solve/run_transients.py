@@ -26,12 +26,7 @@ from flexgear.solve.linear import why_not_linear
 from flexgear.solve.long_run import TimedRun, shelved
 from flexgear.solve.model import Model, assemble
 from flexgear.solve.static import static
-from flexgear.solve.transient import (
-    RATED_DRIVE,
-    compile_transient,
-    simulate,
-    torque_drop,
-)
+from flexgear.solve.transient import RATED_DRIVE, compile_transient, simulate, torque_drop
 
 
 def depth_name(torque: float) -> str:

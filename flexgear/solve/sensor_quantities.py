@@ -28,25 +28,21 @@ def rotated(vectors: Array, angles: Array) -> Array:
     return np.asarray((rotation_matrix(angles) @ vectors[..., None])[..., 0])
 
 
-def _rotation(turns: Array, recovery: Recovery) -> Array:
-    return np.asarray(recovery.rotations @ turns[:, None])
-
-
 def rotation(turns: Array) -> Quantity:
     """Sum of the independent rotations of the undeflected train with factors (F,), rad."""
-    return Quantity(partial(_rotation, turns))
-
-
-def _torque(name: str, recovery: Recovery) -> Array:
-    ports = [port.name for port in recovery.modal.system.ports]
-    if name in ports:
-        return recovery.result.torques[:, [ports.index(name)]]
-    return recovery.link_force(name)[:, 5:]
+    return Quantity(lambda recovery: np.asarray(recovery.rotations @ turns[:, None]))
 
 
 def torque(name: str) -> Quantity:
     """Torque of a port, or in a spring about z, N·m."""
-    return Quantity(partial(_torque, name))
+
+    def values(recovery: Recovery) -> Array:
+        ports = [port.name for port in recovery.modal.system.ports]
+        if name in ports:
+            return recovery.result.torques[:, [ports.index(name)]]
+        return recovery.link_force(name)[:, 5:]
+
+    return Quantity(values)
 
 
 @dataclass(frozen=True)
@@ -135,19 +131,19 @@ class BodyPoint:
         return np.asarray((self.displacement(recovery, place) @ direction)[:, None])
 
 
-def _passing(motion: Motion, axes: Axes, angle: float, recovery: Recovery) -> Array:
-    values = motion.elastic(recovery)
-    count = values.shape[1]
-    places = (angle - axes.of_body(recovery)) * count / (2 * np.pi)
-    below = np.floor(places).astype(int)
-    around = below[:, None] + np.arange(AROUND) - (AROUND // 2 - 1)
-    weights = local_weights(around.astype(float), places)
-    near = np.take_along_axis(values, around % count, axis=1)
-    return np.einsum("nk,nk->n", weights, near)[:, None]
-
-
 def passing(motion: Motion, axes: Axes, angle: float, order: int) -> Quantity:
     """Signal of a sensor fixed in space at ``angle``, rad, for a flexible body that turns past it:
     interpolated between points evenly spaced round the body, whose displacements are the rows of
     ``motion``, the first at angle zero; order: of the time derivative."""
-    return Quantity(partial(_passing, motion, axes, angle), order)
+
+    def at_sensor(recovery: Recovery) -> Array:
+        values = motion.elastic(recovery)
+        count = values.shape[1]
+        places = (angle - axes.of_body(recovery)) * count / (2 * np.pi)
+        below = np.floor(places).astype(int)
+        around = below[:, None] + np.arange(AROUND) - (AROUND // 2 - 1)
+        weights = local_weights(around.astype(float), places)
+        near = np.take_along_axis(values, around % count, axis=1)
+        return np.einsum("nk,nk->n", weights, near)[:, None]
+
+    return Quantity(at_sensor, order)

@@ -19,6 +19,7 @@ from flexgear.arrays import Array
 from flexgear.gears.bearings.basic_life import bearing_life_hours
 from flexgear.gears.bearings.nominal import bearing_speed
 from flexgear.model.errors import FlexgearError
+from flexgear.model.stage import Stage
 from flexgear.results.face_load import OVER_POSITIONS, face_figures, positions_for, with_orders
 from flexgear.results.labelled_dataset import coordinate, groups_in, labelled_dataset
 from flexgear.results.load_sharing import (
@@ -165,13 +166,17 @@ def gear_mesh_cycles(model: Model, stage: str, progress: Progress = silent) -> x
 
 def sliced_stages(model: Model) -> list[str]:
     """Names of the stages that turn and whose tooth pairs have slices."""
+    return [s.name for s in _turning(model) if s.gear_mesh.model == "face_load"]
+
+
+def shared_stages(model: Model) -> list[str]:
+    """Names of the stages that turn and have more than one planet."""
+    return [s.name for s in _turning(model) if s.planets > 1]
+
+
+def _turning(model: Model) -> list[Stage]:
     motions = stage_motions(model.case, model.flow)
-    turning = {motion.name for motion in motions if motion.theta}
-    return [
-        stage.name
-        for stage in model.case.stages
-        if stage.gear_mesh.model == "face_load" and stage.name in turning
-    ]
+    return [s for s, motion in zip(model.case.stages, motions, strict=True) if motion.theta]
 
 
 def _positions(model: Model, stage: str) -> tuple[Array, Array]:
@@ -243,16 +248,6 @@ def stages_sharing(
         result_labels(model),
         names,
     )
-
-
-def shared_stages(model: Model) -> list[str]:
-    """Names of the stages that turn and have more than one planet."""
-    motions = stage_motions(model.case, model.flow)
-    return [
-        s.name
-        for s, m in zip(model.case.stages, motions, strict=True)
-        if s.planets > 1 and m.theta != 0
-    ]
 
 
 def _forces(

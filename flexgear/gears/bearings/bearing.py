@@ -38,13 +38,7 @@ from flexgear.gears.bearings.reference_life import (
     life_of_rows,
     row_rating,
 )
-from flexgear.gears.bearings.rows import (
-    BallRow,
-    RollerRow,
-    Row,
-    RowState,
-    standard_drops,
-)
+from flexgear.gears.bearings.rows import BallRow, RollerRow, Row, RowState, standard_drops
 from flexgear.model.bearings import Bearing, RollingElements
 from flexgear.model.errors import FlexgearError
 
