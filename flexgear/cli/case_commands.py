@@ -19,11 +19,11 @@ from flexgear.coupling.build import build_system, rigid_system
 from flexgear.coupling.machines import machine_words
 from flexgear.coupling.pace import case_pace, pace_sections
 from flexgear.files.atomic import file_target, staged_folder, write_bytes, write_json
-from flexgear.gears.bearings.nominal import is_alone, nominal_bearings
+from flexgear.gears.bearings.nominal import is_alone
 from flexgear.gears.expected_lines import expected_lines, line_rows
 from flexgear.gears.implausible import implausible
 from flexgear.gears.load_bins import bins_of_load_cases
-from flexgear.gears.power_flow import PowerFlow, StageFlow, power_flow
+from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.gears.report import case_reports
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
@@ -35,6 +35,7 @@ from flexgear.model.upgrade import upgraded
 from flexgear.results.origin import origin_of_case
 from flexgear.results.report.parts import row_of
 from flexgear.results.report.wording import with_unit
+from flexgear.results.stage_figures import nominal_figures
 from flexgear.solve.angles import StageMotion, stage_motions
 
 
@@ -206,13 +207,7 @@ def _running(case: Case, flow: PowerFlow) -> Sections:
     }
     for stage, motion in zip(flow.stages, motions, strict=True):
         before = f"{stage.name} " if len(flow.stages) > 1 else ""
-        rows = _stage(stage, motion)
-        for label, bearing in nominal_bearings(case.view(stage.name), stage).items():
-            if bearing.place.part != "planet":
-                rows[f"{label}_radial_force_n"] = bearing.radial
-                rows[f"{label}_axial_force_n"] = bearing.axial
-            if bearing.life_hours is not None and math.isfinite(bearing.life_hours):
-                rows[f"nominal_{label}_life_h"] = bearing.life_hours
+        rows = nominal_figures(case.view(stage.name), stage) | _error_cycle(motion)
         for part in ("pinion", "gear") if stage.kind == "parallel" else ():
             if not is_alone(case.view(stage.name), part):
                 rows[f"bearings_of_the_{part}"] = "on a shaft with others: loads by flexgear static"
@@ -234,36 +229,10 @@ def _running(case: Case, flow: PowerFlow) -> Sections:
     return sections
 
 
-def _stage(stage: StageFlow, motion: StageMotion) -> dict[str, Any]:
-    """Frequencies, powers, forces and the error cycle of a running stage."""
-    rows: dict[str, Any] = {
-        "gear_mesh_frequency_hz": stage.gear_mesh_frequency,
-        "rolling_power_w": stage.stage_power,
-        "circulating_power_w": stage.circulating_power,
-    }
-    if stage.kind == "parallel":
-        rows["gear_mesh_force_n"] = abs(stage.sun_gear_mesh_force)
-        rows["tangential_force_n"] = abs(stage.sun_working_force)
-    else:
-        rows |= {
-            "sun_gear_mesh_force_n": abs(stage.sun_gear_mesh_force),
-            "ring_gear_mesh_force_n": abs(stage.ring_gear_mesh_force),
-            "sun_tangential_force_n": abs(stage.sun_working_force),
-            "ring_tangential_force_n": abs(stage.ring_working_force),
-            "planet_speed_rpm": stage.planet_speed * RPM,
-            "planet_speed_in_carrier_rpm": stage.planet_relative_speed * RPM,
-            "planet_bearing_force_n": stage.planet_bearing_force,
-            # from the outward radius, in the sense of rotation
-            "planet_bearing_force_direction_deg": math.degrees(
-                math.atan2(-stage.planet_bearing_tangential, stage.planet_bearing_radial)
-            ),
-        }
-    if stage.planet_tilting_moment:
-        rows["sun_axial_force_n"] = stage.sun_axial_force
-        rows["planet_tilting_moment_nm"] = stage.planet_tilting_moment
+def _error_cycle(motion: StageMotion) -> dict[str, Any]:
+    """Gear-mesh cycles, turns and time until the errors of a stage repeat."""
     cycle = motion.cycle
-    rows["error_cycle_gear_meshes"] = cycle.gear_meshes
-    rows["error_cycle_turns"] = float(cycle.turns)
+    rows = {"error_cycle_gear_meshes": cycle.gear_meshes, "error_cycle_turns": float(cycle.turns)}
     if math.isfinite(motion.error_period):
         rows["error_cycle_s"] = motion.error_period
     return rows

@@ -122,6 +122,43 @@ def _spring_force(data: xr.Dataset, spring: str) -> Array:
     return np.asarray(data["bearing_force"].sel(support=spring).to_numpy()[..., :3])
 
 
+def nominal_figures(view: StageView, flow: StageFlow) -> dict[str, float]:
+    """Frequency, powers, forces and speeds of a turning stage by the power flow, and loads and
+    lives of its bearings, by key."""
+    figures = {
+        "gear_mesh_frequency_hz": flow.gear_mesh_frequency,
+        "rolling_power_w": flow.stage_power,
+        "circulating_power_w": flow.circulating_power,
+    }
+    if flow.kind == "parallel":
+        figures["gear_mesh_force_n"] = abs(flow.sun_gear_mesh_force)
+        figures["tangential_force_n"] = abs(flow.sun_working_force)
+    else:
+        figures |= {
+            "sun_gear_mesh_force_n": abs(flow.sun_gear_mesh_force),
+            "ring_gear_mesh_force_n": abs(flow.ring_gear_mesh_force),
+            "sun_tangential_force_n": abs(flow.sun_working_force),
+            "ring_tangential_force_n": abs(flow.ring_working_force),
+            "planet_speed_rpm": flow.planet_speed * RPM,
+            "planet_speed_in_carrier_rpm": flow.planet_relative_speed * RPM,
+            "planet_bearing_force_n": flow.planet_bearing_force,
+            # from the outward radius, in the sense of rotation
+            "planet_bearing_force_direction_deg": math.degrees(
+                math.atan2(-flow.planet_bearing_tangential, flow.planet_bearing_radial)
+            ),
+        }
+    if flow.planet_tilting_moment:
+        figures["sun_axial_force_n"] = flow.sun_axial_force
+        figures["planet_tilting_moment_nm"] = flow.planet_tilting_moment
+    for label, bearing in nominal_bearings(view, flow).items():
+        if bearing.place.part != "planet":
+            figures[f"{label}_radial_force_n"] = bearing.radial
+            figures[f"{label}_axial_force_n"] = bearing.axial
+        if bearing.life_hours is not None and math.isfinite(bearing.life_hours):
+            figures[f"nominal_{label}_life_h"] = bearing.life_hours
+    return figures
+
+
 @dataclass(frozen=True)
 class StageRun:
     """A stage in a run. equilibria: equilibria for loads of bearings; cycles: number of gear-mesh

@@ -4,11 +4,11 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from flexgear.gears.bearings.nominal import bearing_life_ratios, nominal_bearings
+from flexgear.gears.bearings.nominal import bearing_life_ratios
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
-from flexgear.model.units import RPM
 from flexgear.results.rating import PARTS, RatedPart, Rating
+from flexgear.results.stage_figures import nominal_figures
 from flexgear.results.summary import sharing_summary_of
 from flexgear.solve.bodies import Progress, named, silent
 from flexgear.solve.model import Model
@@ -95,22 +95,7 @@ def _of_part(part: RatedPart, prefix: str) -> dict[str, Any]:
 
 def _flow_figures(case: Case, flow: PowerFlow) -> dict[str, Any]:
     rows: dict[str, Any] = {"input_power_w": flow.input_power}
-    for s in flow.stages:
-        planetary = s.kind == "planetary"
-        gear_mesh = "sun_gear_mesh" if planetary else "gear_mesh"
-        rows |= {
-            f"{s.name}_gear_mesh_frequency_hz": s.gear_mesh_frequency,
-            f"{s.name}_{gear_mesh}_force_n": abs(s.sun_gear_mesh_force),
-        }
-        if planetary:
-            rows |= {
-                f"{s.name}_ring_gear_mesh_force_n": abs(s.ring_gear_mesh_force),
-                f"{s.name}_planet_bearing_force_n": s.planet_bearing_force,
-                f"{s.name}_planet_speed_in_carrier_rpm": s.planet_relative_speed * RPM,
-            }
-        rows |= {
-            f"{s.name}_nominal_{label}_life_h": bearing.life_hours
-            for label, bearing in nominal_bearings(case.view(s.name), s).items()
-            if bearing.life_hours is not None
-        }
+    for stage in flow.stages:
+        figures = nominal_figures(case.view(stage.name), stage)
+        rows |= {f"{stage.name}_{key}": value for key, value in figures.items()}
     return rows
