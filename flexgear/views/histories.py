@@ -13,7 +13,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from flexgear.arrays import Array, Ints
@@ -51,8 +50,7 @@ from flexgear.views.style import (
     angle_axis,
     force_scale,
     least_span,
-    legend_below,
-    legend_lines,
+    legend_of,
     panels,
     planet_colour,
     styled,
@@ -128,24 +126,23 @@ def pair_loads(
     """
     colours = variant_colours(runs)
     figure, axes = panels(1, 1, height_mm=78)
-    ax, split_line = axes[0, 0], list[Line2D]()
+    ax = axes[0, 0]
     pairs = {name: pair_arrays(dataset, gear_mesh, 1) for name, dataset in runs.items()}
     unit, by = force_scale([np.max(load, initial=0.0) for load, _, _ in pairs.values()])
     for i, (name, dataset) in enumerate(runs.items()):
         at = abscissa(dataset, x)
         load, tooth, stiffness = pairs[name]
-        ax.plot(*pair_curve(at, tooth, load * by), color=colours[name], **layer(i))
+        ax.plot(*pair_curve(at, tooth, load * by), color=colours[name], label=name, **layer(i))
         if name == split:
             look: dict[str, Any] = {"lw": 1.3, "ls": (0, (4, 1.6)), "zorder": 3.5}
+            look["label"] = f"{name}, split by stiffness"
             parts = by * stiffness_split(load, stiffness)
             ax.plot(*pair_curve(at, tooth, parts), color=SPLIT_COLOUR, **look)
-            text = f"{name}, split by stiffness"
-            split_line = [Line2D([], [], color=SPLIT_COLOUR, lw=1.5, ls="--", label=text)]
     ax.axhline(0, color=NEUTRAL, lw=0.7)
     ax.set_ylabel(f"load of a tooth pair ({unit})")
     flank = flank_label(runs.values(), gear_mesh)
     ax.set_title(f"Tooth-pair loads, {LABELS[gear_mesh]} 1{flank}")
-    return finish(figure, axes, runs, x, split_line)
+    return finish(figure, axes, runs, x)
 
 
 @styled
@@ -164,7 +161,8 @@ def engagement_map(whole: xr.Dataset) -> Figure:
     thickness = max(0.8, min(3.0, 180.0 / last))
     for i, (_, tooth, _) in enumerate(states):
         spans = engagement_spans(at, tooth).T
-        axes[0, 0].hlines(*spans, color=planet_colour(i + 1), lw=thickness)
+        label = f"planet {i + 1}"
+        axes[0, 0].hlines(*spans, color=planet_colour(i + 1), lw=thickness, label=label)
     axes[0, 0].set_title("(a) engaged ring teeth")
     mapped = draw_stiffness_map(axes[1, 0], at, states, last)
     axes[1, 0].set_title("(b) stiffness of the engaged pairs")
@@ -188,8 +186,7 @@ def engagement_map(whole: xr.Dataset) -> Figure:
     bottom.set_ylabel("pair stiffness (N/µm)")
     finish_x(bottom, "stage_angle", planets, near[0], near[-1])
     bottom.xaxis.set_major_locator(MaxNLocator(4))
-    numbers = range(1, planets + 1)
-    legend_below(figure, legend_lines({f"planet {n}": planet_colour(n) for n in numbers}), planets)
+    legend_of(figure, axes, planets)
     return figure
 
 
@@ -249,25 +246,21 @@ def over_runs(axes: Axes, runs: Runs, x: str, drawn: Drawn, envelope: bool = Tru
     for i, (run, dataset) in enumerate(runs.items()):
         values = np.asarray(pick(dataset), dtype=float) * factor
         if envelope:
-            dense |= draw(axes, abscissa(dataset, x), values, colours[run], **layer(i))
+            dense |= draw(axes, abscissa(dataset, x), values, colours[run], label=run, **layer(i))
         else:
-            axes.plot(abscissa(dataset, x), values, color=colours[run], **layer(i))
+            axes.plot(abscissa(dataset, x), values, color=colours[run], label=run, **layer(i))
     axes.set_ylabel(label)
     if dense:
         note_envelope(axes)
 
 
-def finish(
-    figure: Figure, axes: Any, runs: Runs, x: str, more_lines: Sequence[Line2D] = ()
-) -> Figure:
+def finish(figure: Figure, axes: Any, runs: Runs, x: str) -> Figure:
     """The figure with horizontal axis, aligned labels, and a legend if there are several lines."""
     figure.align_ylabels(axes[:, 0])
     at = [abscissa(d, x) for d in runs.values()]
     ends = min(float(v[0]) for v in at), max(float(v[-1]) for v in at)
     finish_x(axes[-1, 0], x, planet_count(next(iter(runs.values()))), *ends)
-    lines = [*legend_lines(variant_colours(runs)), *more_lines]
-    if len(lines) > 1:
-        legend_below(figure, lines)
+    legend_of(figure, axes, least=2)
     return figure
 
 
@@ -278,12 +271,11 @@ def carrier_speed(runs: Runs, rated_rpm: float | None = None) -> Figure:
     top, bottom = axes[:, 0]
     torque_panel(top, runs)
     over_runs(bottom, runs, "time", SPEED)
-    rated = []
     if rated_rpm is not None:
-        rated = [bottom.axhline(rated_rpm, color="black", ls=":", lw=1.2, zorder=4)]
-        rated[0].set_label(f"rated {rated_rpm:g} r/min")
+        label = f"rated {rated_rpm:g} r/min"
+        bottom.axhline(rated_rpm, color="black", ls=":", lw=1.2, zorder=4, label=label)
     least_span(bottom, 0.02)
-    return finish(figure, axes, runs, "time", rated)
+    return finish(figure, axes, runs, "time")
 
 
 def input_torque(part: xr.Dataset) -> xr.DataArray:
@@ -366,7 +358,7 @@ def displacement(runs: Runs, of: str, x: str = "stage_angle") -> Figure:
     for i, (name, dataset) in enumerate(runs.items()):
         at, values = abscissa(dataset, x), picked[name]
         for k, ax in enumerate(axes[:, 0]):
-            if draw(ax, at, values[:, k], colours[name], **layer(i)):
+            if draw(ax, at, values[:, k], colours[name], label=name, **layer(i)):
                 note_envelope(ax)
             if i == 0 and np.isfinite(values[:, k]).any():
                 peak = f"{values[np.nanargmax(np.abs(values[:, k])), k]:.3g}".replace("-", "−")

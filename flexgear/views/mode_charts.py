@@ -17,7 +17,7 @@ from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName
 from flexgear.views.select import variable
-from flexgear.views.style import NEUTRAL, PLANET_COLOURS, legend_below, legend_lines, panels, styled
+from flexgear.views.style import NEUTRAL, PLANET_COLOURS, legend_lines, legend_of, panels, styled
 
 TYPE_COLOURS = {
     "rotational": "#D55E00",
@@ -215,7 +215,7 @@ def campbell_chart(data: xr.Dataset) -> Figure:
         if len(stages) > 1:
             ax.set_title(stage.replace("_", " "))
     axes[-1, 0].set_xlabel("speed over rated speed (–)")
-    legend_below(figure, _legend(data, sorted(kinds), whirls), 3)
+    legend_of(figure, axes, 3, _legend(sorted(kinds), whirls))
     return figure
 
 
@@ -335,15 +335,16 @@ def _meetings(ax: Axes, data: xr.Dataset, stage: str, top: float) -> None:
         if str(of_stage[place_of[label]]) == stage:
             factor, detuning = (float(data[f"meeting_{n}"][i]) for n in ("factor", "away"))
             groups.setdefault((label, factor, detuning), []).append(i)
-    labelled = list[float]()
+    labelled, within = list[float](), f"within {100 * float(data.attrs['margin']):.0f} %"
     for (label, factor, detuning), meetings in sorted(
         groups.items(), key=lambda item: (not _is_ideal(data, item[1][0]), abs(item[0][2]))
     ):
         natural = float(data["meeting_frequency"][meetings[0]]) / (1.0 + detuning)
         x, ideal = factor / (1.0 + detuning), _is_ideal(data, meetings[0])
+        cause = "excited by perfect gears" if ideal else "only by errors"
         ax.plot(
             x, natural, "o", ms=3.6, zorder=5, color="black" if ideal else "white",
-            markeredgecolor="black", markeredgewidth=0.7,
+            markeredgecolor="black", markeredgewidth=0.7, label=f"{within}, {cause}",
         )  # fmt: skip
         has_room = all(abs(natural - y) >= LABEL_HEIGHT * top for y in labelled)
         if natural < top and has_room and len(labelled) < MAX_LABELS:
@@ -362,8 +363,8 @@ def _is_ideal(data: xr.Dataset, meeting: int) -> bool:
     return str(data["meeting_cause"][meeting].item()) == "ideal"
 
 
-def _legend(data: xr.Dataset, kinds: list[int], whirls: bool) -> list[Line2D]:
-    """Entries of the Campbell chart's legend: excitation orders, kinds of modes, meetings."""
+def _legend(kinds: list[int], whirls: bool) -> list[Line2D]:
+    """Entries of the Campbell chart's legend for excitation orders and kinds of modes."""
     out = [
         Line2D([], [], color=NEUTRAL, ls="--", lw=1.0, label="orders of gear meshes"),
         Line2D([], [], color=NEUTRAL, ls=":", lw=0.9, label="shafts, passing planets"),
@@ -375,12 +376,6 @@ def _legend(data: xr.Dataset, kinds: list[int], whirls: bool) -> list[Line2D]:
         out += legend_lines({f"k = {k}: {_kind(k)}": index_colour(k) for k in kinds if k >= 0})
     if ABSENT in kinds:
         out += legend_lines({"without motion of the stage": PALE})
-    if data.sizes["meeting"]:
-        within = f"within {100 * float(data.attrs['margin']):.0f} %"
-        for fill, cause in (("black", "excited by perfect gears"), ("white", "only by errors")):
-            label = f"{within}, {cause}"
-            dot: Any = {"color": "black", "ls": "", "marker": "o", "ms": 3.6, "mfc": fill}
-            out.append(Line2D([], [], label=label, **dot))
     return out
 
 

@@ -7,7 +7,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from flexgear.arrays import Array
 from flexgear.gears.expected_lines import (
@@ -36,7 +35,7 @@ from flexgear.results.sinks import SENSOR_TIME
 from flexgear.views.style import (
     SEQUENTIAL_MAP,
     cell_edges,
-    legend_below,
+    legend_of,
     panels,
     planet_colour,
     styled,
@@ -88,18 +87,16 @@ def order_chart(spectrum: xr.DataArray, lines: Lines = ()) -> Figure:
     figure, axes = panels(1, 1, height_mm=85)
     ax = axes[0, 0]
     for k, (label, amplitude) in enumerate(amplitudes.items()):
-        ax.plot(order, by * amplitude, color=planet_colour(k + 1), lw=0.9, label=label or None)
+        ax.plot(order, by * amplitude, color=planet_colour(k + 1), lw=0.9, label=label)
     ax.set_yscale("log")
     ax.set_ylim(by * largest * 10.0**-DECADES, 2 * by * largest)
     ax.set_xlim(0.0, float(order[-1]))
-    handles = _mark(ax, lines, float(order[-1]))
+    _mark(ax, lines, float(order[-1]))
     _name_harmonics(ax, lines, float(order[-1]))
     ax.set_xlabel(_order_axis(spectrum))
     ax.set_ylabel(f"amplitude ({unit})")
     ax.set_title(f"Amplitude of {words(str(spectrum.name))}", pad=14)
-    named = [line for line in ax.lines if not str(line.get_label()).startswith("_")]
-    if named or handles:
-        legend_below(figure, [*named, *handles], COLUMNS)
+    legend_of(figure, axes, COLUMNS)
     return figure
 
 
@@ -111,9 +108,8 @@ def _order_axis(spectrum: xr.DataArray) -> str:
     return f"order of {of} (–); {window} window over {turns:.4g} {counted} of {of}"
 
 
-def _mark(axes: Axes, lines: Lines, highest: float) -> list[Line2D]:
-    """Draw expected lines across the panel; returns the entries of their legend."""
-    kinds: list[str] = []
+def _mark(axes: Axes, lines: Lines, highest: float) -> None:
+    """Draw expected lines across the panel."""
     drawn = set[tuple[str, float]]()
     for line, order in lines:
         key = (line.kind, round(order, 6))
@@ -121,13 +117,8 @@ def _mark(axes: Axes, lines: Lines, highest: float) -> list[Line2D]:
             continue
         drawn.add(key)
         colour, style = STYLES[line.kind]
-        axes.axvline(order, color=colour, ls=style, lw=0.8, zorder=0.5)
-        if line.kind not in kinds:
-            kinds.append(line.kind)
-    return [
-        Line2D([], [], color=STYLES[kind][0], ls=STYLES[kind][1], lw=1.0, label=f"expected: {kind}")
-        for kind in kinds
-    ]
+        label = f"expected: {line.kind}"
+        axes.axvline(order, color=colour, ls=style, lw=0.8, zorder=0.5, label=label)
 
 
 def _name_harmonics(axes: Axes, lines: Lines, highest: float) -> None:
@@ -205,16 +196,14 @@ def average_chart(mean: xr.DataArray) -> Figure:
     for ax, part in zip(axes[:, 0], parts, strict=True):
         for k, (label, curve) in enumerate(curves(part, "phase")):
             colour = planet_colour(k + 1)
-            ax.plot(part["phase"], by * curve, color=colour, lw=0.9, label=label or None)
+            ax.plot(part["phase"], by * curve, color=colour, lw=0.9, label=label)
         ax.set_ylabel(f"mean ({unit})")
         if "planet" in part.coords and "planet" in mean.dims:
             ax.set_title(f"planet {int(part['planet'])}")
     axes[-1, 0].set_xlabel(f"{mean['phase'].attrs['long_name']} (–)")
     text = f"{words(str(mean.name)).capitalize()}, mean of {mean.attrs['turns']} turns"
     figure.suptitle(text, fontsize=9.5, weight="bold")
-    named = [x for x in axes[0, 0].lines if not str(x.get_label()).startswith("_")]
-    if named:
-        legend_below(figure, named, COLUMNS)
+    legend_of(figure, axes, COLUMNS)
     return figure
 
 
@@ -237,7 +226,7 @@ def sensors_chart(data: xr.Dataset) -> Figure:
     signal = data["sensor_signal"].isel({SENSOR_TIME: slice(-MAX_SHOWN, None)})
     time, names = signal[SENSOR_TIME].to_numpy(), signal["sensor"].to_numpy()
     figure, axes = panels(len(names), 2, height_mm=28 + 42 * len(names), sharex="col")
-    (spectrum, lines), kinds = _orders(data), dict[str, Line2D]()
+    spectrum, lines = _orders(data)
     for k, ((left, right), name) in enumerate(zip(axes, names, strict=True)):
         quantity = str(signal["sensor_quantity"][k].item())
         values = signal.sel(sensor=name).to_numpy().astype(float)
@@ -250,8 +239,7 @@ def sensors_chart(data: xr.Dataset) -> Figure:
             continue
         amplitude = factor * spectrum.sel(sensor=name).to_numpy()
         top = float(amplitude.max(initial=0.0)) or 1.0
-        handles = _mark(right, lines[name], float(spectrum["order"][-1]))
-        kinds |= {str(handle.get_label()): handle for handle in handles}
+        _mark(right, lines[name], float(spectrum["order"][-1]))
         right.semilogy(spectrum["order"], amplitude, lw=0.7)
         right.set_ylim(2 * top * 10.0**-SENSOR_DECADES, 3 * top)
         right.set_xlim(0, float(spectrum["order"][-1]))
@@ -264,8 +252,7 @@ def sensors_chart(data: xr.Dataset) -> Figure:
     if spectrum is not None and visible:
         visible[-1].set_xlabel(f"order of {words(spectrum.attrs['of'])} (–)")
         visible[-1].tick_params(labelbottom=True)
-    if kinds:
-        legend_below(figure, list(kinds.values()), len(kinds))
+    legend_of(figure, axes, len(KINDS))
     figure.align_ylabels(axes)
     return figure
 

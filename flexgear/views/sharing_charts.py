@@ -11,7 +11,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from flexgear.arrays import Array
@@ -39,8 +38,7 @@ from flexgear.views.style import (
     force_scale,
     labelled_bars,
     least_span,
-    legend_below,
-    legend_lines,
+    legend_of,
     panels,
     planet_colour,
     styled,
@@ -87,10 +85,8 @@ def _planets_chart(data: xr.Dataset, name: str, symbol: str, unit: str = "") -> 
     figure, axes = panels(
         len(rows), columns, height_mm=height, sharex="col", width_ratios=[2, 1][:columns]
     )
-    planets: set[int] = set()
     for row, (title, part) in zip(axes, rows.items(), strict=True):
         alike = _planet_lines(row[0], data, part, factor, count if dense else None)
-        planets |= set() if alike else set(part["planet"].to_numpy().tolist())
         mean, largest = (factor * float(x) for x in (part.mean(), part.max()))
         sizes = f"mean {mean:.4g} {unit}, largest {largest:.4g} {unit}"
         if not unit:  # of load factors, whose mean is 1
@@ -113,9 +109,7 @@ def _planets_chart(data: xr.Dataset, name: str, symbol: str, unit: str = "") -> 
     for ax in axes[-1]:
         ax.set_xlabel(label)
     figure.align_ylabels(axes[:, 0])
-    if len(planets) > 1:
-        lines = legend_lines({f"planet {p}": planet_colour(p) for p in sorted(planets)})
-        legend_below(figure, lines, 8)
+    legend_of(figure, axes, 8, least=2)
     return figure
 
 
@@ -137,19 +131,14 @@ def displacements_chart(data: xr.Dataset) -> Figure:
         for (part, half), place in motion.items():
             times, line = _with_gaps(data, np.hypot(place[:, 0], place[:, 1]))
             colour, style = MEMBER_COLOURS[part], HALVES.get(half, "-")
-            dense |= draw(row[1], times, line, colour, ls=style, lw=1.0)
+            label = f"{part} {half}".strip()
+            dense |= draw(row[1], times, line, colour, ls=style, lw=1.0, label=label)
         if dense:
             note_envelope(row[1])
         row[1].set_ylabel("distance from the axis (µm)")
         row[1].set_xlabel(label)
         row[1].set(ylim=(0.0, None), xlim=(at.min(), at.max()) if len(at) > 1 else None)
-    members = dict.fromkeys(which for motion in stages.values() for which in motion)
-    handles = [
-        Line2D([], [], color=MEMBER_COLOURS[part], lw=1.5, ls=HALVES.get(half, "-"),
-               label=f"{part} {half}".strip())
-        for part, half in members
-    ]  # fmt: skip
-    legend_below(figure, handles)
+    legend_of(figure, axes)
     return figure
 
 
@@ -230,13 +219,14 @@ def _planet_lines(
     values = part.to_numpy() * factor
     spread = float(np.nanmax(np.ptp(values, axis=1), initial=0.0))
     alike = values.shape[1] > 1 and spread < EQUAL * np.nanmax(np.abs(values), initial=0.0)
-    lines = [(planet_colour(int(p)), v, 1.0) for p, v in zip(part["planet"], values.T, strict=True)]
-    for colour, line, width in [("black", values.mean(axis=1), 1.2)] if alike else lines:
+    planets = zip(part["planet"].to_numpy().tolist(), values.T, strict=True)
+    lines = [(planet_colour(p), v, {"lw": 1.0, "label": f"planet {p}"}) for p, v in planets]
+    for colour, line, look in [("black", values.mean(axis=1), {"lw": 1.2})] if alike else lines:
         at, y = _with_gaps(data, line)
         if beside is not None:
-            draw(ax, at, y, colour, fill=bool(alike), beside=beside, lw=width)
+            draw(ax, at, y, colour, fill=bool(alike), beside=beside, **look)
         else:
-            ax.plot(at, y, color=colour, lw=width)
+            ax.plot(at, y, color=colour, **look)
     return bool(alike)
 
 
@@ -338,7 +328,7 @@ def comparison_chart(runs: Mapping[str, xr.Dataset]) -> Figure:
             largest = (by * force.max("gear_mesh"), factor.max("gear_mesh"))
             row[0].set_title(title)
             for ax, values in zip(row, largest, strict=False):
-                if draw(ax, x, values.to_numpy(), colours[label], **layer(k)):
+                if draw(ax, x, values.to_numpy(), colours[label], label=label, **layer(k)):
                     note_envelope(ax)
     for row, has_sharing in zip(axes, shared, strict=True):
         row[0].set_ylabel(f"largest force ({unit})")
@@ -353,5 +343,5 @@ def comparison_chart(runs: Mapping[str, xr.Dataset]) -> Figure:
         lowest = [ax for ax in column if ax.get_visible()][-1]
         lowest.set_xlabel(axis_label)
         lowest.tick_params(labelbottom=True)
-    legend_below(figure, legend_lines(colours))
+    legend_of(figure, axes)
     return figure

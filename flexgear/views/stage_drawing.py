@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Patch
+from matplotlib.patches import Circle
 
 from flexgear.arrays import Array
 from flexgear.gears.geometry import StageGeometry, stage_geometry
@@ -27,6 +26,7 @@ from flexgear.views.style import (
     NEUTRAL,
     SEQUENTIAL_MAP,
     VARIANT_COLOURS,
+    legend_of,
     new_figure,
     panels,
     planet_colour,
@@ -34,6 +34,7 @@ from flexgear.views.style import (
 )
 
 POINTS = 10  # of a flank, and of a root
+PLANET = planet_colour(1) + "59"
 STEEL, CARRIER, SHAFT = "#D5DAE1", "#BFE3D0", "#F3D9B8"
 BOLT, HIDDEN, BEARING = "#BB5566", "#009E73", "#0072B2"
 LINE: dict[str, Any] = {"ec": "#30343B", "lw": 0.6}
@@ -46,7 +47,7 @@ def front_drawing(view: StageView) -> Figure:
     g, stage = stage_geometry(view), view.stage
     figure, axes = panels(1, 1, height_mm=170)
     ax = axes[0, 0]
-    outside = _ring_radius(view, g)
+    outside, (sun_name, planet_name) = _ring_radius(view, g), _gear_names(view)
     if stage.kind == "planetary":
         _circle(ax, (0.0, 0.0), outside, STEEL)
         _fill(ax, gear_outline(g.ring, 0.0), "white")
@@ -54,14 +55,16 @@ def front_drawing(view: StageView) -> Figure:
         _bolts(ax, view)
     rotations = [_planet_rotation(g, angle) for angle in stage.planet_angles]
     sun = _sun_rotation(g, stage.planet_angles[0], rotations[0])
-    _fill(ax, gear_outline(g.sun, sun), STEEL)
+    _fill(ax, gear_outline(g.sun, sun), STEEL, label=sun_name)
     _circle(ax, (0.0, 0.0), _bore(view, "sun"), fill="white")
     for k, (angle, rotation) in enumerate(zip(stage.planet_angles, rotations, strict=True)):
         centre = g.center_distance * np.array([math.cos(angle), math.sin(angle)])
-        _fill(ax, centre + gear_outline(g.planet, rotation), planet_colour(k + 1), alpha=0.35)
+        outline, colour = centre + gear_outline(g.planet, rotation), planet_colour(k + 1)
+        _fill(ax, outline, colour, alpha=0.35, label=planet_name)
         _circle(ax, centre, _bore(view, "planet"), fill="white")
         if _fe_carrier(view) is not None:
-            _circle(ax, centre, view.carrier.pin_diameter / 2, fill=CARRIER)
+            pin = view.carrier.pin_diameter / 2
+            _circle(ax, centre, pin, fill=CARRIER, label="pin of the carrier")
         if stage.kind == "planetary":
             ax.text(*(MILLI * centre), f"{k + 1}", ha="center", va="center")
     ax.set_aspect("equal")
@@ -69,7 +72,7 @@ def front_drawing(view: StageView) -> Figure:
     ax.set_xlabel("X (mm)")
     ax.set_ylabel("Y (mm)")
     ax.set_title(f"centre distance {MILLI * g.center_distance:.5g} mm")
-    _legend(figure, view, front=True)
+    legend_of(figure, axes, 4)
     return figure
 
 
@@ -77,15 +80,17 @@ def front_drawing(view: StageView) -> Figure:
 def section_drawing(view: StageView) -> Figure:
     """The upper half of the stage cut along its axis, in mm; crossed boxes are bearings."""
     boxes = [*_gear_boxes(view), *_carrier_boxes(view), *_shaft_boxes(view)]
-    figure = new_figure(110)
-    ax = figure.subplots()
+    figure, axes = panels(1, 1, height_mm=110)
+    ax, (sun, planet) = axes[0, 0], _gear_names(view)
+    labels = {STEEL: sun, PLANET: planet, CARRIER: "carrier and pin", SHAFT: "shaft of the sun"}
     for left, right, inner, outer, colour in boxes:
         z, r = np.array([left, right, right, left]), np.array([inner, inner, outer, outer])
         if colour == BEARING:  # its edge and its diagonals
             corners = [0, 1, 2, 3, 0, 2, 1, 3]
-            ax.plot(MILLI * z[corners], MILLI * r[corners], color=BEARING, lw=1.0)
+            look: Any = {"color": BEARING, "lw": 1.0, "label": "bearing of the carrier"}
+            ax.plot(MILLI * z[corners], MILLI * r[corners], **look)
         else:
-            ax.fill(MILLI * z, MILLI * r, fc=colour, **LINE)
+            ax.fill(MILLI * z, MILLI * r, fc=colour, label=labels[colour], **LINE)
     for circle in view.ring.bolt_circles if view.stage.form("ring") == "fe" else ():
         half, stage = view.stage.face_width / 2, view.stage
         sign = 1.0 if view.ring.bolted_end(circle) == "+z" else -1.0
@@ -95,44 +100,19 @@ def section_drawing(view: StageView) -> Figure:
         for bolt in (
             (z - stage.half_offset, stage.half_offset - z) if stage.double_helical else (z,)
         ):
-            ax.plot(MILLI * bolt, r, color=BOLT, lw=1.0)
-    ax.axhline(0.0, color=NEUTRAL, ls="-.", lw=0.8)
+            ax.plot(MILLI * bolt, r, color=BOLT, lw=1.0, label="bolt")
+    ax.axhline(0.0, color=NEUTRAL, ls="-.", lw=0.8, label="axis")
     ax.set_aspect("equal")
     ax.autoscale_view()
     ax.set_xlabel("z (mm)")
     ax.set_ylabel("distance from the axis (mm)")
-    _legend(figure, view, front=False)
+    legend_of(figure, axes, 4)
     return figure
 
 
-def _legend(figure: Figure, view: StageView, front: bool) -> None:
-    """Add a legend of the components of the stage."""
-    planetary, body = view.stage.kind == "planetary", _fe_carrier(view)
-    sun, planet = ("sun and ring", "planet") if planetary else ("pinion", "gear")
-    handles: list[Any] = [
-        Patch(fc=STEEL, label=sun, **LINE),
-        Patch(fc=(planet_colour(1), 0.35), label=planet, **LINE),
-    ]
-    if body is not None and front:
-        handles += [
-            Patch(fc=CARRIER, label="pin of the carrier", **LINE),
-            Line2D([], [], color=HIDDEN, ls="--", lw=0.8, label="plates and hub of the carrier"),
-        ]
-    if body is not None and not front:
-        handles += [
-            Patch(fc=CARRIER, label="carrier and pin", **LINE),
-            Line2D([], [], color=BEARING, marker="x", lw=1.0, label="bearing of the carrier"),
-        ]
-    if not front and any(True for _ in _shaft_boxes(view)):
-        handles.append(Patch(fc=SHAFT, label="shaft of the sun", **LINE))
-    if view.stage.form("ring") == "fe" and any(True for _ in view.ring.bolt_circles):
-        handles.append(
-            Patch(fc=BOLT, label="bolt", **LINE) if front
-            else Line2D([], [], color=BOLT, lw=1.0, label="bolt")
-        )  # fmt: skip
-    if not front:
-        handles.append(Line2D([], [], color=NEUTRAL, ls="-.", lw=0.8, label="axis"))
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 4))
+def _gear_names(view: StageView) -> tuple[str, str]:
+    """Labels of sun and ring, and of planets; of pinion and gear."""
+    return ("sun and ring", "planet") if view.stage.kind == "planetary" else ("pinion", "gear")
 
 
 def gear_outline(gear: ToothGeometry, rotation: float) -> Array:
@@ -175,7 +155,7 @@ def _bolts(ax: Axes, view: StageView) -> None:
         for k in range(circle.number):
             at = circle.first_angle + 2 * math.pi * k / circle.number
             centre = circle.circle_diameter / 2 * np.array([math.cos(at), math.sin(at)])
-            _circle(ax, centre, circle.diameter / 2, fill=BOLT)
+            _circle(ax, centre, circle.diameter / 2, fill=BOLT, label="bolt")
 
 
 def _carrier_circles(ax: Axes, view: StageView) -> None:
@@ -183,7 +163,12 @@ def _carrier_circles(ax: Axes, view: StageView) -> None:
     if body is None:
         return
     for diameter in (body.plate_diameter, body.hub_outer_diameter):
-        dashes: Any = {"ec": HIDDEN, "ls": "--", "lw": 0.8}
+        dashes: Any = {
+            "ec": HIDDEN,
+            "ls": "--",
+            "lw": 0.8,
+            "label": "plates and hub of the carrier",
+        }
         ax.add_patch(Circle((0.0, 0.0), MILLI * diameter / 2, fill=False, **dashes))
 
 
@@ -197,9 +182,8 @@ def _gear_boxes(view: StageView) -> Iterator[Box]:
     bore = _bore(view, "planet")
     for left, right in halves:
         yield left, right, _bore(view, "sun"), g.sun.tip_radius, STEEL
-        planet = planet_colour(1) + "59"
-        yield left, right, g.center_distance + bore, g.center_distance + g.planet.tip_radius, planet
-        yield left, right, g.center_distance - g.planet.tip_radius, g.center_distance - bore, planet
+        yield left, right, g.center_distance + bore, g.center_distance + g.planet.tip_radius, PLANET
+        yield left, right, g.center_distance - g.planet.tip_radius, g.center_distance - bore, PLANET
         if stage.kind == "planetary":
             yield left, right, g.ring.tip_radius, _ring_radius(view, g), STEEL
 
@@ -252,14 +236,16 @@ def _bore(view: StageView, role: str) -> float:
     return float(view.stage.member(view.part(role)).bore_diameter) / 2  # type: ignore[union-attr]
 
 
-def _fill(ax: Axes, points: Array, colour: str, alpha: float = 1.0) -> None:
-    ax.fill(MILLI * points[:, 0], MILLI * points[:, 1], fc=(colour, alpha), **LINE)
+def _fill(ax: Axes, points: Array, colour: str, alpha: float = 1.0, label: str = "") -> None:
+    ax.fill(MILLI * points[:, 0], MILLI * points[:, 1], fc=(colour, alpha), label=label, **LINE)
 
 
-def _circle(ax: Axes, centre: Array | tuple[float, float], radius: float, fill: str) -> None:
+def _circle(
+    ax: Axes, centre: Array | tuple[float, float], radius: float, fill: str, label: str = ""
+) -> None:
     if radius > 0:
         x, y = MILLI * np.asarray(centre)
-        ax.add_patch(Circle((x, y), MILLI * radius, fc=fill, **LINE))
+        ax.add_patch(Circle((x, y), MILLI * radius, fc=fill, label=label, **LINE))
 
 
 FLANK_POINTS = 201  # along each axis

@@ -152,21 +152,23 @@ def legend_lines(colours: Mapping[str, str]) -> list[Line2D]:
     return [Line2D([], [], color=c, lw=1.5, label=label) for label, c in colours.items()]
 
 
-def legend_below(figure: Figure, handles: Iterable[Artist], columns: int = 6) -> Legend:
-    """One legend below all axes, with at most ``columns`` columns."""
-    entries = list(handles)
-    return figure.legend(
-        handles=entries, loc="outside lower center", ncols=max(1, min(len(entries), columns))
-    )
-
-
-def legend_of(figure: Figure, axes: NDArray[Any], columns: int = 6) -> Legend:
-    """Legend below all axes of all their labelled artists, each label once."""
-    by_label: dict[str, Artist] = {}
+def legend_of(
+    figure: Figure,
+    axes: NDArray[Any],
+    columns: int = 6,
+    first: Iterable[Artist] = (),
+    least: int = 1,
+) -> Legend | None:
+    """Legend below all axes of the artists ``first`` and all labelled ones, each label once, in at
+    most ``columns`` columns; None for fewer than ``least`` entries."""
+    by_label = {str(artist.get_label()): artist for artist in first}
     for ax in axes.flat:
-        handles, labels = ax.get_legend_handles_labels()
-        by_label |= dict(zip(labels, handles, strict=True))
-    return legend_below(figure, by_label.values(), columns)
+        for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
+            by_label.setdefault(label, handle)
+    if len(by_label) < least:
+        return None
+    columns = min(len(by_label), columns)
+    return figure.legend(handles=[*by_label.values()], loc="outside lower center", ncols=columns)
 
 
 def labelled_bars(

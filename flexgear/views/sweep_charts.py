@@ -12,7 +12,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.ticker import (
     FuncFormatter,
     LogLocator,
@@ -33,7 +32,7 @@ from flexgear.views.style import (
     SEQUENTIAL_MAP,
     cell_edges,
     least_span,
-    legend_below,
+    legend_of,
     panels,
     styled,
 )
@@ -107,23 +106,17 @@ def _lines(data: xr.Dataset, field: xr.DataArray, keys: list[str], label: str) -
     parts = list(_panels(chosen, keys, keep))[:MAX_PANELS]
     height = 30 + (62 if len(parts) == 1 else 42 * len(parts))
     figure, axes = panels(len(parts), 1, height_mm=height, sharex=True)
-    handles: dict[str, Line2D] = {}
     for ax, (title, part) in zip(axes[:, 0], parts, strict=True):
         curves = _curves(part, *keys)
         _draw(ax, part[keys[0]], curves, field)
         ax.set_title(title)
         ax.set_ylabel(label)
-        handles |= {
-            c.label: Line2D([], [], color=c.colour, ls=c.style, lw=1.5, label=c.label)
-            for c in curves
-            if c.label
-        }
     if not by_key and "mode" in field.dims and "mode_type" in data:
-        handles = _marked_types(axes[-1, 0], data, field, keys[0])
+        _mark_types(axes[-1, 0], data, field, keys[0])
     axes[-1, 0].set_xlabel(_key_label(field[keys[0]]))
-    if handles:
-        legend = legend_below(figure, handles.values(), LINES_BY_KEY if by_key else 4)
-        legend.set_title(_key_label(field[keys[1]]) if by_key else "")
+    legend = legend_of(figure, axes, LINES_BY_KEY if by_key else 4)
+    if legend is not None and by_key:
+        legend.set_title(_key_label(field[keys[1]]))
     return figure
 
 
@@ -221,7 +214,7 @@ def _draw(ax: Axes, ticks: xr.DataArray, curves: list[Curve], field: xr.DataArra
         dashes: Any = (0, (12 / (under + 1), 12 - 12 / (under + 1))) if under else curve.style
         ax.plot(
             x, curve.values, ls=dashes, color=curve.colour, marker="" if under else marker,
-            ms=3, lw=1.4, zorder=3 + 0.1 * under,
+            ms=3, lw=1.4, zorder=3 + 0.1 * under, label=curve.label,
         )  # fmt: skip
     _axis(ax, ticks, "x")
     values = np.concatenate([c.values[np.isfinite(c.values)] for c in curves] or [np.ones(1)])
@@ -235,20 +228,16 @@ def _draw(ax: Axes, ticks: xr.DataArray, curves: list[Curve], field: xr.DataArra
         least_span(ax, LEAST_SPAN)
 
 
-def _marked_types(ax: Axes, data: xr.Dataset, field: xr.DataArray, key: str) -> dict[str, Line2D]:
-    """Draw markers of modes in the colour of their type; returns the entries of the legend."""
+def _mark_types(ax: Axes, data: xr.Dataset, field: xr.DataArray, key: str) -> None:
+    """Draw markers of modes in the colour of their type."""
     kinds = data["mode_type"].sel({key: field[key]}).transpose(*field.dims).to_numpy()
     values = field.to_numpy()
     x = np.broadcast_to(_positions(field[key])[:, None], values.shape)
     if field.dims[0] != key:
         x = x.T
-    handles = {}
     for kind in [k for k in TYPE_COLOURS if np.any(kinds == k)]:
         at = kinds == kind
-        style: Any = {"ls": "", "marker": "o", "ms": 4, "color": TYPE_COLOURS[kind]}
-        ax.plot(x[at], values[at], zorder=4, **style)
-        handles[kind] = Line2D([], [], label=kind, **style)
-    return handles
+        ax.plot(x[at], values[at], "o", ms=4, color=TYPE_COLOURS[kind], zorder=4, label=kind)
 
 
 def _axis(ax: Axes, ticks: xr.DataArray, which: str) -> None:

@@ -10,7 +10,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from flexgear.arrays import Array
@@ -26,8 +25,7 @@ from flexgear.views.style import (
     PLANET_COLOURS,
     force_scale,
     least_span,
-    legend_below,
-    legend_lines,
+    legend_of,
     panels,
     planet_colour,
     styled,
@@ -86,7 +84,7 @@ def response_chart(data: xr.Dataset) -> Figure:
     force.set_ylabel(f"gear-mesh force ({unit}),\nlargest and smallest")
     error.set_ylabel("transmission error (µm),\npeak to peak")
     axes[-1, 0].set_xlabel(f"{data.attrs['over']} over rated {data.attrs['over']} (–)")
-    legend_below(figure, _legend(of_drawn, names), 3)
+    legend_of(figure, axes, 3, first=_legend(of_drawn, names))
     return figure
 
 
@@ -148,11 +146,13 @@ def _limit(ax: Axes, values: Array, lowest: float, stable: NDArray[np.bool_]) ->
 def _contact(ax: Axes, data: xr.Dataset, x: Array, y: Array, gear_mesh: int) -> None:
     """Draw broad lines below a curve where teeth lose contact, and where coast flanks touch."""
     branch = data["response_branch"].to_numpy()
-    for name, colour in (("lost_contact_share", LOST), ("back_contact_share", BACK)):
-        at = np.flatnonzero(data[name].to_numpy()[:, gear_mesh] > 0.0)
+    lost, back = data.attrs["without_contact"], "coast flanks touch, too"
+    for name, colour, label in (("lost", LOST, lost), ("back", BACK, back)):
+        at = np.flatnonzero(data[f"{name}_contact_share"].to_numpy()[:, gear_mesh] > 0.0)
         breaks = (np.diff(at) > 1) | (np.diff(branch[at]) != 0)
         for run in np.split(at, np.flatnonzero(breaks) + 1) if len(at) else []:
-            ax.plot(x[run], y[run], color=colour, lw=BROAD, solid_capstyle="butt", zorder=1)
+            look: Any = {"lw": BROAD, "solid_capstyle": "butt", "zorder": 1, "label": label}
+            ax.plot(x[run], y[run], color=colour, **look)
 
 
 def _jumps(ax: Axes, data: xr.Dataset, by: float) -> None:
@@ -161,9 +161,10 @@ def _jumps(ax: Axes, data: xr.Dataset, by: float) -> None:
     for k in range(data.sizes.get("turning_point", 0)):
         row = data.isel(turning_point=k)
         rising = int(row["turning_point_sense"]) > 0
-        colour, marker = (UP, ">") if rising else (DOWN, "<")
+        colour, marker, turns = (UP, ">", "rises") if rising else (DOWN, "<", "falls")
         x, y = float(row["turning_point_parameter"]), by * float(row["turning_point_force"])
-        ax.plot([x], [y], marker, color=colour, ms=4.5, zorder=4)
+        label = f"jump as {data.attrs['over']} {turns}"
+        ax.plot([x], [y], marker, color=colour, ms=4.5, zorder=4, label=label)
         targets = row["turning_point_target_force"].to_numpy()
         for target in by * targets[np.isfinite(targets)]:
             arrow = {"arrowstyle": "-|>", "color": colour, "lw": 0.9, "shrinkA": 3, "shrinkB": 0}
@@ -177,11 +178,12 @@ def _changes(ax: Axes, data: xr.Dataset) -> None:
     changed = data["stability_change_kind"].to_numpy() != 0
     if changed.any():
         at = data["stability_change_parameter"].to_numpy()[changed]
-        ax.plot(at, np.zeros(len(at)), "d", color=CHANGE, ms=4, clip_on=False, zorder=4)
+        look: Any = {"color": CHANGE, "ms": 4, "label": "another motion branches off"}
+        ax.plot(at, np.zeros(len(at)), "d", clip_on=False, zorder=4, **look)
 
 
 def _legend(data: xr.Dataset, names: list[str]) -> list[Any]:
-    """Entries of the legend: lines, marks and shades."""
+    """Entries of the legend for lines, which have many pieces."""
     handles: list[Any] = [
         Line2D([], [], color=PLANET_COLOURS[k], lw=1.4, label=name) for k, name in enumerate(names)
     ]
@@ -198,25 +200,6 @@ def _legend(data: xr.Dataset, names: list[str]) -> list[Any]:
         for period in np.unique(_periods(data)).astype(int).tolist()
         if period > 1
     ]
-    sense = np.asarray(data.get("turning_point_sense", 0))
-    change = np.asarray(data.get("stability_change_kind", 0))
-    marks = (
-        (sense > 0, UP, ">", f"jump as {data.attrs['over']} rises"),
-        (sense < 0, DOWN, "<", f"jump as {data.attrs['over']} falls"),
-        (change != 0, CHANGE, "d", "another motion branches off"),
-    )
-    handles += [
-        Line2D([], [], color=colour, marker=marker, ls="none", ms=4.5, label=label)
-        for where, colour, marker, label in marks
-        if np.any(where)
-    ]
-    without = data.attrs["without_contact"]
-    shades = (("lost", LOST, without), ("back", BACK, "coast flanks touch, too"))
-    handles += [
-        Patch(color=colour, label=label)
-        for name, colour, label in shades
-        if np.any(data[f"{name}_contact_share"].to_numpy() > 0.0)
-    ]
     return handles
 
 
@@ -228,13 +211,14 @@ LABEL_WIDTH = 0.07  # of the width of a panel
 def _stage_panels(
     data: xr.Dataset, stages: list[str], draw: Callable[[Axes, xr.Dataset, str], None]
 ) -> Figure:
-    """Figure with a panel over speed for each stage."""
+    """Figure with a panel over speed for each stage, and a legend."""
     figure, axes = panels(len(stages), 1, height_mm=22 + 63 * len(stages), sharex=True)
     for ax, stage in zip(axes[:, 0], stages, strict=True):
         draw(ax, data, stage)
         if len(stages) > 1:
             ax.set_title(stage.replace("_", " "))
     axes[-1, 0].set_xlabel("speed over rated speed (–)")
+    legend_of(figure, axes, 5)
     return figure
 
 
@@ -255,10 +239,7 @@ def linear_response_chart(data: xr.Dataset) -> Figure:
     """Amplitude of the largest gear-mesh force of each stage by order of its gear-mesh frequency,
     with the mode of the largest share of each peak."""
     stages = list(dict.fromkeys(map(str, data["stage"].to_numpy())))
-    figure = _stage_panels(data, stages, _forces)
-    orders = data["gear_mesh_order"].to_numpy().tolist()
-    legend_below(figure, legend_lines({f"order {o}": planet_colour(o) for o in orders}), 5)
-    return figure
+    return _stage_panels(data, stages, _forces)
 
 
 def _forces(ax: Axes, data: xr.Dataset, stage: str) -> None:
@@ -269,7 +250,7 @@ def _forces(ax: Axes, data: xr.Dataset, stage: str) -> None:
     force = by * forces[:, of_stage].max(axis=1)
     factor = data["speed_factor"].to_numpy()
     for k, order in enumerate(data["gear_mesh_order"].to_numpy().tolist()):
-        ax.semilogy(factor, force[:, k], color=planet_colour(order))
+        ax.semilogy(factor, force[:, k], color=planet_colour(order), label=f"order {order}")
     top = float(force.max(initial=0.0)) or 1.0
     ax.set(xlim=(factor[0], factor[-1]), ylim=(top * 10**-DECADES, 3.0 * top))
     ax.set_ylabel(f"amplitude of gear-mesh force ({unit})")
@@ -293,10 +274,7 @@ def stability_chart(data: xr.Dataset) -> Figure:
     """Growth rate over speed, a panel for each stage: shaded bands in which vibration grows, with
     modes i and j and order l of l f_z = f_i + f_j at the fastest growth; operating speeds grey."""
     stages = [str(s) for s in data["turning_stage"].to_numpy()]
-    figure = _stage_panels(data, stages, _growth)
-    colours = {"growth of free vibration": UNSTABLE, "speeds at which the case runs": NEUTRAL}
-    legend_below(figure, legend_lines(colours), 2)
-    return figure
+    return _stage_panels(data, stages, _growth)
 
 
 def _growth(ax: Axes, data: xr.Dataset, stage: str) -> None:
@@ -304,11 +282,11 @@ def _growth(ax: Axes, data: xr.Dataset, stage: str) -> None:
     factor, growth = with_edges(data, stage)
     for speed in np.atleast_1d(data.attrs["operating_factors"]):
         if factor[0] <= speed <= factor[-1]:
-            ax.axvline(speed, color=NEUTRAL, lw=0.8)
+            ax.axvline(speed, color=NEUTRAL, lw=0.8, label="speeds at which the case runs")
     bands = bands_of(data, stage)
     for band in bands:
         ax.axvspan(band["lower_factor"], band["upper_factor"], color=SHADE, zorder=0)
-    ax.plot(factor, growth, color=UNSTABLE)
+    ax.plot(factor, growth, color=UNSTABLE, label="growth of free vibration")
     ax.set(xlim=(factor[0], factor[-1]), ylabel="growth rate (1/s)")
     if not bands:
         ax.set_ylim(-0.05, 1.0)

@@ -55,8 +55,8 @@ def test_unstable_states_are_dashed_and_jumps_are_marked(curve):
     assert marks == {">": 1.2, "<": 0.9}
     assert len(force.texts) == 2  # an arrow to each stable state, none where there is none
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert labels == ["pair sun 1", "stable", "unstable", "jump as speed rises",
-                      "jump as speed falls", "teeth lose contact"]  # fmt: skip
+    assert labels == ["pair sun 1", "stable", "unstable", "teeth lose contact",
+                      "jump as speed rises", "jump as speed falls"]  # fmt: skip
     assert force.get_ylim()[1] > 8.0 > 0.9 * force.get_ylim()[1]
     assert [len(panel["data"]) > 3 for panel in panels_of(figure)] == [True, True]
     assert np.ptp(error.get_ylim()) > 0.0
