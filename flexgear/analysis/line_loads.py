@@ -103,10 +103,10 @@ def _fill_gear_mesh(
     s, approaches = result.pair_position[:, m][at], result.pair_approach[:, m][at]
     teeth = teeth_of_pairs(pairs, m, s, result.theta[at[0], pairs.angle[m]])
     tables = pairs.table[m] + pairs.gear_table[m, teeth[0]] + pairs.planet_table[m, teeth[1]]
-    values = interpolated(pairs, m, s, tables)
+    values = interpolated(pairs, m, pairs.slice_table, s, tables)
     radius = values[:, 0]
     z, stiffness, gap = np.split(values[:, LINE_COLUMNS : LINE_COLUMNS + 3 * count], 3, axis=1)
-    centre = line_centres(pairs, m, s, tables)
+    centre = interpolated(pairs, m, pairs.z_table, s, tables)  # of the lines
     with np.errstate(divide="ignore", invalid="ignore"):
         lever = np.where(radius > 0, 0.5 / radius, 0.0)
     tilt = lever * (approaches[:, 1] - approaches[:, 0])
@@ -143,20 +143,12 @@ def teeth_of_pairs(pairs: PairData, m: int, s: Array, theta: Array) -> tuple[Int
     return tooth, (pairs.planet_tooth0[m] + pairs.planet_step[m] * k) % pairs.planet_teeth[m]
 
 
-def line_centres(pairs: PairData, m: int, s: Array, tables: Ints | None = None) -> Array:
-    """Coordinates z (n,) of the centres of contact lines of gear mesh m at path coordinates s (n,),
-    m, symmetrical to which a pair has its two rows. tables (n,): numbers of the tables by the
-    pairs' teeth; those of teeth without faults if left out."""
-    return _interpolate(pairs, m, pairs.z_table, s, tables)
-
-
-def interpolated(pairs: PairData, m: int, s: Array, tables: Ints | None = None) -> Array:
-    """Entries (n, …) of the slice tables of gear mesh m at s (n,), m; see ``line_centres``."""
-    return _interpolate(pairs, m, pairs.slice_table, s, tables)
-
-
-def _interpolate(pairs: PairData, m: int, values: Array, s: Array, tables: Ints | None) -> Array:
-    """Linear interpolation of tables ``values`` at path coordinates s (n,), m."""
+def interpolated(
+    pairs: PairData, m: int, values: Array, s: Array, tables: Ints | None = None
+) -> Array:
+    """Entries (n, …) of tables ``values`` of gear mesh m at path coordinates s (n,), m, as of slices
+    or of the centres z of contact lines, symmetrical to which a pair has its two rows. tables (n,):
+    numbers of the tables by the pairs' teeth; those of teeth without faults if left out."""
     first, last = pairs.table[m], values.shape[1] - 1
     y = np.clip((s - pairs.table_start[first]) / pairs.table_step[first], 0.0, float(last))
     j, k = np.minimum(y.astype(int), last - 1), first if tables is None else tables
@@ -276,7 +268,8 @@ def _coupled_stiffness(pairs: PairData, m: int, s: Array, tangent: Array) -> flo
     """Stiffness of n pairs of gear mesh m that are coupled by flexibility, N/m; s (n,): their path
     coordinates, m, rising; tangent (n, 2, 2): of the two rows of each pair, N/m."""
     n = len(s)
-    neighbours = interpolated(pairs, m, s)[:, NEIGHBOURS:LINE_COLUMNS].reshape(n, 2, FOLLOWING)
+    neighbours = interpolated(pairs, m, pairs.slice_table, s)[:, NEIGHBOURS:LINE_COLUMNS]
+    neighbours = neighbours.reshape(n, 2, FOLLOWING)
     tangents, flexibility = np.zeros((2 * n, 2 * n)), np.zeros((2 * n, 2 * n))
     for k in range(n):
         rows, after = slice(2 * k, 2 * k + 2), slice(2 * k + 2, 2 * k + 2 + FOLLOWING)

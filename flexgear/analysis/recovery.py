@@ -8,7 +8,6 @@ including wind-up.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -157,19 +156,10 @@ class Recovery:
         link = next((x for x in self.modal.system.links if x.name == name), None)
         if link is None:
             raise KeyError(name)
-        force = self._link_motions[name] @ link.matrix[:6].T
+        force = self.named(f"link {name}", lambda: link.rows) @ link.matrix[:6].T
         if len(link.rows) == 6:
             return force + self._law_force(name, link.rows)
         return force + self._law_force(f"{name}_damper", link.rows[:6] - link.rows[6:])
-
-    @cached_property
-    def _link_motions(self) -> dict[str, Array]:
-        """Motions (t, 6) of the rows of all links, by name."""
-        links = self.modal.system.links
-        motions = self.named("links", lambda: np.vstack([link.rows for link in links]))
-        stops = np.cumsum([len(link.rows) for link in links])[:-1]
-        names = (link.name for link in links)
-        return dict(zip(names, np.split(motions, stops, axis=1), strict=True))
 
     def _law_force(self, name: str, rows: Array) -> Array:
         """Force (t, 6) by the laws of a bearing, in the sense of the rows (6, d) of its spring."""
@@ -220,23 +210,12 @@ class Recovery:
         turns = rotation(sense * self.result.theta[:, angle])
         return np.einsum("tij,tkj->tki", turns, vectors.reshape(-1, 2, 3)).reshape(-1, 6)
 
-    @cached_property
-    def _support_motions(self) -> dict[str, tuple[Array, Array]]:
-        """Motions (t, 6) of node and housing of all supports in turning frames, by name."""
-        supports = self.modal.system.rotating_frame_supports
-        motions = self.named(
-            "supports", lambda: np.vstack([np.vstack([s.rows, s.housing]) for s in supports])
-        )
-        return {
-            support.name: (motions[:, at : at + 6], motions[:, at + 6 : at + 12])
-            for support, at in zip(supports, range(0, 12 * len(supports), 12), strict=True)
-        }
-
     def _turning_force(self, support: RotatingFrameSupport) -> Array:
-        node, housing = self._support_motions[support.name]
-        closing = self._turned(support.angle, node, 1) - self._turned(
-            support.housing_angle, housing, 1
+        motion = self.named(
+            f"support {support.name}", lambda: np.vstack([support.rows, support.housing])
         )
+        closing = self._turned(support.angle, motion[:, :6], 1)
+        closing -= self._turned(support.housing_angle, motion[:, 6:], 1)
         return self._turned(support.angle, closing @ support.matrix.T, -1)
 
     def coordinates(self, body: str) -> Array:

@@ -13,7 +13,7 @@ from train_contexts import rigid_stage
 
 from flexgear.analysis import equilibrium
 from flexgear.analysis.equilibrium import revolution
-from flexgear.analysis.line_loads import interpolated, line_centres, line_loads
+from flexgear.analysis.line_loads import interpolated, line_loads
 from flexgear.coupling.laws import COUPLED_SLICES_LAW, SLICES_LAW, functions
 from flexgear.coupling.pair_data import LINE_COLUMNS
 from flexgear.gears.slices import Line, cut, factor_along, mean_along, with_ends
@@ -173,13 +173,11 @@ def test_slices_add_up_to_force_and_moment_and_the_equilibrium_closes(many_slice
     )
     for m in range(len(pairs.s0)):
         at = np.nonzero(equilibrium.pair_tooth[:, m] >= 0)
-        values = interpolated(pairs, m, equilibrium.pair_position[:, m][at])
+        s = equilibrium.pair_position[:, m][at]
+        values = interpolated(pairs, m, pairs.slice_table, s)
         load, far = equilibrium.pair_load[:, m][at], equilibrium.far_load[:, m][at]
         z, k, _ = np.split(values[:, LINE_COLUMNS : LINE_COLUMNS + 45], 3, axis=1)
-        centre, arm = (
-            line_centres(pairs, m, equilibrium.pair_position[:, m][at]),
-            pairs.half_face[m],
-        )
+        centre, arm = interpolated(pairs, m, pairs.z_table, s), pairs.half_face[m]
         even = (z * k).sum(axis=1) / k.sum(axis=1)
         np.testing.assert_allclose(centre, even, atol=1e-6 * arm)  # two columns, interpolated
         moment = (slices.force[:, m][at] * (z - centre[:, None])).sum(axis=1)
