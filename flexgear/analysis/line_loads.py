@@ -146,8 +146,8 @@ def teeth_of_pairs(pairs: PairData, m: int, s: Array, theta: Array) -> tuple[Int
 def interpolated(
     pairs: PairData, m: int, values: Array, s: Array, tables: Ints | None = None
 ) -> Array:
-    """Entries (n, …) of tables ``values`` of gear mesh m at path coordinates s (n,), m, as of slices
-    or of the centres z of contact lines, symmetrical to which a pair has its two rows. tables (n,):
+    """Entries (n, …) of tables ``values`` of gear mesh m at path coordinates s (n,), m: of slices,
+    or centres z of contact lines, symmetrical to which a pair has its two rows. tables (n,):
     numbers of the tables by the pairs' teeth; those of teeth without faults if left out."""
     first, last = pairs.table[m], values.shape[1] - 1
     y = np.clip((s - pairs.table_start[first]) / pairs.table_step[first], 0.0, float(last))

@@ -81,10 +81,7 @@ class Recovery:
     """
 
     def __init__(
-        self,
-        result: Result,
-        outputs: dict[str, Output] | None = None,
-        forces: Array | None = None,
+        self, result: Result, outputs: dict[str, Output] | None = None, forces: Array | None = None
     ) -> None:
         self.result = result
         self.modal: ModalSystem = result.modal

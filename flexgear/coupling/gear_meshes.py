@@ -215,6 +215,12 @@ def _tooth_positions(sets: Sequence[GearMeshSet], blocks: int) -> Array:
     return positions
 
 
+_OF_PATH = (  # columns of ``PairData`` with the names of a path's attributes
+    "center_distance", "rate", "slope", "half_face", "z_offset", "tangent_point", "planet_arm",
+    "gear_arm", "gear_step", "gear_teeth", "planet_step", "planet_teeth",
+)  # fmt: skip
+
+
 def _gear_mesh(s: GearMeshSet, table: int, i: int, opposite: int) -> dict[str, Any]:
     """Columns of ``PairData`` for planet i in one set."""
     p, e, frame, planet = s.path, s.errors, s.frame, s.planets[i]
@@ -233,26 +239,19 @@ def _gear_mesh(s: GearMeshSet, table: int, i: int, opposite: int) -> dict[str, A
         "turns": -1 if s.gear.teeth is None else frame.theta,
         "phi": s.phi[i],
         "radial": (math.cos(s.phi[i]), math.sin(s.phi[i])),
-        "center_distance": p.center_distance,
+        **{name: getattr(p, name) for name in _OF_PATH},
         "planet_block": planet.rigid if floats else planet.first,
         "gear_block": s.gear.first,
         "per_tooth": int(s.gear.teeth is not None),
         "planet_tooth_block": planet.first if floats else -1,
         "planet_turns": frame.planets if floats else -1,
         "s0": p.s0[i],
-        "rate": p.rate,
         "pitch": p.base_pitch,
         "s_lo": p.touching[0],
         "s_hi": p.touching[1],
         "path_lo": p.s_lo,
         "path_hi": p.s_hi,
-        "slope": p.slope,
-        "half_face": p.half_face,
-        "z_offset": p.z_offset,
         "normal": p.normal_xy,
-        "tangent_point": p.tangent_point,
-        "planet_arm": p.planet_arm,
-        "gear_arm": p.gear_arm,
         "cos_b": cos_b,
         "sin_b": p.slope * cos_b,
         "s_pitch": p.base_radius_planet * math.tan(p.alpha),
@@ -261,11 +260,7 @@ def _gear_mesh(s: GearMeshSet, table: int, i: int, opposite: int) -> dict[str, A
         "gear_table": s.faults.gear_table(p.gear_teeth),
         "planet_table": s.faults.planet_table(i, p.planet_teeth),
         "gear_tooth0": p.gear_tooth0[i],
-        "gear_step": p.gear_step,
-        "gear_teeth": p.gear_teeth,
         "planet_tooth0": p.planet_tooth0[i],
-        "planet_step": p.planet_step,
-        "planet_teeth": p.planet_teeth,
         "slices": 0 if p.slices is None else p.slices.count,
         "coupled": int(p.slices is not None and p.slices.bending is not None),
         "error_amplitude": e.harmonic_amplitude[i],

@@ -69,9 +69,7 @@ class AngleSamples:
 
 
 def error_cycle(
-    stage: Stage,
-    sources: Iterable[str] = SOURCES,
-    carrier_turns: Fraction = Fraction(1),
+    stage: Stage, sources: Iterable[str] = SOURCES, carrier_turns: Fraction = Fraction(1)
 ) -> ErrorCycle:
     """Error cycle of a stage under errors of the given sources. carrier_turns: absolute turns of
     the carrier per turn of θ (1: ring held; 0: carrier held, so errors that are fixed in space are

@@ -116,10 +116,7 @@ class StageFlow:
 
 
 def stage_flow(
-    view: StageView,
-    speed: dict[str, float],
-    torque: dict[str, float],
-    circulating: float = 0.0,
+    view: StageView, speed: dict[str, float], torque: dict[str, float], circulating: float = 0.0
 ) -> StageFlow:
     """Speeds and mean forces of a stage. speed: rad/s, torque: of the rest of the train on the
     member, N m, both by part ("sun", "ring", "carrier" or "pinion", "gear"); circulating: power in

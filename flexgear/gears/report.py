@@ -259,11 +259,7 @@ def _tool(gear: ToothGeometry) -> dict[str, Any]:
 
 
 def _gear_mesh(
-    view: StageView,
-    g: StageGeometry,
-    role: str,
-    path: GearMeshPath,
-    errors: Sequence[PairErrors],
+    view: StageView, g: StageGeometry, role: str, path: GearMeshPath, errors: Sequence[PairErrors]
 ) -> dict[str, Any]:
     """Rows of a gear mesh; errors: of drive and coast flanks, none with linear contact."""
     gear_mesh, closed = g.gear_meshes[role], {}

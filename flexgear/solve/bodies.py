@@ -30,9 +30,7 @@ T = TypeVar("T")
 
 
 def stage_bodies(
-    view: StageView,
-    progress: Progress = silent,
-    rigid: Collection[BodyName] = (),
+    view: StageView, progress: Progress = silent, rigid: Collection[BodyName] = ()
 ) -> dict[BodyName, ReducedBody]:
     """The reduced FE bodies of a stage by name, meshed and reduced or read from the cache. rigid:
     bodies that are left out."""

@@ -232,9 +232,7 @@ class Model:
         if not self.has_errors:
             return self.system
         pairs = self.system.pairs
-        clean = no_errors(pairs).pairs(pairs, 0)
-        tables = np.zeros_like(pairs.gear_table), np.zeros_like(pairs.planet_table)
-        return self.system.with_(pairs=clean._replace(gear_table=tables[0], planet_table=tables[1]))
+        return self.system.with_(pairs=no_errors(pairs).pairs(pairs, 0).sound)
 
 
 def assemble(

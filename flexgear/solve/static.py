@@ -196,11 +196,7 @@ CHUNK = 20_000  # positions solved together
 
 
 def stages_sharing(
-    model: Model,
-    stage: str,
-    *,
-    cycles: int | None = None,
-    progress: Progress = silent,
+    model: Model, stage: str, *, cycles: int | None = None, progress: Progress = silent
 ) -> xr.Dataset:
     """Dataset of the load sharing of one planetary stage under rated torque: positions of one turn
     of the stage, largest values of every solved gear-mesh cycle, and coefficients over all cycles.
@@ -251,11 +247,7 @@ def stages_sharing(
 
 
 def _forces(
-    model: Model,
-    linear: LinearTrain | None,
-    lead: Array,
-    progress: Progress,
-    progress_text: str,
+    model: Model, linear: LinearTrain | None, lead: Array, progress: Progress, progress_text: str
 ) -> Array:
     """Gear-mesh forces (p, G), N, at rotations ``lead`` (p,) of the reference member, rad."""
     system = model.system

@@ -49,10 +49,7 @@ class FrequencyComparison:
 
 
 def compare_frequencies(
-    reduction: Reduction,
-    supports: Array,
-    limit_hz: float,
-    progress: Progress = silent,
+    reduction: Reduction, supports: Array, limit_hz: float, progress: Progress = silent
 ) -> FrequencyComparison:
     """Frequencies up to limit_hz, and at least the lowest few, of the reduced and of the full model
     on supports (b, b); motions that the supports leave free are omitted."""

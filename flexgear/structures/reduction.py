@@ -262,10 +262,7 @@ def with_modes(
 
 
 def condense(
-    model: FeModel,
-    interface: Interface,
-    progress: Progress = silent,
-    sectors: Sequence[int] = (),
+    model: FeModel, interface: Interface, progress: Progress = silent, sectors: Sequence[int] = ()
 ) -> AnyCondensation:
     """Condensation of a body on its interface: by one of the numbers of ``sectors`` where its FE
     mesh and ties allow it, else by one factor. FlexgearError for ties without a solution."""
@@ -326,10 +323,7 @@ def _eigenpairs(
 
 
 def _project(
-    model: FeModel,
-    condensation: AnyCondensation,
-    fixed: Eigenpairs,
-    name: str,
+    model: FeModel, condensation: AnyCondensation, fixed: Eigenpairs, name: str
 ) -> ReducedBody:
     """The reduced body of fixed-interface modes: its matrices, and recovery at mesh vertices."""
     interface = condensation.interface

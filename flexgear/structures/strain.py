@@ -78,11 +78,7 @@ def von_mises(stress: Array) -> Array:
 
 
 def _fits(
-    points: Array,
-    around: sp.csr_matrix,
-    vertices: NDArray[np.integer],
-    *,
-    determined_only: bool,
+    points: Array, around: sp.csr_matrix, vertices: NDArray[np.integer], *, determined_only: bool
 ) -> tuple[sp.csr_matrix, NDArray[np.bool_]]:
     """First and second derivatives (12p, p) of the quadratics fitted about vertices, and whether
     the values determine them (p,).

@@ -95,9 +95,7 @@ def direction(vector: Array) -> float:
 
 
 def equilibrium(
-    bearing: RollingBearing,
-    load: Array,
-    held: Mapping[str, float] | None = None,
+    bearing: RollingBearing, load: Array, held: Mapping[str, float] | None = None
 ) -> Array:
     """Motion (5,) under a load (5,), N and N m, with the first element in direction of the load.
 

@@ -126,13 +126,7 @@ def _inverse(name: str, gram: Array) -> Array:
     return np.asarray(np.linalg.inv(gram))
 
 
-def _tie(
-    name: str,
-    position: Array,
-    sample: Sample,
-    patch: _Patch,
-    weight: Array,
-) -> Tie:
+def _tie(name: str, position: Array, sample: Sample, patch: _Patch, weight: Array) -> Tie:
     """Tie of a node at a position (3,) m, from weights (3, m, 6) of the displacements of a sample's
     points in the six scaled motions of its patch."""
     position = np.asarray(position, dtype=float)

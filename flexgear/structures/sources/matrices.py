@@ -128,10 +128,7 @@ def _in_order(body: ReducedMatrices, names: Sequence[str], where: str) -> Reduce
 
 
 def _require_places(
-    body: ReducedMatrices,
-    places: Mapping[NodeName, Array],
-    sizes: tuple[float, float],
-    where: str,
+    body: ReducedMatrices, places: Mapping[NodeName, Array], sizes: tuple[float, float], where: str
 ) -> None:
     """InputError where a node is not at its position in the case."""
     pitch, face_width = sizes
