@@ -22,6 +22,7 @@ from flexgear.model.input_file import (
     read_bytes,
     read_cells,
     read_text,
+    require_one,
     require_titles,
 )
 from flexgear.model.load_cases import AXES, FACTORS, Channel
@@ -223,6 +224,8 @@ def _csv(path: Path, names: Sequence[str]) -> Table:
     header, rows, separator = read_cells(path, _CONTENT)
     split = [match.groups() if (match := _TITLE.fullmatch(t)) else (t, "") for t in header]
     titles, units = ([_printable(pair[k]) for pair in split] for k in range(2))
+    for name in names:
+        require_one([title for title in titles if title == name], str(path))
     columns = _columns(path, titles, names)
     values: list[list[float]] = []
     for number, row in rows:

@@ -112,6 +112,8 @@ def read_table(
     header = [title.lower() for title in header]
     columns_of_table = [_column(header, any_of, where) for any_of in columns]
     columns_of_table += _optional(header, optional or {}, where)
+    for name, dimension, _, _ in columns_of_table:
+        require_one([title for title in header if quantity_in(title, {name: dimension})], where)
     titles = {name: header[at] for name, _, at, _ in columns_of_table}
     return titles, _values(rows, header, columns_of_table, separator, where)
 
@@ -124,6 +126,14 @@ def read_cells(path: Path, what: str) -> tuple[list[str], Iterator[Row], str]:
     separator = next((sign for sign in ";\t" if sign in title), ",")
     rows = _rows(text, separator, str(path))
     return [h.strip() for h in next(rows, (0, []))[1]], rows, separator
+
+
+def require_one(titles: Sequence[str], where: str) -> None:
+    """Raise InputError if several columns, with these titles, hold the same quantity."""
+    if len(titles) > 1:
+        first, second = titles[:2]
+        problem = "occurs twice" if first == second else f"is beside {first}"
+        raise InputError(where, f"column {second}", problem, "keep one of them")
 
 
 def require_titles(row: list[str], header: list[str], where: str, number: int) -> None:
@@ -158,7 +168,8 @@ def _values(
 
 
 def _comment(cell: str) -> bool:
-    return cell.lstrip().startswith("#")
+    """Whether a line is a comment, or "sep=;" by which some programs state the separator."""
+    return cell.lstrip().lower().startswith(("#", "sep="))
 
 
 def _rows(text: str, separator: str, where: str) -> Iterator[Row]:

@@ -11,7 +11,13 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from pydantic import Field
 
 from flexgear.model.errors import InputError, echo
-from flexgear.model.input_file import number_in, quantity_in, read_cells, require_titles
+from flexgear.model.input_file import (
+    number_in,
+    quantity_in,
+    read_cells,
+    require_one,
+    require_titles,
+)
 from flexgear.model.machine import LOAD_COLUMNS
 from flexgear.model.names import Member
 from flexgear.model.rating import ForcedFactors, GearMeshFactors
@@ -315,8 +321,7 @@ def read_load_cases(
         raise InputError(where, "load spectrum", "is empty", f"head it {', '.join(_titles()[:6])}")
     for k, (title, column) in enumerate(zip(header, columns, strict=True)):
         same = [header[j] for j in range(k) if columns[j][:3] == column[:3] and column[1]]
-        if same:
-            raise InputError(where, f"column {title}", f"is beside {same[0]}", "keep one of them")
+        require_one([*same, title], where)
     number = 0
     for number, cells in rows:
         require_titles(cells, header, where, number)

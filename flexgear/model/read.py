@@ -36,6 +36,9 @@ UNSET = object()  # value of an override that deletes its key
 Written = dict[str, tuple[str, str, str, Any]]
 
 
+_TWICE = re.compile(r"Cannot (overwrite a value|[a-z ]+ \(.*?\)( twice)?)")  # Python's words
+
+
 def parse_toml(text: str, where: str, key: str = "TOML") -> dict[str, Any]:
     """Parse TOML; InputError for invalid text, with the line of a syntax error, and for lists that
     are nested too deeply."""
@@ -44,7 +47,7 @@ def parse_toml(text: str, where: str, key: str = "TOML") -> dict[str, Any]:
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as fault:
-        problem = str(fault).splitlines()[0]
+        problem = _TWICE.sub("a key or section is there already", str(fault).splitlines()[0])
         raise InputError(where, key, problem, "correct the syntax there") from None
     except ValueError:  # Python reads no integers of more than 4 300 digits
         problem = "a whole number has thousands of digits"

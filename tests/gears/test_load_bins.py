@@ -207,6 +207,7 @@ def test_load_cases_that_do_not_fit_the_train_are_one_line(case_with, text, word
         ("stage_2.gear", "stage_2.gears", "bins.csv: line 2.*'stage_2.gears' is not a member"),
         (",0\n", ",0,0,5\n", "bins.csv: line 2: has 9 cells under 7 titles"),
         ("part,100,300,5,0.2,-40,0", "part,100", "line 2: has 2 cells .* -- is the file complete"),
+        ("speed_rpm", "torque_nm", "bins.csv: column torque_nm: occurs twice -- keep one of them"),
         ("speed_rpm", "torque_knm", "bins.csv: column torque_knm: is beside torque_nm -- keep one"),
         (TABLE[TABLE.index("part") :], "", "bins.csv: load spectrum: has titles, but no load case"),
         ("0\nfull", "perhaps\nfull", "line 2, extreme: 'perhaps' is neither 1 nor 0"),
@@ -234,6 +235,15 @@ def test_a_wrong_value_of_another_member_is_named_by_the_title_of_its_column(
     table = f"name,hours,speed_rpm,{title}\npart,100,5,{cell}\n"
     with pytest.raises(InputError, match=rf"bins.csv: line 2, {title}: .*{words}"):
         bins_of_load_cases(case_with(table=table))
+
+
+def test_a_first_line_may_state_the_separator(case_with):
+    """As of tables that Excel is to open."""
+    plain = bins_of_load_cases(case_with(table=TABLE))
+    named = bins_of_load_cases(case_with(table="sep=;\n" + TABLE.replace(",", ";")))
+    assert [(b.name, b.torque, b.loads) for b in named] == [
+        (b.name, b.torque, b.loads) for b in plain
+    ]
 
 
 def test_hours_are_held_to_their_total(case_with):

@@ -20,7 +20,8 @@ from flexgear.structures.fe_mesh.files import read_fe_mesh
     ("old", "new", "words"),
     [
         ("planets = 5", "planets 5", r"TOML.*line \d+"),
-        ("planets = 5", "planet = 5", r"TOML: Cannot overwrite a value .at line \d+"),
+        ("planets = 5", "planet = 5", r"TOML: a key or section is there already .at line \d+"),
+        ("[stage.ring]", "[stage.sun]", r"TOML: a key or section is there already .at line \d+"),
         ("planets = 5", "planets = 5.5", "stage.planets: 5.5 is not a whole number"),
         ("planets = 5", "planets = '5'", "stage.planets: '5' is not a whole number"),
         ("planets = 5", "planets = true", "stage.planets: True is not a whole number"),

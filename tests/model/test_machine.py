@@ -145,6 +145,11 @@ def test_ramp_goes_straight_and_stays_outside():
         ("", "torque series: is empty -- give columns time_s, torque_nm"),
         ("t,torque_nm\n0,1\n1,2\n", "column time: is not among"),
         ("time_s,torque_mm\n0,1\n1,2\n", "column torque: is not among.*torque_nm"),
+        (
+            "time_s,torque_nm,torque_nm\n0,1,2\n1,1,2\n",
+            "column torque_nm: occurs twice -- keep one",
+        ),
+        ("time_s,torque_nm,time_ms\n0,1,0\n1,1,9\n", "column time_ms: is beside time_s -- keep"),
         ("time_s,torque_nm\n0,1\n1,two\n", "line 3, torque_nm: 'two' is not a number"),
         ("time_s,torque_nm\n0,1\n1\n", "line 3, torque_nm: is empty"),
         ("time_s,torque_nm\n0,1\n1,nan\n", "line 3, torque_nm"),

@@ -178,7 +178,7 @@ def test_csv_and_netcdf_say_the_same(case_with, tmp_path):
         for row in zip(*columns.values(), strict=True)
     ]
     titles = ["Time [s]", "RotTorq (kN m)", "RotSpeed", "LSSGagMys", "LSSGagMzs"]
-    (tmp_path / "a.csv").write_text("\n".join([";".join(titles), *rows]))
+    (tmp_path / "a.csv").write_text("\n".join(["sep=;", ";".join(titles), *rows]))
     units = dict(zip(columns, ["s", "kN m", "1/min", "kNm", "kNm"], strict=True))
     data = {k: ("t", v, {"units": units[k]}) for k, v in columns.items() if k != "Time"}
     xr.Dataset(data, {"Time": ("t", columns["Time"], {"units": "s"})}).to_netcdf(tmp_path / "a.nc")
@@ -188,9 +188,14 @@ def test_csv_and_netcdf_say_the_same(case_with, tmp_path):
     for other in (netcdf, csv):
         assert [b.hours for b in other] == pytest.approx([b.hours for b in text])
         assert [b.torque[IN] for b in other] == pytest.approx([b.torque[IN] for b in text])
-    (tmp_path / "a.csv").write_text("")
-    with pytest.raises(InputError, match="load series: is empty"):
-        load_bins(case_with([("a.csv", 1)]))
+    titles[3] = "RotTorq [N m]"
+    for content, words in (
+        ("", "load series: is empty"),
+        (";".join(titles), "RotTorq: occurs twi"),
+    ):
+        (tmp_path / "a.csv").write_text(content)
+        with pytest.raises(InputError, match=words):
+            load_bins(case_with([("a.csv", 1)], ""))
 
 
 def test_the_start_up_at_the_beginning_of_a_file_is_left_out(case_with, tmp_path):

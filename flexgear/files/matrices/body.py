@@ -27,6 +27,7 @@ from flexgear.model.input_file import (
     MEGABYTE,
     number_in,
     read_cells,
+    require_one,
     require_titles,
 )
 
@@ -240,6 +241,8 @@ def read_table(path: Path) -> NodeTable:
     where = str(path)
     header, rows, separator = read_cells(path, "table of nodes")
     heads = [head.lower() for head in header]
+    for head in filter(None, heads):
+        require_one([title for title in heads if title == head], where)
     unit = next((u for u in LENGTHS if {f"{axis}_{u}" for axis in "xyz"} <= {*heads}), None)
     if unit is None:
         problem = f"{echo(', '.join(heads))} lack positions"

@@ -291,6 +291,7 @@ def test_files_that_are_not_whole(tmp_path, name, data):
     [
         ("", "lack positions"), ("id,x\n1,2", "lack positions"),
         ("id,x_m,y_m,z_m\n1,0,0,zero", "zero"),
+        ("id,x_m,y_m,z_m,z_m\n1,0,0,0,1", "column z_m: occurs twice -- keep one of them"),
         ("id,x_m,y_m,z_m\n1,0,0,0\n1,0,0,1", "equal ids"),
         ("id,name,x_m,y_m,z_m\n1,mount_1,0,0,0\n2,mount_1,0,0,1", "'mount_1' is the name of sev"),
     ],
