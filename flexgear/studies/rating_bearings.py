@@ -153,12 +153,14 @@ class _Place(NamedTuple):
 
 class _InBin(NamedTuple):
     """A bearing in one load bin. life: revolutions, inf without load; safety: static, NaN where
-    unknown; factors, estimates: as of ``RatedPart``."""
+    unknown; factors, estimates: as of ``RatedPart``; left_out: thrust and 2 F_M, N, where the basic
+    life should count them and does not."""
 
     life: float
     safety: float
     factors: Sheet
     estimates: Mapping[str, str]
+    left_out: tuple[float, float] = (0.0, 0.0)
 
 
 def rate_bearings(
@@ -208,9 +210,19 @@ def _part(
     except FlexgearError as error:
         missing, states = str(error), in_bins(rated=False)
     estimates = {key: rule for x in states for key, rule in x.estimates.items()}
-    if "equivalent_load" in estimates and all(math.isinf(x.life) for x in states):
-        missing = f"without a radial load its life is not {estimates['equivalent_load']}"
     cycles = np.array([b.turns(speed) for b, speed in zip(bins, speeds, strict=True)], dtype=float)
+    radial = np.array([value_of(x.factors, "F_r") for x in states])
+    lacking = [
+        name
+        for k, name in enumerate(("thrust", "the moment"))
+        if _matters(np.array([x.left_out[k] for x in states]), radial, cycles, place.exponent)
+    ]
+    if lacking:
+        verb = "are" if len(lacking) > 1 else "is"
+        reason = f"by the radial load alone, as {' and '.join(lacking)} {verb} left out"
+        estimates["equivalent_load"] = reason
+        if all(math.isinf(x.life) for x in states):
+            missing = f"without a radial load its life is not {reason}"
     damage = np.array([n / x.life if n else 0.0 for n, x in zip(cycles, states, strict=True)])
     damage[:] = damage if hours and not missing else math.nan
     total = float(damage.sum())
@@ -234,6 +246,14 @@ def _part(
         estimates=estimates,
         factors=tuple(x.factors for x in states), exponent=place.exponent, of_rows=of_rows,
     )  # fmt: skip
+
+
+def _matters(left_out: Array, radial: Array, cycles: Array, exponent: float) -> bool:
+    """Whether a load (B,) that the life does not count exceeds ``LEAST_E`` of the radial load (B,),
+    both replaced by those of equal damage over the bins, or in a bin without revolutions."""
+    limit = LEAST_E * radial
+    in_life = cycles @ left_out**exponent > cycles @ limit**exponent
+    return bool(in_life or (left_out > limit)[cycles == 0.0].any())
 
 
 def _in_bin(
@@ -293,9 +313,8 @@ def _basic(
     case: Case, section: Bearing, load: BearingLoad, exponent: float, speed: float, reach: float
 ) -> _InBin:
     """Basic life of one of several bearings side by side, which share the load evenly, and modified
-    life a_ISO L_10 where its data are stated; an estimate, without verdict, if it should include
-    thrust or the moment and does not. The moment M never counts: F_M (``moment_force``) states what
-    it adds; reach: arm where no stiffness against tilting is stated, m."""
+    life a_ISO L_10 where its data are stated. The moment M never counts: F_M (``moment_force``)
+    states what it adds; reach: arm where no stiffness against tilting is stated, m."""
     rating, static, estimates = section.dynamic_rating, section.static_rating, dict[str, str]()
     assert rating is not None
     of_position = equivalent_load(section, load.radial, load.axial)
@@ -306,13 +325,7 @@ def _basic(
     if static is not None and largest > 0.0:  # not under a moment alone
         safety = static * section.count / largest
     couple = moment_force(section, math.hypot(*load.vector[3:]), reach)
-    without_thrust = section.thrust is None and load.axial.max() > LEAST_E * load.largest
-    lacking = ["thrust"] if without_thrust else []
-    lacking += ["the moment"] if 2.0 * couple > LEAST_E * load.vector[0] else []
-    if lacking:
-        verb = "are" if len(lacking) > 1 else "is"
-        reason = f"by the radial load alone, as {' and '.join(lacking)} {verb} left out"
-        estimates["equivalent_load"] = reason
+    thrust = varying_load(load.axial, exponent) if section.thrust is None else 0.0
     left_out = couple if 0.0 < LEAST_COUPLE * load.vector[0] < 2.0 * couple else None
     factors = sheet_of({"C": rating, "C_0": static, "S_0": safety, "F_M": left_out})
     basis = BASIC
@@ -330,7 +343,9 @@ def _basic(
         estimates |= THIN_FILM if film.viscosity_ratio < LEAST_RATIO else {}
         of_film = {"κ": film.viscosity_ratio, "e_C": film.contamination, "a_ISO": factor}
         factors |= sheet_of({"C_u": limit, **of_film, "L_nm": life / 1e6})
-    return _InBin(life, math.nan if safety is None else safety, factors, estimates)
+    return _InBin(
+        life, math.nan if safety is None else safety, factors, estimates, (thrust, 2.0 * couple)
+    )
 
 
 def _of_rows(case: Case, bearing: RollingBearing, at: BearingLoad, speed: float) -> _InBin:
