@@ -21,7 +21,7 @@ from flexgear.results.report.wording import with_unit, words
 Report = Callable[[str, float], None]
 MAX_FIGURES = 6  # of a name, in a line of a table
 COMPILED = "loops are compiled, once for this kind of case: up to a minute"
-PLAIN_INTERVAL = 5.0  # s between lines about one stage of the work
+PLAIN_INTERVAL = 3.0  # s between lines about one stage of the work
 LEAST_SHARE = 0.005  # finished share below which the time that is left is not known
 
 
@@ -36,7 +36,7 @@ def progress(quiet: bool = False) -> Iterator[Report]:
             yield report
     else:
         plain_lines = PlainProgress()
-        with _compilation(plain_lines, lambda stage, share: None):
+        with _compilation(plain_lines, lambda stage, share: None), plain_lines.never_silent():
             yield plain_lines
 
 
@@ -105,6 +105,7 @@ class PlainProgress:
     """Shows progress by lines: when a stage of the work starts, every few seconds, at its end."""
 
     def __init__(self) -> None:
+        self._latest = ""
         self._started: dict[str, float] = {}
         self._shown: dict[str, float] = {}
         self._done: set[str] = set()
@@ -115,6 +116,7 @@ class PlainProgress:
         """Report the finished share of a stage of the work."""
         now = time.monotonic()
         with self._lock:
+            self._latest = self._latest if stage == COMPILED else stage
             if stage not in self._started:
                 self._started[stage] = self._shown[stage] = now
                 if share < 1.0:
@@ -136,6 +138,28 @@ class PlainProgress:
                 left = time_text((now - self._started[stage]) * (1.0 - share) / share)
                 remaining = f", about {left} left" if share >= LEAST_SHARE else ""
                 self._print(f"{stage}: {100 * share:.0f} %{remaining}")
+
+    @contextmanager
+    def never_silent(self) -> Iterator[None]:
+        """Context in which a thread prints how long a stage of the work lasts without reports."""
+        end = threading.Event()
+
+        def watch() -> None:
+            while not end.wait(0.1 * PLAIN_INTERVAL):
+                now, stage = time.monotonic(), self._latest
+                with self._lock:
+                    is_open = stage in self._started and stage not in self._done
+                    if is_open and now - max(self._shown.values()) >= PLAIN_INTERVAL:
+                        self._shown[stage] = now
+                        self._print(f"{stage}: {time_text(now - self._started[stage])} so far")
+
+        thread = threading.Thread(target=watch, daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            end.set()
+            thread.join()
 
     @staticmethod
     def _print(line: str) -> None:

@@ -42,6 +42,7 @@ from flexgear.gears.load_bins import LoadBin, case_in_bin
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.slices import factor_along
 from flexgear.model.case import Case
+from flexgear.model.gear_mesh import GearErrors
 from flexgear.model.machine import Machine, machines_of
 from flexgear.model.names import GroupName, MemberName
 from flexgear.model.train import MemberLoad, varying
@@ -374,10 +375,20 @@ PERIODS = 40.0  # of the slowest gear mesh, over which K_v is evaluated
 MAX_PERIODS = 800.0  # before them, with weak damping
 
 
+def is_excited(case: Case) -> bool:
+    """Whether stiffness that varies, errors or faults excite vibration of the train."""
+    stages = case.stages
+    steady = all(s.gear_mesh.model == "constant" and s.errors == GearErrors() for s in stages)
+    return not steady or bool(case.faults)
+
+
 def dynamic_factors(case: Case, quasi_static: Mapping[GroupName, float]) -> dict[GroupName, float]:
     """K_v by group of gear meshes, of those in ``quasi_static`` with their largest quasi-static
-    forces, N; empty for a train at rest. Evaluated over the last ``PERIODS`` of a transient, after
-    the settling time of the case, or as many periods and the decay of vibration from the start."""
+    forces, N; empty for a train at rest, 1 where nothing excites it. Evaluated over the last
+    ``PERIODS`` of a transient, after the settling time of the case, or as many periods and the
+    decay of vibration from the start."""
+    if not is_excited(case):
+        return dict.fromkeys(quasi_static, 1.0)
     model = assemble(_steadily_driven(case))
     frequencies = [s.gear_mesh_frequency for s in model.flow.stages if s.gear_mesh_frequency]
     if not frequencies or not quasi_static:

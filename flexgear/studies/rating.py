@@ -161,6 +161,7 @@ def _solved(
     bins, store = train.bins, bin_store(train.case)
     files = [f"bin_{k}.pickle" for k in range(len(bins))]
     reduced_bodies(train.case, progress)  # fills the cache that all processes read
+    progress("load bins", 0.0)
     first = next((k for k, file in enumerate(files) if store.get(file) is None), None)
     if first is not None:  # solved first, as it compiles loops and assembles the train for all
         store.put(files[first], loads_in_bin(train, bins[first]))

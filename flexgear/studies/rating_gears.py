@@ -36,12 +36,11 @@ from flexgear.gears.rating.load_factors import (
 from flexgear.gears.rating.pair import GearPair, PairLoad, gear_pair, load_cycles, pair_load
 from flexgear.gears.rating.sheet import Factor, Sheet, dated, factor, sheet_of, value_of
 from flexgear.model.case import Case
-from flexgear.model.gear_mesh import GearErrors
 from flexgear.model.names import GroupName
 from flexgear.model.stage_view import StageView
 from flexgear.results.load_sharing import ROUNDING
 from flexgear.results.rating import GearMeshRating, Kind, RatedPart
-from flexgear.solve.bin_loads import EQUAL_LOAD, BinLoads, GroupLoads, SpectrumTrain
+from flexgear.solve.bin_loads import EQUAL_LOAD, BinLoads, GroupLoads, SpectrumTrain, is_excited
 from flexgear.studies.rating_direct import LoadedState, direct_path
 
 STATIC_CYCLES = 1.0  # load cycles of an extreme load, or of a load at rest
@@ -230,13 +229,12 @@ def _without_tilt(group: GroupName, keys: Sequence[str]) -> dict[str, str]:
 
 
 def _unexcited(cases: Sequence[Case], group: GroupName) -> bool:
-    """Whether nothing excites the train from which K_v is computed, so that it is 1: constant
-    stiffness of all gear meshes, no errors, no faults. False where every load case states K_v."""
+    """Whether nothing excites the train from which K_v is computed, so that it is 1. False where
+    every load case states K_v."""
     case = cases[0]
     stated = [each.rating.forced(group.stage, group.role).k_v for each in cases]
-    silent = all(s.gear_mesh.model == "constant" and s.errors == GearErrors() for s in case.stages)
     by_train = case.rating.dynamic_factor == "train" and case.rating.deviations == "stated"
-    return by_train and None in stated and silent and not case.faults
+    return by_train and None in stated and not is_excited(case)
 
 
 def load_factors(
@@ -333,14 +331,11 @@ def _part(
         exponent=LOAD_EXPONENT[place.kind], estimates=estimates,
     )  # fmt: skip
     worst = history.get(part.worst_bin)
-    return part if worst is None else replace(part, cause=_largest_factor(worst, place.kind))
-
-
-def _largest_factor(loaded: LoadedState, kind: Limit) -> str:
-    """The largest load factor as "K_Hβ 1.32"; "" where none is above one."""
-    values = [(value_of(loaded.factors, symbol, 1.0), symbol) for symbol in LOAD_FACTORS[kind]]
-    largest, symbol = max(values)
-    return f"{symbol} {largest:.3g}" if largest > 1.0 + EQUAL_LOAD else ""
+    if worst is None:
+        return part
+    largest, symbol = max((value_of(worst.factors, s, 1.0), s) for s in LOAD_FACTORS[place.kind])
+    above_one = largest > 1.0 + EQUAL_LOAD
+    return replace(part, cause=f"{symbol} {largest:.3g}" if above_one else "")
 
 
 def _also_missing(case: Case, pair: GearPair) -> list[str]:

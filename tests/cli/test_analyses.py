@@ -3,6 +3,7 @@
 import json
 import math
 import re
+import time
 
 import numba
 import numpy as np
@@ -318,6 +319,18 @@ def test_progress_prints_how_long_the_rest_takes(capsys, monkeypatch):
         "modes: done in 12.0 s",
     ]
     assert capsys.readouterr().err.splitlines() == lines
+
+
+def test_a_stage_of_the_work_without_reports_prints_how_long_it_lasts(capsys, monkeypatch):
+    monkeypatch.setattr(display, "PLAIN_INTERVAL", 0.05)
+    with display.progress() as report:
+        report("load bins", 0.0)
+        time.sleep(0.2)
+        report("load bins", 1.0)
+        time.sleep(0.2)
+    first, *waiting, last = capsys.readouterr().err.splitlines()
+    assert first == "load bins" and last.startswith("load bins: done in ")
+    assert waiting and set(waiting) == {"load bins: 1 s so far"}
 
 
 def test_only_chosen_variables_are_saved(flexgear, tmp_path):
