@@ -244,7 +244,7 @@ class Rolling(Section):
     mean_diameter: Length | None = Field(default=None, ge=1e-3, le=10.0)
     rolling: Literal["roller", "ball"] | None = None
     count: int = Field(default=1, ge=1, le=8)
-    required_life: Life | None = Field(default=None, gt=0.0, le=1e10)
+    required_life: Life | None = Field(default=None, gt=0.0, le=3.6e10)
     elements: RollingElements | None = None
     thrust: Thrust | None = None
 

@@ -92,6 +92,17 @@ def test_bearings_without_a_rating_are_named_unless_their_load_is_rounding():
     assert "ring hub bearing (axial 4 kN)." in row["sentence"]
 
 
+def test_a_bearing_with_a_rating_under_thrust_alone_is_not_asked_for_it():
+    """Without ``thrust`` its life is not known, of a helical sun, say."""
+    alone = {"axial_bearing_force_n": {"sun_support": 2e3}}
+    alone["not_in_bearing_life"] = {"sun_support": 20.0}
+    row = answer("bearing_life", {}, stages={"stage": SUMMARY["stages"]["stage"] | alone})
+    assert "sun support, on which thrust or moment is 2 000 % of it; `thrust` counts" in (
+        row["sentence"].replace("\u202f", " ")
+    )
+    assert row["level"] == "open" and "given: planet bearing (1.469 MN)." in row["sentence"]
+
+
 @pytest.mark.parametrize(
     ("film", "level", "figure"),
     [(16.2, "open", "oil film 16.2 µm"), (2.9, "bad", "surfaces touch")],

@@ -1,7 +1,7 @@
 """Headlines of ratings: stresses in teeth compared with allowable ones, lives of bearings."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -175,8 +175,11 @@ def _life(findings: Findings) -> Iterator[Answer]:
     over = findings.summary["equilibrium_window"]
     for stage, figures in findings.summary["stages"].items():
         lives: Mapping[str, float] = figures.get("bearing_life_h", {})
+        left_out: Mapping[str, float] = figures.get("not_in_bearing_life", {})
+        alone = f"By {radial_alone(left_out)}." if left_out else ""
         view = findings.case.view(stage)
-        missing, (film, touches) = _unrated(view, figures, lives), _film(view, figures)
+        missing = _unrated(view, figures, {**left_out, **lives})
+        film, touches = _film(view, figures)
         if lives:
             bearings = {label: place.bearing for place in view.bearings for label in place.labels}
             seconds = {name: bearings[name].required_life for name in lives}
@@ -188,8 +191,6 @@ def _life(findings: Findings) -> Iterator[Answer]:
                 "" if nominal is None else f" Nominal, planet bearing: {with_unit(nominal, 'h')}."
             )
             without = ", ".join(words(n) for n, hours in required.items() if hours is None)
-            left_out: Mapping[str, float] = figures.get("not_in_bearing_life", {})
-            alone = f"By {radial_alone(left_out)}." if left_out else ""
             not_required = "No required life given" + (f": {without}." if shares else ".")
             sentence = (
                 f"{words(name).capitalize()}, under the constant load of the same damage over "
@@ -207,14 +208,15 @@ def _life(findings: Findings) -> Iterator[Answer]:
                     level = "good"
             level = "bad" if touches else level
             yield Answer(level, stage, life, figure, " ".join(sentence.split()), limit, over)
-        elif missing or film:
-            level, figure = "open", "no rating given"
-            if not missing:
+        elif missing or film or alone:
+            level, figure = "open", "no rating given" if missing else "no radial load"
+            if film and not missing:
                 figure = f"oil film {number(figures['least_film_um'])} µm"
             if touches:
                 level, figure = "bad", "surfaces touch"
-            assessed = f"Not assessed. {missing} " if missing else ""
-            yield Answer(level, stage, None, figure, f"{assessed}{film}".strip(), window=over)
+            assessed = f"Not assessed. {alone} {missing}" if missing or alone else ""
+            sentence = " ".join(f"{assessed} {film}".split())
+            yield Answer(level, stage, None, figure, sentence, window=over)
 
 
 def radial_alone(shares: Mapping[str, float]) -> str:
@@ -240,11 +242,11 @@ def _film(view: StageView, figures: Mapping[str, Any]) -> tuple[str, bool]:
     return f"{sentence}, surfaces touch at {number(limit)} µm.", least <= limit
 
 
-def _unrated(view: StageView, figures: Mapping[str, Any], lives: Mapping[str, float]) -> str:
+def _unrated(view: StageView, figures: Mapping[str, Any], with_rating: Iterable[str]) -> str:
     """Sentence that names the loaded rolling bearings without a rating, with their loads; "" if all
-    are rated."""
+    are rated. with_rating: labels of those that have one."""
     plain = view.stage.planet_bearing.journal is not None
-    rated = {*lives, *(NodeName.parse(name).kind for name in lives)}
+    rated = {kind for name in with_rating for kind in (name, NodeName.parse(name).kind)}
     radial, titles = dict[str, float](), dict[str, str]()
     for key, name in LOADS.items():
         if plain and key == "planet_bearing_force_n":
