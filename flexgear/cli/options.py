@@ -244,11 +244,7 @@ def claim_folder(path: Path, names: Sequence[str], origin: Origin, force: bool) 
 def earlier(names: Sequence[str]) -> Callable[[Path], list[Path]]:
     """Function that lists the files of a folder which new results replace: files and pictures that
     match the patterns ``names`` and were written by flexgear."""
-
-    def files_in(folder: Path) -> list[Path]:
-        return [f for f in _named(folder, names) if is_picture(f) or origin_of(f) is not None]
-
-    return files_in
+    return lambda folder: [f for f in _named(folder, names) if is_picture(f) or origin_of(f)]
 
 
 def _named(folder: Path, names: Sequence[str]) -> list[Path]:

@@ -147,7 +147,8 @@ def _tables(data: xr.Dataset) -> None:
             heading = ", ".join(filter(None, (name.replace("_", " "), title)))
             heading += f" ({unit})" if unit else ""
             titles, values = _columns(part, factor)
-            if len(values) > 1 and _is_constant(values):
+            printed = ({f"{value:.6g}" for value in column} for column in values.T)
+            if len(values) > 1 and all(len(texts) == 1 for texts in printed):
                 pairs = [f"{c} {v:.6g}" for c, v in zip(titles, values[0], strict=True)]
                 more = len(pairs) - MAX_COLUMNS
                 texts = ", ".join(pairs[:MAX_COLUMNS]) + (f" … {more} more" if more > 0 else "")
@@ -177,11 +178,6 @@ def _columns(part: xr.DataArray, factor: float) -> tuple[list[str], NDArray[np.f
     if inner == ["sensor"]:
         titles = [label_at(part[{"sensor": k}], "sensor") for k in range(len(titles))]
     return titles, part.transpose(*keys, *inner).to_numpy().reshape(-1, len(titles)) * factor
-
-
-def _is_constant(values: NDArray[np.float64]) -> bool:
-    """Whether a measure (points, components) is the same at all points in the digits printed."""
-    return all(len({f"{value:.6g}" for value in column}) == 1 for column in values.T)
 
 
 def _table(part: xr.DataArray, titles: list[str], values: NDArray[np.float64]) -> None:

@@ -241,12 +241,7 @@ class Case(Section):
         return content_hash(data)
 
     def with_(self, **changes: Any) -> Case:
-        """A copy with SI values changed, validated again.
-
-        Keys are field paths without units, joined by "." or "__"; stages by number or name, or
-        "stage" if there is one, whose keys need no "stage.":
-        ``with_(planets=4)``, ``with_(**{"stages.two.face_width": 0.1})``.
-        """
+        """A copy with SI values changed, validated again; see ``face.case.Case.with_``."""
         data = self.model_dump(mode="python")
         earlier = tables_in(data)
         for key, value in changes.items():

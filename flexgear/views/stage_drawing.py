@@ -283,14 +283,10 @@ def flank_drawing(flank: GearFlank, where: str) -> Figure:
     handles = [*profile.get_lines(), *helix.get_lines()]
     key.legend(handles=handles, loc="center left", borderpad=0.0)
     ends = " … ".join(f"{x:.3g}".replace("-", "−") for x in (gap.min(), gap.max()))
-    surface.set_title(f"{where} {_title_of(flank)}: {ends} µm missing".strip())
+    of_planet = flank.part == "planet"
+    of_flank = f"flank towards the {flank.name}" if of_planet else f"{flank.name} flank"
+    surface.set_title(f"{where} {flank.part}, {of_flank}: {ends} µm missing".strip())
     return figure
-
-
-def _title_of(flank: GearFlank) -> str:
-    if flank.part == "planet":
-        return f"planet, flank towards the {flank.name}"
-    return f"{flank.part}, {flank.name} flank"
 
 
 def _map(figure: Figure, ax: Axes, z: Array, rho: Array, gap: Array) -> None:

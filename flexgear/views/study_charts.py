@@ -56,7 +56,9 @@ def load_duration_chart(
         color=PLANET_COLOURS[0], alpha=0.25, label=f"{len(lasting)} load bins",
     )  # fmt: skip
     if samples is not None and samples.duration:
-        exceeded, level = _exceedance(samples, sense)
+        intervals = np.array(sorted(samples.duration, key=lambda k: -sense * k))
+        exceeded = np.cumsum([samples.duration[int(k)] for k in intervals])
+        level = (intervals + 0.5) * samples.fine_step
         frequent = exceeded > 0.1 * least
         ax.plot(
             exceeded[frequent],
@@ -77,13 +79,6 @@ def load_duration_chart(
     ax.set_title("Load duration")
     ax.legend(loc="lower left")
     return figure
-
-
-def _exceedance(samples: SeriesBins, sense: float) -> tuple[Array, Array]:
-    """Turns with at least a torque, and these torques, N m, by falling torque."""
-    intervals = np.array(sorted(samples.duration, key=lambda k: -sense * k))
-    turns = np.array([samples.duration[int(k)] for k in intervals])
-    return np.cumsum(turns), (intervals + 0.5) * samples.fine_step
 
 
 MAX_DAMAGED = 6  # parts in the chart of damage, the most damaged

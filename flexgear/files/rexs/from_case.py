@@ -149,7 +149,7 @@ def model_of_case(case: Case, rated: BinResults | None = None) -> Outgoing:
     loaded = dict.fromkeys(load.member for load in (*case.loads, *of_bins) if _is_written(load))
     forces = {member: _add_forces(train, member) for member in loaded}
     for b, load_bin in enumerate(bins):
-        train.begin_load_case(load_bin.name)
+        train.load_cases.append((load_bin.name, {}))
         train.result(train.unit, operating_time=HOUR * load_bin.hours)
         _add_state(train, ports, load_bin)
         for member, number in forces.items():

@@ -61,10 +61,6 @@ class Outgoing:
         """Add attributes of a component to the last load case."""
         self.load_cases[-1][1].setdefault(number, {}).update(_in_units(attributes))
 
-    def begin_load_case(self, name: str) -> None:
-        """Begin a new load case, to which ``result`` then adds attributes."""
-        self.load_cases.append((name, {}))
-
     def xml(self, version: str) -> bytes:
         """The model as XML with the present date. version: of flexgear."""
         root = ET.Element(
