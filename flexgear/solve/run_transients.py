@@ -83,7 +83,8 @@ def transients(
     """
     first = next(iter(models.values()))
     with stoppable_pool(max(1, workers - 1), progress) as (pool, report):
-        compiled = pool.submit(compile_transient, first, energy=_has_drops(first))
+        drops = bool(first.case.drive.steps.torques)
+        compiled = pool.submit(compile_transient, first, energy=drops)
 
         def start(name: str, job: Callable[..., TimedRun]) -> TimedRun:
             when_done(compiled).result()
@@ -120,10 +121,6 @@ def _with_figures(case: Case, key: Any, run: TimedRun) -> tuple[TimedRun, dict[s
     return run, {} if isinstance(key, str) else drop_figures(case, run)
 
 
-def _has_drops(model: Model) -> bool:
-    return bool(model.case.drive.steps.torques)
-
-
 def _jobs(
     models: Mapping[str, Model], progress: Progress
 ) -> Iterator[tuple[Any, str, Callable[..., TimedRun]]]:
@@ -142,7 +139,7 @@ def _jobs(
             flexible = label == first and bool(model.case.flexible_stages)
             job = partial(
                 simulate, model, drive=RATED_DRIVE,
-                energy=flexible and not _has_drops(model),
+                energy=flexible and not model.case.drive.steps.torques,
                 progress=titled(f"transient, {label}", progress),
             )  # fmt: skip
             yield label, dataset_name("transient", model), job

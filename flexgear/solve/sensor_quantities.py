@@ -123,12 +123,9 @@ class BodyPoint:
     def in_space(self, order: int) -> Quantity:
         """Signal of a sensor fixed in space at a rigid body, at its place and in its direction at
         the start of the run; order: of the time derivative."""
-        return Quantity(self._at_start, order)
-
-    def _at_start(self, recovery: Recovery) -> Array:
         start = np.full(1, self.axes.start)
         place, direction = rotated(self.place, start)[0], rotated(self.direction, start)[0]
-        return np.asarray((self.displacement(recovery, place) @ direction)[:, None])
+        return Quantity(lambda r: (self.displacement(r, place) @ direction)[:, None], order)
 
 
 def passing(motion: Motion, axes: Axes, angle: float, order: int) -> Quantity:

@@ -41,17 +41,10 @@ class FieldAt:
             vtk = cells[:, HEX_TO_VTK]
             cells = np.concatenate([vtk[:, list(corners)] for corners in _TETRAHEDRA])
         self.cells: Ints = cells
-
-    @cached_property
-    def _inverse(self) -> Array:
-        """Matrices (T, 3, 3) that map x − x_0, x_0 the first vertex of a tetrahedron, to the
-        weights of the three others."""
-        corners = self.points[self.cells]
-        return np.linalg.inv(np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2))
-
-    @cached_property
-    def _centres(self) -> cKDTree:
-        return cKDTree(self.points[self.cells].mean(axis=1))
+        corners = self.points[cells]
+        self._centres = cKDTree(corners.mean(axis=1))
+        # map x − x_0, x_0 the first vertex of a tetrahedron, to the weights of the three others
+        self._inverse = np.linalg.inv(np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2))
 
     def weights(self, places: Array) -> sp.csr_matrix:
         """Weights (n, p) of the vertices in the value at places (n, 3) m. Outside the mesh the

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import ceil, degrees, log10
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -64,7 +65,7 @@ def fe_mesh_of_file(source: FeMeshSource, groups: Groups, size: float, where: st
     placement = Placement(source.fe_mesh_shift, source.fe_mesh_turn)
     stems = tuple(f.stem for f in groups.families if f.numbered)
     try:
-        read = _read(file, _stamp(file), source.fe_mesh_unit, tuple(groups.needed), size, stems)
+        read = _read(_stamp(file), file, source.fe_mesh_unit, tuple(groups.needed), size, stems)
         fe_mesh = replace(read, points=placement.of(read.points))
         check_place(fe_mesh, groups, placement, file)
     except InputError as fault:
@@ -281,12 +282,5 @@ def _stamp(file: str) -> tuple[int, int]:
 
 
 @lru_cache(maxsize=2)  # commands read two files before their work and again in it
-def _read(
-    file: str,
-    stamp: tuple[int, int],
-    unit: str,
-    needed: tuple[str, ...],
-    size: float,
-    stems: tuple[str, ...],
-) -> FeMesh:
-    return read_fe_mesh(file, unit, needed, size, stems=stems)
+def _read(stamp: tuple[int, int], *arguments: Any) -> FeMesh:
+    return read_fe_mesh(*arguments)
