@@ -15,7 +15,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from flexgear.arrays import Array
 from flexgear.gears.slices import factor_along, mean_along
 from flexgear.model.names import FlankName
 from flexgear.results.face_load import misalignment_by_cause
@@ -48,29 +47,29 @@ Row = tuple[Any, str, list[FlankName]]  # axes, title and flanks of a row of a f
 
 def _rows(
     data: xr.Dataset, height_mm: float, columns: int = 1, **options: Any
-) -> tuple[Figure, Array, list[Row]]:
+) -> tuple[Figure, list[Row]]:
     """Figure with a row of axes, ``height_mm`` high, for each group of loaded gear meshes."""
     groups = {group.replace("_", " "): flanks for group, flanks in loaded_flanks(data).items()}
     height = 14 + height_mm * len(groups)
     figure, axes = panels(len(groups), columns, height_mm=height, **options)
     rows = axes[:, 0] if columns == 1 else axes
-    return figure, axes, [(ax, *group) for ax, group in zip(rows, groups.items(), strict=True)]
+    return figure, [(ax, *group) for ax, group in zip(rows, groups.items(), strict=True)]
 
 
-def _finish_along_face(figure: Figure, axes: Array) -> Figure:
+def _finish_along_face(figure: Figure) -> Figure:
     """The figure with labels, limits and legend of loads per width along the face."""
-    for ax in axes[:, 0]:
+    for ax in figure.axes:
         ax.set_ylabel("load per width,\nall pairs (N/mm)")
         ax.set(ylim=(0.0, None), xlim=(-0.5, 0.5))
-    axes[-1, 0].set_xlabel(ALONG_FACE)
-    legend_of(figure, axes)
+    figure.axes[-1].set_xlabel(ALONG_FACE)
+    legend_of(figure)
     return figure
 
 
 @styled
 def along_face_chart(data: xr.Dataset) -> Figure:
     """Load per width (N/mm) of all gear meshes along the face, mean of all positions, by planet."""
-    figure, axes, rows = _rows(data, 48, sharex=True)
+    figure, rows = _rows(data, 48, sharex=True)
     for ax, title, flanks in rows:
         factors = []
         for name in flanks:
@@ -83,27 +82,27 @@ def along_face_chart(data: xr.Dataset) -> Figure:
         low, high = min(factors), max(factors)
         span = f"{low:.3f}" if high - low < 5e-4 else f"{low:.3f} to {high:.3f}"
         ax.set_title(f"{title}: $K_{{Hβ}}$ {span}")
-    return _finish_along_face(figure, axes)
+    return _finish_along_face(figure)
 
 
 @styled
 def before_and_after(before: xr.Dataset, after: xr.Dataset) -> Figure:
     """Load per width (N/mm) of planet 1 along the face before and after a change of the flanks,
     mean of all positions."""
-    figure, axes, rows = _rows(before, 48, sharex=True)
+    figure, rows = _rows(before, 48, sharex=True)
     for ax, title, (name, *_) in rows:
         for data, style, label in ((before, "--", "before"), (after, "-", "after")):
             load = data["face_line_load"].sel(flank=name).mean("position").to_numpy() * N_PER_MM
             ax.plot(data["face"], load, style, color=planet_colour(1), label=label)
         ax.set_title(f"{title}, planet {int(before.sel(flank=name)['flank_planet'])}")
-    return _finish_along_face(figure, axes)
+    return _finish_along_face(figure)
 
 
 @styled
 def contact_pattern(data: xr.Dataset) -> Figure:
     """Largest line load (N/mm) over all positions on the flanks of planet 1 with ring and sun, over
     path of contact and face."""
-    figure, _, rows = _rows(data, 62)
+    figure, rows = _rows(data, 62)
     for ax, title, (name, *_) in rows:
         of_flank = data.sel(flank=name)
         scales = {"slice_path": MILLI, "slice_position": MILLI, "line_load": N_PER_MM}
@@ -129,7 +128,7 @@ def contact_pattern(data: xr.Dataset) -> Figure:
 def misalignment_chart(data: xr.Dataset) -> Figure:
     """Misalignment (µm over the face) of every gear mesh by cause and planet: mean of all positions
     with the range from least to largest; on the right the sum of all causes."""
-    figure, axes, rows = _rows(data, 52)
+    figure, rows = _rows(data, 52)
     for ax, title, flanks in rows:
         causes = misalignment_by_cause(data.sel(flank=flanks)) * MICRO
         total = causes.sum("cause", skipna=False).assign_coords(cause="all together")
@@ -148,7 +147,7 @@ def misalignment_chart(data: xr.Dataset) -> Figure:
         ax.grid(visible=False, axis="x")
         ax.set_title(title)
         ax.set_ylabel("closer at +z than at −z (µm)")
-    legend_of(figure, axes)
+    legend_of(figure)
     return figure
 
 
@@ -236,7 +235,7 @@ def root_stress_chart(data: xr.Dataset, stage: str) -> Figure:
             ax.axhline(0.0, color=NEUTRAL, lw=0.5, zorder=1)
     axes[-1, 0].set_xlabel("rotation of the reference member (°)")
     axes[-1, 1].set_xlabel(ALONG_FACE)
-    legend_of(figure, axes, 4)
+    legend_of(figure, 4)
     return figure
 
 
@@ -266,7 +265,7 @@ STATES = (
 def transmission_error_chart(data: xr.Dataset) -> Figure:
     """Transmission error of planet 1 about its mean over a gear-mesh cycle, µm along the line of
     action, and its amplitudes by order of the gear mesh; under load and unloaded."""
-    figure, axes, rows = _rows(data, 52, 2, width_ratios=[3, 2])
+    figure, rows = _rows(data, 52, 2, width_ratios=[3, 2])
     first = data.isel(position=data["gear_mesh_phase"].to_numpy() < 1.0 - 1e-9)
     for (left, right), title, (name, *_) in rows:
         notes = []
@@ -285,14 +284,14 @@ def transmission_error_chart(data: xr.Dataset) -> Figure:
         left.set(xlabel=PHASE, ylabel="less its mean (µm)", xlim=(0.0, 1.0))
         right.set(xlabel="order of the gear mesh (–)", ylabel="amplitude (µm)")
         right.set_xticks(orders[:: max(1, len(orders) // 10)])
-    legend_of(figure, axes)
+    legend_of(figure)
     return figure
 
 
 @styled
 def stiffness_chart(data: xr.Dataset) -> Figure:
     """Stiffness of every gear mesh (N/µm along the line of action) over a gear-mesh cycle."""
-    figure, axes, rows = _rows(data, 48, sharex=True)
+    figure, rows = _rows(data, 48, sharex=True)
     first = data.isel(position=data["gear_mesh_phase"].to_numpy() < 1.0 - 1e-9)
     for ax, title, flanks in rows:
         for name in flanks:
@@ -303,6 +302,6 @@ def stiffness_chart(data: xr.Dataset) -> Figure:
         mean = float(data["gear_mesh_stiffness"].sel(flank=flanks).mean()) * N_PER_M_TO_N_PER_UM
         ax.set_title(f"{title}: mean {mean:,.0f} N/µm".replace(",", "\u2009"))
         ax.set(ylabel="N/µm", xlim=(0.0, 1.0))
-    axes[-1, 0].set_xlabel(PHASE)
-    legend_of(figure, axes)
+    figure.axes[-1].set_xlabel(PHASE)
+    legend_of(figure)
     return figure

@@ -35,7 +35,6 @@ from flexgear.views.select import (
     abscissa,
     draw,
     leading_dim,
-    note_envelope,
     planet_count,
     thinned,
     variable,
@@ -186,7 +185,7 @@ def engagement_map(whole: xr.Dataset) -> Figure:
     bottom.set_ylabel("pair stiffness (N/µm)")
     finish_x(bottom, "stage_angle", planets, near[0], near[-1])
     bottom.xaxis.set_major_locator(MaxNLocator(4))
-    legend_of(figure, axes, planets)
+    legend_of(figure, planets)
     return figure
 
 
@@ -241,17 +240,14 @@ def over_runs(axes: Axes, runs: Runs, x: str, drawn: Drawn, envelope: bool = Tru
 
     envelope: whether the envelope replaces a history with too many oscillations.
     """
-    colours, dense = variant_colours(runs), False
-    label, pick, factor = drawn
+    colours, (label, pick, factor) = variant_colours(runs), drawn
     for i, (run, dataset) in enumerate(runs.items()):
         values = np.asarray(pick(dataset), dtype=float) * factor
         if envelope:
-            dense |= draw(axes, abscissa(dataset, x), values, colours[run], label=run, **layer(i))
+            draw(axes, abscissa(dataset, x), values, colours[run], label=run, **layer(i))
         else:
             axes.plot(abscissa(dataset, x), values, color=colours[run], label=run, **layer(i))
     axes.set_ylabel(label)
-    if dense:
-        note_envelope(axes)
 
 
 def finish(figure: Figure, axes: Any, runs: Runs, x: str) -> Figure:
@@ -260,7 +256,7 @@ def finish(figure: Figure, axes: Any, runs: Runs, x: str) -> Figure:
     at = [abscissa(d, x) for d in runs.values()]
     ends = min(float(v[0]) for v in at), max(float(v[-1]) for v in at)
     finish_x(axes[-1, 0], x, planet_count(next(iter(runs.values()))), *ends)
-    legend_of(figure, axes, least=2)
+    legend_of(figure, least=2)
     return figure
 
 
@@ -358,8 +354,7 @@ def displacement(runs: Runs, of: str, x: str = "stage_angle") -> Figure:
     for i, (name, dataset) in enumerate(runs.items()):
         at, values = abscissa(dataset, x), picked[name]
         for k, ax in enumerate(axes[:, 0]):
-            if draw(ax, at, values[:, k], colours[name], label=name, **layer(i)):
-                note_envelope(ax)
+            draw(ax, at, values[:, k], colours[name], label=name, **layer(i))
             if i == 0 and np.isfinite(values[:, k]).any():
                 peak = f"{values[np.nanargmax(np.abs(values[:, k])), k]:.3g}".replace("-", "−")
                 text = "zero, to rounding" if is_noise[k] else f"largest {peak} µm ({name})"

@@ -215,7 +215,7 @@ def campbell_chart(data: xr.Dataset) -> Figure:
         if len(stages) > 1:
             ax.set_title(stage.replace("_", " "))
     axes[-1, 0].set_xlabel("speed over rated speed (–)")
-    legend_of(figure, axes, 3, _legend(sorted(kinds), whirls))
+    legend_of(figure, 3, _legend(sorted(kinds), whirls))
     return figure
 
 

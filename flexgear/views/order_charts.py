@@ -96,7 +96,7 @@ def order_chart(spectrum: xr.DataArray, lines: Lines = ()) -> Figure:
     ax.set_xlabel(_order_axis(spectrum))
     ax.set_ylabel(f"amplitude ({unit})")
     ax.set_title(f"Amplitude of {words(str(spectrum.name))}", pad=14)
-    legend_of(figure, axes, COLUMNS)
+    legend_of(figure, COLUMNS)
     return figure
 
 
@@ -203,7 +203,7 @@ def average_chart(mean: xr.DataArray) -> Figure:
     axes[-1, 0].set_xlabel(f"{mean['phase'].attrs['long_name']} (–)")
     text = f"{words(str(mean.name)).capitalize()}, mean of {mean.attrs['turns']} turns"
     figure.suptitle(text, fontsize=9.5, weight="bold")
-    legend_of(figure, axes, COLUMNS)
+    legend_of(figure, COLUMNS)
     return figure
 
 
@@ -252,7 +252,7 @@ def sensors_chart(data: xr.Dataset) -> Figure:
     if spectrum is not None and visible:
         visible[-1].set_xlabel(f"order of {words(spectrum.attrs['of'])} (–)")
         visible[-1].tick_params(labelbottom=True)
-    legend_of(figure, axes, len(KINDS))
+    legend_of(figure, len(KINDS))
     figure.align_ylabels(axes)
     return figure
 

@@ -89,14 +89,14 @@ def oscillations(values: Array) -> int:
 
 def draw(
     axes: Axes, x: Array, y: Array, color: str, fill: bool = True, beside: int = 0, **style: Any
-) -> bool:
-    """Draw a history as a line or, with too many oscillations, as envelope; returns whether as
-    envelope. fill: whether the envelope is filled; beside: oscillations of the histories in the
-    same picture, which then have the same form."""
+) -> None:
+    """Draw a history as a line or, with too many oscillations, as envelope with a note that bands,
+    or pairs of lines, are envelopes. fill: whether the envelope is filled; beside: oscillations of
+    the histories in the same picture, which then have the same form."""
     count = max(oscillations(y), beside)
     if count <= MAX_OSCILLATIONS:
         axes.plot(x, y, color=color, **style)
-        return False
+        return
     pieces = int(min(PIECES, count / PER_PIECE))
     starts = np.linspace(0, len(y), pieces, endpoint=False).astype(int)
     low, high = (_of_neighbours(pick, pick.reduceat(y, starts)) for pick in (np.fmin, np.fmax))
@@ -107,7 +107,7 @@ def draw(
         axes.fill_between(middle, low, high, color=color, alpha=0.25, lw=0.0, zorder=zorder)
     for edge in (low, high):
         axes.plot(middle, edge, color=color, **{**style, "lw": 0.9})
-    return True
+    axes.set_title("bands: least to largest", loc="right", fontsize=7.5, weight="normal")
 
 
 def _of_neighbours(pick: np.ufunc, edge: Array) -> Array:
@@ -115,11 +115,6 @@ def _of_neighbours(pick: np.ufunc, edge: Array) -> Array:
     no crest of a slow oscillation then do not notch the envelope."""
     neighbours = np.pad(edge, 1, mode="edge")
     return np.where(np.isnan(edge), edge, pick(pick(neighbours[:-2], edge), neighbours[2:]))
-
-
-def note_envelope(axes: Axes) -> None:
-    """Write a note on a panel that bands, or pairs of lines, are envelopes."""
-    axes.set_title("bands: least to largest", loc="right", fontsize=7.5, weight="normal")
 
 
 def close_up(values: Array) -> slice:

@@ -26,7 +26,6 @@ from flexgear.views.select import (
     MAX_OSCILLATIONS,
     close_up,
     draw,
-    note_envelope,
     orbit,
     oscillations,
     variable,
@@ -99,7 +98,6 @@ def _planets_chart(data: xr.Dataset, name: str, symbol: str, unit: str = "") -> 
             text = "close-up at the largest"
             row[1].set_title(text, weight="normal", fontsize=8, loc="right")
             row[1].xaxis.set_major_locator(MaxNLocator(2))
-            note_envelope(row[0])
         for ax in row:
             ax.axhline(factor * float(part.mean()), color=NEUTRAL, lw=0.7, zorder=1)
             least_span(ax, 0.01)
@@ -109,7 +107,7 @@ def _planets_chart(data: xr.Dataset, name: str, symbol: str, unit: str = "") -> 
     for ax in axes[-1]:
         ax.set_xlabel(label)
     figure.align_ylabels(axes[:, 0])
-    legend_of(figure, axes, 8, least=2)
+    legend_of(figure, 8, least=2)
     return figure
 
 
@@ -127,18 +125,15 @@ def displacements_chart(data: xr.Dataset) -> Figure:
     for row, (stage, motion) in zip(axes, stages.items(), strict=True):
         _orbit(row[0], motion)
         row[0].set_title(", ".join(filter(None, (_label(stage), "orbit"))))
-        dense = False
         for (part, half), place in motion.items():
             times, line = _with_gaps(data, np.hypot(place[:, 0], place[:, 1]))
             colour, style = MEMBER_COLOURS[part], HALVES.get(half, "-")
             label = f"{part} {half}".strip()
-            dense |= draw(row[1], times, line, colour, ls=style, lw=1.0, label=label)
-        if dense:
-            note_envelope(row[1])
+            draw(row[1], times, line, colour, ls=style, lw=1.0, label=label)
         row[1].set_ylabel("distance from the axis (µm)")
         row[1].set_xlabel(label)
         row[1].set(ylim=(0.0, None), xlim=(at.min(), at.max()) if len(at) > 1 else None)
-    legend_of(figure, axes)
+    legend_of(figure)
     return figure
 
 
@@ -328,8 +323,7 @@ def comparison_chart(runs: Mapping[str, xr.Dataset]) -> Figure:
             largest = (by * force.max("gear_mesh"), factor.max("gear_mesh"))
             row[0].set_title(title)
             for ax, values in zip(row, largest, strict=False):
-                if draw(ax, x, values.to_numpy(), colours[label], label=label, **layer(k)):
-                    note_envelope(ax)
+                draw(ax, x, values.to_numpy(), colours[label], label=label, **layer(k))
     for row, has_sharing in zip(axes, shared, strict=True):
         row[0].set_ylabel(f"largest force ({unit})")
         for ax in row:
@@ -343,5 +337,5 @@ def comparison_chart(runs: Mapping[str, xr.Dataset]) -> Figure:
         lowest = [ax for ax in column if ax.get_visible()][-1]
         lowest.set_xlabel(axis_label)
         lowest.tick_params(labelbottom=True)
-    legend_of(figure, axes)
+    legend_of(figure)
     return figure

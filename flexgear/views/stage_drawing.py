@@ -72,7 +72,7 @@ def front_drawing(view: StageView) -> Figure:
     ax.set_xlabel("X (mm)")
     ax.set_ylabel("Y (mm)")
     ax.set_title(f"centre distance {MILLI * g.center_distance:.5g} mm")
-    legend_of(figure, axes, 4)
+    legend_of(figure, 4)
     return figure
 
 
@@ -106,7 +106,7 @@ def section_drawing(view: StageView) -> Figure:
     ax.autoscale_view()
     ax.set_xlabel("z (mm)")
     ax.set_ylabel("distance from the axis (mm)")
-    legend_of(figure, axes, 4)
+    legend_of(figure, 4)
     return figure
 
 

@@ -255,7 +255,7 @@ def tolerance_chart(data: xr.Dataset, name: str = "load_sharing") -> Figure:
         for ax in row:
             ax.set_xlabel(spread.label)
             _span(ax, values)
-    legend_of(figure, axes, 3)
+    legend_of(figure, 3)
     lines = [f"{data.attrs['case']}: {data.sizes['sample']} samples of its manufacturing errors"]
     if drawn is not groups:
         lines += [f"{title}: {x[0]:.6f} in all of them" for title, x in equal.items()]

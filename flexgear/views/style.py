@@ -153,16 +153,12 @@ def legend_lines(colours: Mapping[str, str]) -> list[Line2D]:
 
 
 def legend_of(
-    figure: Figure,
-    axes: NDArray[Any],
-    columns: int = 6,
-    first: Iterable[Artist] = (),
-    least: int = 1,
+    figure: Figure, columns: int = 6, first: Iterable[Artist] = (), least: int = 1
 ) -> Legend | None:
     """Legend below all axes of the artists ``first`` and all labelled ones, each label once, in at
     most ``columns`` columns; None for fewer than ``least`` entries."""
     by_label = {str(artist.get_label()): artist for artist in first}
-    for ax in axes.flat:
+    for ax in figure.axes:
         for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
             by_label.setdefault(label, handle)
     if len(by_label) < least:

@@ -114,7 +114,7 @@ def _lines(data: xr.Dataset, field: xr.DataArray, keys: list[str], label: str) -
     if not by_key and "mode" in field.dims and "mode_type" in data:
         _mark_types(axes[-1, 0], data, field, keys[0])
     axes[-1, 0].set_xlabel(_key_label(field[keys[0]]))
-    legend = legend_of(figure, axes, LINES_BY_KEY if by_key else 4)
+    legend = legend_of(figure, LINES_BY_KEY if by_key else 4)
     if legend is not None and by_key:
         legend.set_title(_key_label(field[keys[1]]))
     return figure

@@ -84,7 +84,7 @@ def response_chart(data: xr.Dataset) -> Figure:
     force.set_ylabel(f"gear-mesh force ({unit}),\nlargest and smallest")
     error.set_ylabel("transmission error (µm),\npeak to peak")
     axes[-1, 0].set_xlabel(f"{data.attrs['over']} over rated {data.attrs['over']} (–)")
-    legend_of(figure, axes, 3, first=_legend(of_drawn, names))
+    legend_of(figure, 3, first=_legend(of_drawn, names))
     return figure
 
 
@@ -218,7 +218,7 @@ def _stage_panels(
         if len(stages) > 1:
             ax.set_title(stage.replace("_", " "))
     axes[-1, 0].set_xlabel("speed over rated speed (–)")
-    legend_of(figure, axes, 5)
+    legend_of(figure, 5)
     return figure
 
 
