@@ -9,7 +9,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullFormatter
 
@@ -17,7 +16,7 @@ from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName
 from flexgear.views.select import variable
-from flexgear.views.style import NEUTRAL, PLANET_COLOURS, legend_lines, legend_of, panels, styled
+from flexgear.views.style import NEUTRAL, PLANET_COLOURS, legend_of, panels, styled
 
 TYPE_COLOURS = {
     "rotational": "#D55E00",
@@ -187,6 +186,7 @@ def _type_colour(kind: str) -> str:
     return TYPE_COLOURS.get(kind, NEUTRAL)
 
 
+MOTIONS = {0: "turning, axial", 1: "sideways, tilting"}  # of modes by nodal index
 FORWARD, BACKWARD, STRAIGHT = "#004488", "#BB5566", "#444444"
 PALE = "#D8DBE0"
 CIRCULAR = 0.05  # least |whirl| of a forward or backward mode
@@ -209,18 +209,17 @@ def campbell_chart(data: xr.Dataset) -> Figure:
     stages = list(dict.fromkeys(map(str, data["excitation_stage"].to_numpy()))) or [""]
     figure, axes = panels(len(stages), 1, height_mm=30 + 95 * len(stages))
     whirls = bool(np.any(np.abs(np.nan_to_num(data["whirl"].to_numpy())) >= CIRCULAR))
-    kinds: set[int] = set()
     for ax, stage in zip(axes[:, 0], stages, strict=True):
-        kinds |= _panel(ax, data, stage, whirls)
+        _panel(ax, data, stage, whirls)
         if len(stages) > 1:
             ax.set_title(stage.replace("_", " "))
     axes[-1, 0].set_xlabel("speed over rated speed (–)")
-    legend_of(figure, 3, _legend(sorted(kinds), whirls))
+    legend_of(figure, 3)
     return figure
 
 
-def _panel(ax: Axes, data: xr.Dataset, stage: str, whirls: bool) -> set[int]:
-    """Draw the panel of one stage; returns the drawn nodal indices."""
+def _panel(ax: Axes, data: xr.Dataset, stage: str, whirls: bool) -> None:
+    """Draw the panel of one stage."""
     factor = np.asarray(data["speed_factor"], dtype=float)
     values, whirl = (data[n].to_numpy().astype(float) for n in ("campbell_frequency", "whirl"))
     index = np.zeros(data.sizes["mode"], dtype=int)
@@ -233,18 +232,16 @@ def _panel(ax: Axes, data: xr.Dataset, stage: str, whirls: bool) -> set[int]:
     for speed in np.atleast_1d(data.attrs["operating_factors"]):
         ax.axvspan((1.0 - margin) * speed, (1.0 + margin) * speed, color="#F3F4F6", zorder=0)
         ax.axvline(speed, color=NEUTRAL, lw=0.8)
-    drawn = set[int]()
     width = 0.8 * min(1.0, MAX_WIDE_LINES / (1.0 + float((values.min(axis=0) <= top).sum())))
     for m in range(values.shape[1]):
-        ax.plot(factor, values[:, m], color=_mode_colour(index[m], whirl[:, m], whirls), lw=width)
-        if (index[m] >= 0 or index[m] == ABSENT) and values[:, m].min() <= top:
-            drawn.add(int(index[m]))
-    drawn |= _orders(ax, data, lines, factor, top, whirls)
+        colour, label = _mode_look(index[m], whirl[:, m], whirls)
+        label = label if values[:, m].min() <= top else ""
+        ax.plot(factor, values[:, m], color=colour, lw=width, label=label)
+    _orders(ax, data, lines, factor, top, whirls)
     _number_modes(ax, values, index, top, factor[0])
     _meetings(ax, data, stage, top)
     ax.set(xlim=(factor[0], factor[-1]), ylim=(0, top))
     ax.set_ylabel("frequency (Hz)")
-    return drawn
 
 
 def _top(values: Array, excited: float) -> float:
@@ -261,33 +258,41 @@ def index_colour(index: int) -> str:
     return PLANET_COLOURS[index % len(PLANET_COLOURS)] if index >= 0 else NEUTRAL
 
 
-def _mode_colour(index: int, whirl: Array, whirls: bool) -> str:
-    """Colour of a mode: by its direction of whirl if modes of the case whirl, else by its index."""
-    if not whirls or index == ABSENT:
-        return index_colour(index)
+def _mode_look(index: int, whirl: Array, whirls: bool) -> tuple[str, str]:
+    """Colour and label of a mode: by its direction of whirl if modes of the case whirl, else by its
+    index; without a label for a mixed or unknown index."""
+    if index == ABSENT:
+        return PALE, "without motion of the stage"
+    if not whirls:
+        label = f"k = {index}: {MOTIONS.get(index, 'planets alone')}" if index >= 0 else ""
+        return index_colour(index), label
     sense = whirl[np.isfinite(whirl)]
     mean = float(sense[-1]) if sense.size else 0.0
-    return STRAIGHT if abs(mean) < CIRCULAR else FORWARD if mean > 0 else BACKWARD
+    if abs(mean) < CIRCULAR:
+        return STRAIGHT, "mode"
+    return (FORWARD, "forward whirl") if mean > 0 else (BACKWARD, "backward whirl")
 
 
 def _orders(
     ax: Axes, data: xr.Dataset, lines: np.ndarray, factor: Array, top: float, whirls: bool
-) -> set[int]:
-    """Draw excitations as rays with their order at the end; returns the nodal indices that they
+) -> None:
+    """Draw excitations as rays with their order at the end, in the colour of the modes that they
     excite."""
-    drawn, labelled = set[int](), list[float]()
+    labelled = list[float]()
     slopes, kinds = (data[f"excitation_{name}"].to_numpy() for name in ("slope", "kind"))
     for k in lines[np.argsort(-slopes[lines])]:
         slope, gear_mesh = float(slopes[k]), kinds[k] == "gear mesh"
         index = _order_index(data, int(k))
         colour = NEUTRAL if whirls or not gear_mesh else index_colour(index)
+        label = "shafts, passing planets"
+        if gear_mesh:
+            label = "orders of gear meshes" + ("" if whirls else f", k = {index}")
         ax.plot(
             factor, slope * factor, "--" if gear_mesh else ":", color=colour, zorder=2,
-            lw=1.0 if gear_mesh else 0.7,
+            lw=1.0 if gear_mesh else 0.7, label=label,
         )  # fmt: skip
         if not gear_mesh:
             continue
-        drawn.add(index)
         over = slope * factor[-1] >= top
         at = (top / slope, top) if over else (factor[-1], slope * factor[-1])
         if not over and any(abs(at[1] - y) < LABEL_HEIGHT * top for y in labelled):
@@ -297,7 +302,6 @@ def _orders(
             f"{float(data['excitation_order'][k]):g}×", at, textcoords="offset points", fontsize=7,
             color=colour, annotation_clip=False, **(ABOVE if over else BESIDE),
         )  # fmt: skip
-    return {k for k in drawn if k >= 0}
 
 
 def _order_index(data: xr.Dataset, number: int) -> int:
@@ -361,24 +365,3 @@ def _meetings(ax: Axes, data: xr.Dataset, stage: str, top: float) -> None:
 
 def _is_ideal(data: xr.Dataset, meeting: int) -> bool:
     return str(data["meeting_cause"][meeting].item()) == "ideal"
-
-
-def _legend(kinds: list[int], whirls: bool) -> list[Line2D]:
-    """Entries of the Campbell chart's legend for excitation orders and kinds of modes."""
-    out = [
-        Line2D([], [], color=NEUTRAL, ls="--", lw=1.0, label="orders of gear meshes"),
-        Line2D([], [], color=NEUTRAL, ls=":", lw=0.9, label="shafts, passing planets"),
-    ]
-    if whirls:
-        senses = {"mode": STRAIGHT, "forward whirl": FORWARD, "backward whirl": BACKWARD}
-        out += legend_lines(senses)
-    else:
-        out += legend_lines({f"k = {k}: {_kind(k)}": index_colour(k) for k in kinds if k >= 0})
-    if ABSENT in kinds:
-        out += legend_lines({"without motion of the stage": PALE})
-    return out
-
-
-def _kind(index: int) -> str:
-    """Motion of modes with a nodal index, in words."""
-    return {0: "turning, axial", 1: "sideways, tilting"}.get(index, "planets alone")

@@ -20,7 +20,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyArrowPatch
 from matplotlib.ticker import MultipleLocator
 from PIL import Image
@@ -38,6 +37,7 @@ from flexgear.views.style import (
     NEUTRAL,
     ORIGINAL_COLOUR,
     factor_text,
+    legend_of,
     nice_number,
     panels,
     pi_label,
@@ -105,7 +105,8 @@ def angle_text(angle: float, planets: int) -> str:
 
 def draw_gears(axes: Axes, outline: StageOutline, carrier_angle: float) -> None:
     """Draw sun and planets as circles, planets with colours and numbers."""
-    axes.add_patch(Circle((0, 0), outline.sun_radius, fc="#F3F4F6", ec=NEUTRAL, lw=0.8, zorder=1.5))
+    look: Any = {"fc": "#F3F4F6", "ec": NEUTRAL, "lw": 0.8, "label": "undeformed planets, sun"}
+    axes.add_patch(Circle((0, 0), outline.sun_radius, zorder=1.5, **look))
     axes.text(0, 0, "sun", ha="center", va="center", color=NEUTRAL, fontsize=8)
     for i in range(len(outline.planet_angles)):
         x, y = outline.planet_centre(i, carrier_angle)
@@ -176,18 +177,9 @@ def ring_star(
     peak = float(np.nanmax(np.abs(radial(field)))) * 1e3
     gap = " " if columns > 1 else "\n"
     size = f"displacement {factor_text(factor)}{gap}(largest radial {number(peak)} µm)"
-    figure.legend(handles=star_handles(), loc="outside lower center", ncols=min(columns + 1, 3))
+    legend_of(figure, min(columns + 1, 3))
     figure.suptitle(f"Ring tooth nodes, {size}", fontsize=9.5)
     return figure
-
-
-def star_handles() -> list[Line2D]:
-    """Entries of the legend."""
-    return [
-        Line2D([], [], color=ORIGINAL_COLOUR, ls="--", lw=1.0, label="undeformed pitch circle"),
-        Line2D([], [], color=DEFORMED_COLOUR, marker="o", ms=2.4, lw=1.2, label="deformed ring"),
-        Line2D([], [], color=NEUTRAL, lw=1.0, label="undeformed planets, sun"),
-    ]
 
 
 def draw_star(
@@ -203,10 +195,8 @@ def draw_star(
     draw_gears(axes, outline, angle)
     if sense:
         draw_rotation_arrow(axes, outline, sense)
-    circle = Circle(
-        (0, 0), outline.ring_radius, fill=False, ec=ORIGINAL_COLOUR, ls="--", lw=1.0, zorder=2
-    )
-    axes.add_patch(circle)
+    look: Any = {"ec": ORIGINAL_COLOUR, "ls": "--", "lw": 1.0, "label": "undeformed pitch circle"}
+    axes.add_patch(Circle((0, 0), outline.ring_radius, fill=False, zorder=2, **look))
     points = ring_points(displacement, outline.ring_radius, factor)
     closed = np.vstack([points, points[:1]])
     axes.plot(
@@ -280,7 +270,6 @@ def animate_star(
     figure, axes = panels(1, 1, height_mm=121, width_mm=105)
     ax, canvas = axes[0, 0], FigureCanvasAgg(figure)
     figure.set_dpi(dpi)
-    figure.legend(handles=star_handles(), loc="outside lower center", ncols=2)
     figure.suptitle(f"Ring tooth nodes, displacement {factor_text(factor)}", fontsize=9)
     square(ax, star_reach(field, outline, factor))
     frames: list[Image.Image] = []
@@ -289,6 +278,8 @@ def animate_star(
             artist.remove()
         draw_star(ax, u, angle, outline, factor, np.sign(angles[-1] - angles[0]))
         ax.set_title(f"$θ_c$ = {np.degrees(angle):.1f}°")
+        if not frames:
+            legend_of(figure, 2)
         canvas.draw()
         figure.set_layout_engine("none")  # the axes stay where the first frame has them
         picture = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3])

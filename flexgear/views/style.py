@@ -9,7 +9,7 @@ schemes (SRON/EPS/TN/09-002); both are safe for the common forms of colour blind
 
 import itertools
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from functools import wraps
 from io import BytesIO
@@ -24,7 +24,6 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
-from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 from numpy.typing import ArrayLike, NDArray
 
@@ -147,24 +146,22 @@ def text_only(text: str) -> Figure:
     return figure
 
 
-def legend_lines(colours: Mapping[str, str]) -> list[Line2D]:
-    """Entries of a legend by label."""
-    return [Line2D([], [], color=c, lw=1.5, label=label) for label, c in colours.items()]
-
-
 def legend_of(
     figure: Figure, columns: int = 6, first: Iterable[Artist] = (), least: int = 1
 ) -> Legend | None:
     """Legend below all axes of the artists ``first`` and all labelled ones, each label once, in at
-    most ``columns`` columns; None for fewer than ``least`` entries."""
+    most ``columns`` columns, none of them thin; None for fewer than ``least`` entries."""
     by_label = {str(artist.get_label()): artist for artist in first}
     for ax in figure.axes:
         for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
             by_label.setdefault(label, handle)
     if len(by_label) < least:
         return None
-    columns = min(len(by_label), columns)
-    return figure.legend(handles=[*by_label.values()], loc="outside lower center", ncols=columns)
+    entries, columns = [*by_label.values()], min(len(by_label), columns)
+    legend = figure.legend(handles=entries, loc="outside lower center", ncols=columns)
+    for line in legend.get_lines():
+        line.set_linewidth(max(1.5, line.get_linewidth()))
+    return legend
 
 
 def labelled_bars(
