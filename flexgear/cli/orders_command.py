@@ -362,7 +362,8 @@ def _write(folder: Path, case: Case, result: xr.DataArray, expected: Lines) -> N
     if "phase" in result.dims:
         figure = average_chart(result)
     elif "block" in result.dims:
-        figure = order_map_chart(_largest_column(result), expected)
+        largest = int(result.max(["block", "order"]).to_numpy().argmax())
+        figure = order_map_chart(result.isel(column=largest, missing_dims="ignore"), expected)
     else:
         figure = order_chart(result, expected)
     about = {
@@ -376,10 +377,3 @@ def _write(folder: Path, case: Case, result: xr.DataArray, expected: Lines) -> N
         write_netcdf(data, stage / "orders.nc")
         picture = saved_picture(figure, stage, "orders", "dynamics", caption, text)
         write_study(stage, case, "orders", caption, [picture])
-
-
-def _largest_column(mapped: xr.DataArray) -> xr.DataArray:
-    """The column of a map with the largest amplitude."""
-    if "column" not in mapped.dims:
-        return mapped
-    return mapped.isel(column=int(mapped.max(["block", "order"]).to_numpy().argmax()))

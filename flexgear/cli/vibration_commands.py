@@ -104,7 +104,9 @@ def response(
     analysis.save(data, linear_response_chart if linear else response_chart)
     if linear:
         peaks = [_linear_peak(model, data.isel(peak=k)) for k in range(data.sizes.get("peak", 0))]
-        largest = _linear_largest(model, data)
+        at = data["linear_force_amplitude"][data["linear_force_amplitude"].argmax(...)]
+        place = at["gear_mesh"].item(), int(at["gear_mesh_order"]), float(at["speed_factor"])
+        largest = _amplitude(model, *place, float(at))
         shown = partial(_show_linear, model, peaks, largest)
         analysis.show({"largest": largest, "peaks": peaks}, shown)
     else:
@@ -180,14 +182,6 @@ def _alike_planets(peaks: list[dict[str, Any]]) -> list[tuple[dict[str, Any], st
         figures = (f"{peak['speed_share']:.4g}", f"{peak['force_n']:.4g}", str(peak["order"]))
         alike.setdefault((peak["gear_mesh"].group, *figures), []).append(peak)
     return [(of[0], GearMeshName.joined([p["gear_mesh"] for p in of])) for of in alike.values()]
-
-
-def _linear_largest(model: Model, data: xr.Dataset) -> dict[str, Any]:
-    """The largest amplitude of a gear-mesh force by an order."""
-    force = data["linear_force_amplitude"]
-    at = force[force.argmax(...)]
-    place = at["gear_mesh"].item(), int(at["gear_mesh_order"]), float(at["speed_factor"])
-    return _amplitude(model, *place, float(at))
 
 
 def _amplitude(model: Model, name: str, order: int, share: float, force: float) -> dict[str, Any]:

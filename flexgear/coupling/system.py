@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from flexgear.arrays import Array, Ints
+from flexgear.arrays import Array
 from flexgear.coupling.gear_meshes import GearMeshLabel, StageFrame
 from flexgear.coupling.laws.dampers import DAMPERS
 from flexgear.coupling.machines import Brake, MachineLaw
@@ -83,14 +83,10 @@ class Damping:
         """Damping rates 2ζω (n,) of modes of ω (n,), rad/s, in any order; zero for rigid modes. The
         modes must include the lowest elastic ones."""
         elastic, ratio = omega > 0, np.full(len(omega), self.ratio)
-        first = self.first_modes(omega)
+        rising = np.argsort(np.where(elastic, omega, np.inf), kind="stable")
+        first = rising[: min(len(self.ratios), int(elastic.sum()))]
         ratio[first] = self.ratios[: len(first)]
         return np.where(elastic, 2 * ratio * omega + self.alpha + self.beta * omega**2, 0.0)
-
-    def first_modes(self, omega: Array) -> Ints:
-        """Indices, by rising ω (n,), of the elastic modes to which ``ratios`` apply."""
-        rising = np.argsort(np.where(omega > 0, omega, np.inf), kind="stable")
-        return rising[: min(len(self.ratios), int(np.sum(omega > 0)))]
 
 
 @dataclass(frozen=True)

@@ -384,9 +384,11 @@ def is_excited(case: Case) -> bool:
 
 def dynamic_factors(case: Case, quasi_static: Mapping[GroupName, float]) -> dict[GroupName, float]:
     """K_v by group of gear meshes, of those in ``quasi_static`` with their largest quasi-static
-    forces, N; empty for a train at rest, 1 where nothing excites it. Evaluated over the last
-    ``PERIODS`` of a transient, after the settling time of the case, or as many periods and the
-    decay of vibration from the start."""
+    forces, N; empty for a train at rest or if keys state all, 1 where nothing excites it. Evaluated
+    over the last ``PERIODS`` of a transient, after the settling time of the case, or as many
+    periods and the decay of vibration from the start."""
+    if None not in [case.rating.forced(name.stage, name.role).k_v for name in quasi_static]:
+        return {}
     if not is_excited(case):
         return dict.fromkeys(quasi_static, 1.0)
     model = assemble(_steadily_driven(case))

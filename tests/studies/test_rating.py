@@ -167,10 +167,14 @@ def _dynamic(share=1.0, **changes):
     return {name: f.value for name, f in factors.items()}
 
 
-def test_where_nothing_excites_no_transient_is_computed(monkeypatch):
+def test_no_transient_is_computed_where_nothing_excites_or_keys_state_k_v(monkeypatch):
     """It would take minutes at low speed."""
     monkeypatch.setattr(bin_loads, "simulate", None)
     assert set(_dynamic().values()) == {1.0}
+    varies = {"stages.stage_3.gear_mesh.model": "rectangular", "rating.dynamic_factor": "train"}
+    load = LoadCase(name="a", hours=1.0, torque=RATED)
+    stated = _train().with_(load_cases=(load,), **{**varies, "rating.k_v": 1.2})
+    assert {g.factors[0]["K_v"].value for g in rate(stated, workers=1).gear_meshes} == {1.2}
 
 
 def test_dynamic_factor_of_the_train():

@@ -202,7 +202,9 @@ def pair_bending(view: StageView, path: GearMeshPath, slices: Slices, force: flo
     at_tips = _at_tips(path, slices, influences, load)
     for member, (mating, influence) in enumerate(zip(flanks, influences, strict=True)):
         if influence is None:
-            bodies.append(mating.to_middle(view.material))
+            steel, radius = view.material, np.hypot(mating.tooth.base_radius, mating.roll)
+            depth = middle_depth(mating.tooth, radius)  # to the middle line of an FE body's tooth
+            bodies.append(ContactBody(steel.young_modulus, steel.poisson_ratio, depth))
             continue
         flank, roll = mating.of(influence), mating.roll
         if (profile := slices.profile) is not None:
@@ -282,11 +284,6 @@ class MatingFlank(NamedTuple):
         """Data of this flank from those of the −θ flank with the gear's hand of helix."""
         flank = flank.mirrored() if self.other_hand else flank
         return flank if self.sense > 0 else flank.turned()
-
-    def to_middle(self, m: Material) -> ContactBody:
-        """Body of line contact, to the middle line of the tooth, for a tooth of an FE body."""
-        depth = middle_depth(self.tooth, np.hypot(self.tooth.base_radius, self.roll))
-        return ContactBody(m.young_modulus, m.poisson_ratio, depth)
 
 
 def mating_flanks(path: GearMeshPath, slices: Slices) -> list[MatingFlank]:
