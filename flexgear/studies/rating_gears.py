@@ -146,7 +146,9 @@ def rate_gears(
             groups.append(GearMeshRating(group, tuple(sheets), planets, largest, safety, reasons))
             missing |= {str(group): "; ".join(reasons)} if reasons else {}
             missing |= _uneven(group, bins, flows, loads)
-            missing |= _without_tilt(group, _untilted(cases, group)) if any(sheets) else {}
+            keys = [f'{k}.kinematics = "spatial"' for k in _untilted(cases, group) if any(sheets)]
+            if keys:
+                missing[f"{group}, tilting"] = f"it does not count in K_Hβ: {' and '.join(keys)}"
             if any(sheets) and _unexcited(cases, group):
                 missing[f"{group}, K_v"] = NOTHING_EXCITES
     parts = []
@@ -220,12 +222,6 @@ def _untilted(cases: Sequence[Case], group: GroupName) -> list[str]:
     stated = [case.rating.forced(group.stage, group.role).k_h_beta for case in cases]
     computed = view.gear_mesh.model == "face_load" and None in stated
     return untilted(view, group.role) if computed else []
-
-
-def _without_tilt(group: GroupName, keys: Sequence[str]) -> dict[str, str]:
-    """Remark on a group of gear meshes with gears, by their keys, that cannot tilt."""
-    remedy = " and ".join(f'{key}.kinematics = "spatial"' for key in keys)
-    return {f"{group}, tilting": f"it does not count in K_Hβ: {remedy}"} if keys else {}
 
 
 def _unexcited(cases: Sequence[Case], group: GroupName) -> bool:

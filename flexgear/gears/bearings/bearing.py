@@ -242,9 +242,8 @@ def _rows(section: Bearing, elements: RollingElements) -> tuple[Row, ...]:
             inner, outer = (ratio * elements.diameter for ratio in grooves)
             rows.append(BallRow(*common, spacing * place, inner, outer, elements.tilt_arm))
         else:
-            drops = _drops(elements, length)
-            edge_stress = elements.edge_stress
-            rows.append(RollerRow(*common, spacing * place, length, drops, edge_stress))
+            profile = _drops(elements, length), elements.edge_stress
+            rows.append(RollerRow(*common, spacing * place, length, *profile))
     return tuple(rows)
 
 
