@@ -18,6 +18,7 @@ from flexgear.cli import options
 from flexgear.cli.display import as_json_text, progress, show, table, warn
 from flexgear.files.atomic import staged_folder
 from flexgear.gears.expected_lines import (
+    ALIAS,
     BEARING,
     CANCELLED,
     GEAR_MESH,
@@ -37,6 +38,8 @@ from flexgear.results.origin import origin_of_case
 from flexgear.results.report.wording import number, words
 from flexgear.results.run_folder import complete, transient_file
 from flexgear.results.run_orders import (
+    RESOLUTION,
+    aliases,
     case_of,
     column_words,
     expected_orders,
@@ -62,7 +65,6 @@ LOBE_FACTOR = 1.5  # of a line over the side lobes of all higher lines, at least
 RUN_UP = 0.05  # change of speed, over it, above which a warning names what a run-up does to lines
 TREND_PERIODS = 3.0  # of a sine, from which on a trend takes nothing of it
 TREND_REST = 0.3  # least share that a trend leaves of a sine of two periods
-RESOLUTION = 2.0  # lines of the transform between neighbours that a Hann window resolves
 MULTIPLE_TOLERANCE = 0.25  # lines of the transform between a peak and a multiple of a fault's line
 PASSES = {"+1 carrier turn": 1, "−1 carrier turn": -1}  # beside multiples of a fault's line
 # lines of the transform between multiples, of which 1 peak in 20 is at one by chance
@@ -174,7 +176,8 @@ def orders(analysis: OrderAnalysis) -> None:
         expected, rows = list[tuple[ExpectedLine, float]](), list[dict[str, Any]]()
         if "phase" not in result.dims:
             expected = _expected(case, result, member, against)
-            rows = list(strongest(result, faults_first(expected)))
+            folded = aliases(part, analysis.of, expected, member, against)
+            rows = list(strongest(result, faults_first([*expected, *folded])))
         if out is not None:
             _write(out, case, result, expected)
         figures = {"of": analysis.of, "member": member, "against": against or None,
@@ -270,15 +273,17 @@ def strongest(result: xr.DataArray, expected: Lines) -> Iterator[dict[str, Any]]
 
 
 def _labels(order: float, expected: Lines, turns: float, passes: Mapping[str, int]) -> list[str]:
-    """Labels of the nearest expected lines at an order in a spectrum of so many turns, or of the
-    nearest multiples of lines of faults, or sidebands of those of the case, and of a carrier's turn
-    of the same order, else of other sidebands, at turns of a bearing's defect and carrier turns by
-    name in ``passes``; empty where none is near."""
+    """Labels of the nearest expected lines at an order in a spectrum of so many turns, else of
+    aliases, else of the nearest multiples of lines of faults, or sidebands of those of the case,
+    and of a carrier's turn of the same order, else of other sidebands, at turns of a bearing's
+    defect and carrier turns by name in ``passes``; empty where none is near."""
     gear_meshes = [at for x, at in expected if x.kind == GEAR_MESH and x.share > CANCELLED]
     width = RESOLUTION / turns  # sidebands that are nearer to a gear mesh are one line with it
+    folded = [(words(f"{x.stage} {x.label}"), at) for x, at in expected if x.kind == ALIAS]
     expected = [
         (x, at)
         for x, at in expected
+        if x.kind != ALIAS
         if x.kind != SAME_TEETH or at >= width  # in a run of at least two meetings
         if x.kind != SIDEBAND or all(abs(at - g) >= width for g in gear_meshes)
     ]
@@ -305,8 +310,8 @@ def _labels(order: float, expected: Lines, turns: float, passes: Mapping[str, in
                 near = faults if line.faulty else beside
                 near.append((f"{times} × {name}{text}", times * at + side))
     for lines, within in (
-        (named, MULTIPLE_TOLERANCE), (faults, MULTIPLE_TOLERANCE), (beside, MULTIPLE_TOLERANCE),
-        (named, 1.0),
+        (named, MULTIPLE_TOLERANCE), (folded, MULTIPLE_TOLERANCE), (faults, MULTIPLE_TOLERANCE),
+        (beside, MULTIPLE_TOLERANCE), (named, 1.0),
     ):  # fmt: skip
         least = min((abs(at - order) for _, at in lines), default=np.inf)
         if least <= within / turns:

@@ -62,7 +62,7 @@ from flexgear.model.stage import Stage
 from flexgear.model.stage_view import BearingPlace, StageView
 
 SIDEBAND, TOOTH_FAULT, BEARING = "sideband", "tooth fault", "bearing"
-SAME_TEETH = "same teeth"
+SAME_TEETH, ALIAS = "same teeth", "alias"
 PASS = "pass"  # row of the line at N planet passes in a turn
 OF_ONE_PLANET = (GEAR_MESH, BOLT_PASS)  # lines of its forces, also where N planets cancel
 HARMONICS = 3  # of the gear mesh that are listed
@@ -76,14 +76,14 @@ TURN = 2 * math.pi
 class ExpectedLine:
     """Line of a spectrum at the speeds of a power flow.
 
-    kind: "gear mesh", "sideband", "shaft", "planet pass", "bolt pass", "tooth fault", "same teeth"
-    or "bearing"; label: name of the line, without the stage; frequency: Hz; share: amplitude
-    relative to N planets in phase, 1 where planets do not matter; harmonic: H of gear meshes, their
-    sidebands and products with bolts, else 0; row: name in a table of lines of this kind, ``label``
-    if empty; bearing: name of the bearing of the line; turn: frequency at which a bearing's defect
-    turns relative to the load, Hz, which is the distance of sidebands, 0 if it does not turn;
-    turn_label: what turns with it; carrier_modulates: whether sensors hear it change with a
-    carrier's turn; faulty: whether the case has the fault.
+    kind: "gear mesh", "sideband", "shaft", "planet pass", "bolt pass", "tooth fault", "same teeth",
+    "bearing" or "alias"; label: name of the line, without the stage; frequency: Hz; share:
+    amplitude relative to N planets in phase, 1 where planets do not matter; harmonic: H of gear
+    meshes, their sidebands and products with bolts, else 0; row: name in a table of lines of this
+    kind, ``label`` if empty; bearing: name of the bearing of the line; turn: frequency at which a
+    bearing's defect turns relative to the load, Hz, which is the distance of sidebands, 0 if it
+    does not turn; turn_label: what turns with it; carrier_modulates: whether sensors hear it change
+    with a carrier's turn; faulty: whether the case has the fault.
     """
 
     stage: str
@@ -153,20 +153,17 @@ def _planetary(
     gear_mesh = stage.ring.teeth * rolling / TURN
     passing = (flow.carrier_speed - sensor) / TURN
     on_planet = rolling and abs(sensor - flow.planet_speed) <= SAME_SPEED * abs(rolling)
-    teeth, bolts = stage.ring.teeth, bolt_counts(stage)
-    beside = _turning if on_planet else _sidebands
-    for harmonic, count in product(range(1, harmonics + 1 if rolling else 1), (0, *bolts)):
-        order = harmonic * (count or teeth)
+    teeth, beside = stage.ring.teeth, _turning if on_planet else _sidebands
+    of_both = [(0, 0), *product((0, -1, 1), bolt_counts(stage))]  # sign of bolts in a product
+    for (sign, count), harmonic in product(of_both, range(1, harmonics + 1 if rolling else 1)):
+        order = abs(harmonic * (teeth if sign or not count else count) + sign * count)
         if count and order % teeth == 0:
             continue  # a harmonic of the gear mesh
-        for line in beside(stage, order, rolling / TURN, passing):
-            yield _order(stage, harmonic, *line, bolts=count)
-    of_both = range(1, harmonics + 1 if rolling else 1), bolts, (-1, 1)
-    for harmonic, count, sign in product(*of_both):
-        label = f"gear mesh {harmonic} {'−+'[sign > 0]}{count} bolts"
-        order = abs(harmonic * teeth + sign * count)
         for frequency, share, sideband in beside(stage, order, rolling / TURN, passing):
-            if not sideband and order % teeth:
+            if not sign:
+                yield _order(stage, harmonic, frequency, share, sideband, count)
+            elif not sideband:
+                label = f"gear mesh {harmonic} {'−+'[sign > 0]}{count} bolts"
                 yield ExpectedLine(stage.name, BOLT_PASS, label, frequency, share, harmonic)
     yield from shaft_lines(stage, flow, sensor)
     if not on_planet:

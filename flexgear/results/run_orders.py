@@ -17,6 +17,7 @@ import json
 import math
 import warnings
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -25,7 +26,7 @@ import xarray as xr
 from scipy import fft
 
 from flexgear.arrays import Array
-from flexgear.gears.expected_lines import ExpectedLine, expected_lines
+from flexgear.gears.expected_lines import ALIAS, GEAR_MESH, ExpectedLine, expected_lines
 from flexgear.gears.power_flow import power_flow, speed_ratios
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearWarning, InputError
@@ -53,6 +54,7 @@ FORCE_ROUNDING, MOTION_ROUNDING = 1e-9, 1e-14
 CLOCKS = {TIME: "input_angle", "sensor_time": "sensor_input_angle"}  # angle by axis of time
 # warning of aliases: limit frequency over half the sampling rate, largest share of rms above it
 ALIAS_LIMIT, ALIAS_SHARE = 0.75, 0.05
+RESOLUTION = 2.0  # lines of the transform between neighbours that a Hann window resolves
 LAST_SAMPLES, HIGHEST_ORDER = 2**17, 10.5  # of a run's spectrum of forces
 MIN_SAMPLES = 4  # of a gear-mesh cycle
 MIN_WEIGHT = 1e-6  # over the largest sum of weights, below which a phase was not at the sensor
@@ -216,6 +218,31 @@ def warn_of_aliases(data: xr.Dataset, history: xr.DataArray) -> None:
             FlexgearWarning,
             stacklevel=3,
         )
+
+
+def aliases(
+    data: xr.Dataset,
+    name: str,
+    lines: Sequence[tuple[ExpectedLine, float]],
+    member: str,
+    against: str = "",
+) -> list[tuple[ExpectedLine, float]]:
+    """Aliases of gear-mesh harmonics in the spectrum of a variable over the turns of a member.
+
+    With S samples a turn the order k G, from S/2 to 3 S/2, appears at |k G − S|. lines: expected
+    lines with their orders, G of gear meshes. There are none of sensors, which are filtered before
+    sampling, and where S changes by more than the width of a line.
+    """
+    steps = data.sizes[TIME] - 1
+    if TIME not in data[name].dims or speed_change(data) * steps > RESOLUTION:
+        return []
+    samples = steps / float(np.ptp(member_turns(data, member, against).to_numpy()))
+    return [
+        (replace(line, kind=ALIAS, label=f"alias of gear mesh {k}"), abs(k * order - samples))
+        for line, order in lines
+        if line.kind == GEAR_MESH and line.harmonic == 1
+        for k in range(math.ceil(0.5 * samples / order), int(1.5 * samples / order) + 1)
+    ]
 
 
 def _least_rounding(case: Case, history: xr.DataArray, time: Array) -> float:

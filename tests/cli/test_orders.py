@@ -265,6 +265,26 @@ def test_sidebands_below_a_harmonic_beyond_the_highest_order_are_named(
     assert row["expected"] == ["gear mesh 4 −4 carrier turns"]
 
 
+def test_gear_mesh_orders_above_half_the_sampling_rate_are_named_where_they_appear(
+    transient, tmp_path, flexgear
+):
+    """A harmonic between S/2 and S samples a turn is read at the order S less its order."""
+    file, _ = transient
+    data = load(file).isel(time=slice(None, None, 7))
+    turns = data["carrier_angle"].isel(turning_stage=0) / (2 * np.pi)
+    samples = (data.sizes["time"] - 1) / float(turns[-1] - turns[0])
+    harmonic = round(0.9 * samples / TEETH)
+    place = xr.ones_like(turns) * np.arange(data.sizes["time"])
+    wave = np.cos(2 * np.pi * harmonic * TEETH / samples * place)
+    wave = wave.broadcast_like(data["gear_mesh_force"]).transpose("time", ...)
+    wave.attrs = data["gear_mesh_force"].attrs
+    data.assign(gear_mesh_force=wave).to_netcdf(tmp_path / "wave.nc")
+    command = ("orders", tmp_path / "wave.nc", "--only", "ring 1", "--member", "carrier")
+    row = flexgear.json(*command)["lines"][0]
+    assert row["order"] == pytest.approx(samples - harmonic * TEETH, abs=0.1)
+    assert row["expected"] == [f"alias of gear mesh {harmonic}"]
+
+
 def test_multiples_of_a_fault_s_line_are_named(tmp_path):
     """A pulse once a turn of the sun against the carrier, beside the gear mesh: a comb."""
     case = load_case("lin-parker", SETTINGS)
