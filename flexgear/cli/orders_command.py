@@ -1,7 +1,7 @@
 """``flexgear orders``: order spectra, run-up maps and averages over the turns of a member."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
@@ -39,6 +39,7 @@ from flexgear.results.report.wording import number, words
 from flexgear.results.run_folder import complete, transient_file
 from flexgear.results.run_orders import (
     RESOLUTION,
+    Lines,
     aliases,
     case_of,
     column_words,
@@ -55,7 +56,6 @@ from flexgear.results.run_orders import (
 from flexgear.results.settling import settled
 from flexgear.results.sinks import between
 
-Lines = Sequence[tuple[ExpectedLine, float]]  # with their orders
 FILES = ("orders.nc", "orders.png", "report.html")
 USUAL = "gear_mesh_force"
 MAX_CURVES = 12  # of a picture

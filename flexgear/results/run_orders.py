@@ -59,6 +59,7 @@ LAST_SAMPLES, HIGHEST_ORDER = 2**17, 10.5  # of a run's spectrum of forces
 MIN_SAMPLES = 4  # of a gear-mesh cycle
 MIN_WEIGHT = 1e-6  # over the largest sum of weights, below which a phase was not at the sensor
 Value = TypeVar("Value", Array, float)
+Lines = Sequence[tuple[ExpectedLine, float]]  # with their orders
 
 
 def case_of(data: xr.Dataset) -> Case:
@@ -221,22 +222,16 @@ def warn_of_aliases(data: xr.Dataset, history: xr.DataArray) -> None:
 
 
 def aliases(
-    data: xr.Dataset,
-    name: str,
-    lines: Sequence[tuple[ExpectedLine, float]],
-    member: str,
-    against: str = "",
+    data: xr.Dataset, name: str, lines: Lines, *member: str
 ) -> list[tuple[ExpectedLine, float]]:
-    """Aliases of gear-mesh harmonics in the spectrum of a variable over the turns of a member.
-
-    With S samples a turn the order k G, from S/2 to 3 S/2, appears at |k G − S|. lines: expected
-    lines with their orders, G of gear meshes. There are none of sensors, which are filtered before
-    sampling, and where S changes by more than the width of a line.
-    """
+    """Aliases, with their orders, of gear-mesh harmonics in the spectrum of a variable over the
+    turns of a ``member``, or against another. With S samples a turn the order k G, from S/2 to
+    3 S/2, appears at |k G − S|. lines: expected lines with their orders, G of gear meshes. None of
+    sensors, which are filtered before, and where S changes by more than the width of a line."""
     steps = data.sizes[TIME] - 1
     if TIME not in data[name].dims or speed_change(data) * steps > RESOLUTION:
         return []
-    samples = steps / float(np.ptp(member_turns(data, member, against).to_numpy()))
+    samples = steps / float(np.ptp(member_turns(data, *member).to_numpy()))
     return [
         (replace(line, kind=ALIAS, label=f"alias of gear mesh {k}"), abs(k * order - samples))
         for line, order in lines

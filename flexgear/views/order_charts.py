@@ -1,6 +1,6 @@
 """Charts of order spectra with expected lines, run-up maps, averages over a turn, and sensors."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,6 @@ from flexgear.gears.expected_lines import (
     SAME_TEETH,
     SIDEBAND,
     TOOTH_FAULT,
-    ExpectedLine,
 )
 from flexgear.model.errors import InputError
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT
@@ -23,6 +22,7 @@ from flexgear.model.units import RPM
 from flexgear.results.orders import order_spectrum
 from flexgear.results.report.wording import number, scale, words
 from flexgear.results.run_orders import (
+    Lines,
     case_of,
     column_words,
     expected_orders,
@@ -43,7 +43,6 @@ from flexgear.views.style import (
 )
 from flexgear.views.traces import CELLS
 
-Lines = Sequence[tuple[ExpectedLine, float]]  # with their orders
 DECADES = 5  # below the largest amplitude in a spectrum
 MAP_DECADES = 4  # below the largest amplitude in a map
 COLUMNS = 4  # of a legend

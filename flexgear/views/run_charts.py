@@ -364,7 +364,8 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             "Spectrum of the gear-mesh forces{of}, gear-mesh frequency {hz} Hz, {window}",
             "Amplitudes of the force of every gear mesh by order; planet 1 stands for all where "
             "their forces are equal. Unevenness of a member causes sidebands at its rotation. "
-            "Expected: orders of gear meshes, bolts, shafts and tooth faults.",
+            "Expected: orders of gear meshes, bolts, shafts and tooth faults. Samples are not "
+            "filtered, so others may be aliases of high orders, which flexgear orders names.",
             _spectrum, "transient"),
     )),
     (having(each.stages, lambda stage: stage.is_shared), (

@@ -1,8 +1,9 @@
-"""Lines of README, first steps and tutorial as a stranger types them; each page in one process."""
+"""Lines of README and pages of the manual as a stranger types them; each page in one process."""
 
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -10,10 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from report_pages import OF_RUNS, require_sound
-from stage_samples import cheap_stage
+from small_train import SMALL_STAGE
+from stage_samples import cheap_stage, sources_of_bodies, stiff_stage
+from trains import STAGE
 
 import flexgear as fg
+from flexgear.cli import exchange_commands
 from flexgear.cli.entry import COMMANDS
+from flexgear.model.load import bundled_text
 
 ROOT = Path(__file__).parents[2]
 FENCED = r"^```\w*\n(.*?)^```"
@@ -150,6 +155,90 @@ def test_tutorial_with_a_ring_that_bends(tmp_path, typed):
     for line in [*commands(after), *named(after)]:
         typed(line, BRIEFLY if "run " in line else "")
     assert (tmp_path / "results/mine/report.html").is_file()
+
+
+def stage_with(parts, gear_mesh):
+    """TOML text of a lumped stage on rollers with tooth pairs, and blocks of a page."""
+    rollers = "count = 12, length_mm = 12, clearance_um = 10"
+    bearing = f'rolling = "roller"\nrollers = {{ {rollers} }}\n'
+    bearing += "elements = { diameter_mm = 12, pitch_diameter_mm = 60 }"
+    text = STAGE.format(planets=4, helix=0, sun=1e8) + "".join(parts)
+    text = "".join(line for line in text.splitlines(True) if "_stiffness_n_per_m" not in line)
+    text = text.replace("radial_n_per_m = 5e8", f"radial_n_per_m = 5e8\n{bearing}")
+    contact = 'contact_law = "one-sided"'
+    return text.replace('model = "constant"', f'model = "{gear_mesh}"\n{contact}')
+
+
+@pytest.mark.usefixtures("no_pixels")
+def test_blocks_on_faults(tmp_path, typed):
+    """All faults in one case; the data set of a sound gearbox with a sensor, by command and in
+    Python, since a crack's FE segment takes long."""
+    page = text_of("docs/howto/faults.md")
+    (faults,) = blocks(page, "[[faults]]")
+    (tmp_path / "all.toml").write_text(stage_with([faults], "face_load"))
+    assert set(fg.load_case(tmp_path / "all.toml").faults) and faults.count("[[faults]]") == 5
+    typed("flexgear check all.toml")
+    sensor = '[[sensors]]\nname = "probe"\non = "stage.sun"\nmeasures = "displacement"\n'
+    crack = "[[faults]]" + faults.split("[[faults]]")[1]
+    solver = "[solver]\nduration_s = 0.02\nsettle_s = 0.005\n"
+    (tmp_path / "mine.toml").write_text(
+        stage_with([crack, sensor, 'direction = "x"\n', solver], "lumped")
+    )
+    (line,) = blocks(page, "flexgear sweep")
+    typed(line.replace("\\\n", " ").replace("0,0.5,1,1.5,2", "0").replace(":5", ":2"))
+    (code,) = blocks(page, "import flexgear")
+    names: dict = {}
+    exec(code.replace("[0, 1, 2]", "[0]").replace('mm": 1}', 'mm": 0}'), names)
+    assert fg.open_dataset(tmp_path / "data/sweep.nc")["sensor_signal"].sizes["sensor"] == 1
+    assert names["one"].sizes["sample"] > 100
+
+
+def test_blocks_on_tolerances(tmp_path, typed):
+    """Errors of a train of two planetary stages, and modifications of one with slices."""
+    errors, flanks = blocks(text_of("docs/tolerance.md"), "[tolerance")
+    two = errors.replace("samples = 1000", "samples = 2")
+    (tmp_path / "train.toml").write_text(bundled_text("nrel-5mw") + two)
+    typed("flexgear tolerance train.toml --out study")
+    relief = "[stage.sun.modifications.tip_relief]\namount_um = 60\nlength_mm = 1\n"
+    (tmp_path / "flanks.toml").write_text(
+        stage_with([relief, "[tolerance]\nsamples = 2\n", flanks], "face_load")
+    )
+    typed("flexgear check flanks.toml")
+
+
+def test_blocks_on_exchange(tmp_path, typed, monkeypatch):
+    """What one block writes is read by another; bodies are stiff ones, in metres."""
+    page = text_of("docs/exchange.md")
+    for line in commands(page, "flexgear export nrel"):
+        typed(line)
+    shutil.copy(tmp_path / "nrel.rexs", tmp_path / "gearbox.rexs")
+    for line in commands(page, "flexgear import"):
+        typed(line)
+    monkeypatch.setattr(exchange_commands, "fe_sources", sources_of_bodies(stiff_stage))
+    for line in commands(page, "flexgear export wind"):
+        typed(line)
+    monkeypatch.chdir(tmp_path / "out")
+    (code,) = blocks(page, "from flexgear")
+    exec(code.replace('"mm"', '"m"'), {})
+
+
+def test_blocks_on_an_fe_mesh(tmp_path, typed):
+    """The pattern that the page exports, scaled to mm and turned, is the FE mesh of the case."""
+    page, case = text_of("docs/howto/fe_mesh.md"), SMALL_STAGE.read_text(encoding="utf-8")
+    (tmp_path / "stage.toml").write_text(case)
+    *mesh, check = named(page)
+    for line in mesh:
+        typed(line.replace("CASE", "stage.toml"))
+    text = (tmp_path / "ring.inp").read_text()
+    head, nodes, tail = re.split(r"(?<=NALL\n)|(?=\*ELEMENT)", text, maxsplit=2)
+    turned = []
+    for node in nodes.splitlines():
+        number, x, y, z = map(float, node.split(","))
+        turned.append(f"{number:.0f}, {1e3 * y!r}, {-1e3 * x!r}, {1e3 * z!r}\n")
+    (tmp_path / "ring.inp").write_text("".join([head, *turned, tail]))
+    (block,) = blocks(page, "[stage.ring.fe]")
+    (tmp_path / "mine.toml").write_text(case.replace("[stage.ring.fe]\n", block))
+    typed(f"{check} mine.toml")
 
 
 README = Path(__file__).parents[2] / "README.md"
