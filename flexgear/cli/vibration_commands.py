@@ -201,17 +201,12 @@ def _linear_peak(model: Model, row: xr.Dataset) -> dict[str, Any]:
     return {**_amplitude(model, *at, float(row["peak_force"])), "modes": modes}
 
 
-def _stated_change(change: float) -> str:
-    """A change of motion in words; one below ``LEAST_CHANGE`` is rounding."""
-    least = "less than " if change < LEAST_CHANGE else ""
-    return f"{least}{with_unit(max(change, LEAST_CHANGE), 'share')}"
-
-
 def show_response(model: Model, data: xr.Dataset, figures: dict[str, Any]) -> None:
     """Print the figures of a response."""
     over = figures["over"]
     low, high = (float(f(data[f"response_{over}_share"])) for f in (np.min, np.max))
     change = figures["doubling_change"]
+    least = "less than " if change is not None and change < LEAST_CHANGE else ""  # rounding
     longer = len(figures["longer_periods"])
     rows = {
         f"{over} over rated": f"{low:g} to {high:g}, {figures['states']} steady states on "
@@ -227,7 +222,8 @@ def show_response(model: Model, data: xr.Dataset, figures: dict[str, Any]) -> No
         + (
             "the effect of more harmonics is not known"
             if change is None
-            else f"twice as many change the motion by {_stated_change(change)} of its range"
+            else f"twice as many change the motion by {least}"
+            f"{with_unit(max(change, LEAST_CHANGE), 'share')} of its range"
         ),
     }
     table(f"{model.case.name}, {model.variant}: response{of_stage(figures['stage'])}", rows)

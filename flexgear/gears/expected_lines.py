@@ -276,19 +276,15 @@ def _parallel(
 ) -> Iterator[ExpectedLine]:
     """Lines of a parallel stage: gear mesh with sidebands at the rotation of both shafts, which is
     also the frequency of a faulty tooth. faulty: gears with one in the case."""
-    speeds = {"pinion": flow.sun_speed, "gear": flow.planet_speed}
-    for harmonic in range(1, harmonics + 1):
-        centre = harmonic * flow.gear_mesh_frequency
-        yield _order(stage, harmonic, centre)
-        for part, speed in speeds.items():
-            for sign, text in ((-1, "−"), (1, "+")):
-                frequency = centre + sign * abs(speed) / TURN
-                yield _order(stage, harmonic, frequency, sideband=f"{text}{part}")
+    turns = {"pinion": abs(flow.sun_speed) / TURN, "gear": abs(flow.planet_speed) / TURN}
+    sides = {"": 0.0} | {f"{'−+'[s > 0]}{p}": s * turns[p] for p in turns for s in (-1, 1)}
+    for harmonic, (side, distance) in product(range(1, harmonics + 1), sides.items()):
+        frequency = harmonic * flow.gear_mesh_frequency + distance
+        yield _order(stage, harmonic, frequency, sideband=side)
     yield from shaft_lines(stage, flow, sensor)
-    for part, speed in speeds.items():
-        fault, label = abs(speed) / TURN, f"tooth of {part}"
-        of_case = part in faulty
-        yield ExpectedLine(stage.name, TOOTH_FAULT, label, fault, row=part, faulty=of_case)
+    for part, turn in turns.items():
+        name, of_case = f"tooth of {part}", part in faulty
+        yield ExpectedLine(stage.name, TOOTH_FAULT, name, turn, row=part, faulty=of_case)
     yield from _same_teeth(stage, flow.gear_mesh_frequency)
 
 

@@ -117,13 +117,11 @@ def _refuse(turns: xr.DataArray, steps: Array, highest: float | None) -> None:
         remedy = "use a part of the run with one sense of rotation"
         raise InputError(SOURCE, f"speed of {_of(turns)}", f"passes zero at {at:.4g} s", remedy)
     limit = highest_order(turns)
-    if highest is not None and not highest > 0:
-        raise InputError(
-            "--highest", f"order {highest:g}", "is not positive", f"at most {limit:.4g}"
-        )
-    if highest is not None and not highest <= limit * (1 + 1e-9):
-        problem = f"has fewer than {MIN_SAMPLES:g} samples a period"
-        remedy = f"at most {limit:.4g}, or sample more often (solver.output_interval_ms)"
+    if highest is not None and not 0.0 < highest <= limit * (1 + 1e-9):
+        problem, remedy = "is not positive", f"at most {limit:.4g}"
+        if highest > 0:
+            problem = f"has fewer than {MIN_SAMPLES:g} samples a period"
+            remedy += ", or sample more often (solver.output_interval_ms)"
         raise InputError("--highest", f"order {highest:g} of {_of(turns)}", problem, remedy)
 
 

@@ -109,15 +109,9 @@ def _order_axis(spectrum: xr.DataArray) -> str:
 
 def _mark(axes: Axes, lines: Lines, highest: float) -> None:
     """Draw expected lines across the panel."""
-    drawn = set[tuple[str, float]]()
-    for line, order in lines:
-        key = (line.kind, round(order, 6))
-        if order > highest or key in drawn:
-            continue
-        drawn.add(key)
-        colour, style = STYLES[line.kind]
-        label = f"expected: {line.kind}"
-        axes.axvline(order, color=colour, ls=style, lw=0.8, zorder=0.5, label=label)
+    for kind, order in {(x.kind, round(at, 6)): None for x, at in lines if at <= highest}:
+        colour, style = STYLES[kind]
+        axes.axvline(order, color=colour, ls=style, lw=0.8, zorder=0.5, label=f"expected: {kind}")
 
 
 def _name_harmonics(axes: Axes, lines: Lines, highest: float) -> None:
@@ -166,10 +160,9 @@ def order_map_chart(mapped: xr.DataArray, lines: Lines = (), title: str = "") ->
     of = words(mapped.attrs["of"])  # the speed is that of the turns, relative to another member
     ax.set_ylabel("time (s)" if steady else f"speed of {of} (r/min)")
     name = f"Amplitude of {words(str(mapped.name))}"
-    column = ""
     if "column" in mapped.coords:
-        column = f", {column_words(mapped, mapped['column'].item())}"
-    ax.set_title(title or f"{name}{column}", pad=14)
+        name += f", {column_words(mapped, mapped['column'].item())}"
+    ax.set_title(title or name, pad=14)
     figure.colorbar(image, ax=ax, label=f"log10 of the amplitude in {unit}", pad=0.01)
     return figure
 

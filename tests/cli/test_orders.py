@@ -432,7 +432,7 @@ def test_the_faulty_one_of_bearings_alike_is_named_before_the_others(tmp_path, k
         ),
         (["--only", "moon"], "is no label"),
         (["--highest", 1e5], "samples a period"),
-        (["--highest", -3], "order -3: is not positive"),
+        (["--highest", -3], "is not positive"),
         (["--window", "door"], "--window: 'door': is unknown"),
         (["--window", "nan"], "--window: 'nan': is unknown"),
         (["--map", 900], "do not fit"),
