@@ -289,8 +289,8 @@ STEADY = (
            WITH_SECTION, SteadyRun.pairs),
     Figure("tooth_displacement_peak_um.<axis>", "µm", "largest displacement of ring tooth 1",
            WITH_SECTION, SteadyRun.peak, "along {name}"),
-    Figure("radial_harmonics_um", "µm", "amplitudes 0 … 20 of the ring's shape in the first "
-           "equilibrium without errors", WITH_SECTION, SteadyRun.harmonics),
+    Figure("radial_harmonics_um", "µm", "amplitudes 0 … 20, of few teeth 0 … z/2, of the ring's "
+           "shape in the first equilibrium without errors", WITH_SECTION, SteadyRun.harmonics),
     Figure("load_sharing.<variant>.mean", "1", "mean load sharing factor at the ring",
            WITH_SECTION, SteadyRun.sharing),
     Figure("load_sharing.<variant>.max", "1", "largest", WITH_SECTION),
