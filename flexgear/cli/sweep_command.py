@@ -1,6 +1,5 @@
 """``flexgear sweep``: parameter studies of one or two keys of a case."""
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -26,6 +25,7 @@ from flexgear.views.sweep_charts import (
     drawn_variables,
     keys_of,
     label_at,
+    parts_of,
     scale_of,
     sweep_chart,
 )
@@ -143,7 +143,7 @@ def _tables(data: xr.Dataset) -> None:
     for name in drawn_variables(data):
         field = data[name]
         factor, unit = scale_of(field)
-        for title, part in _parts(field):
+        for title, part in parts_of(field, keys_of(field), keep=1):
             heading = ", ".join(filter(None, (name.replace("_", " "), title)))
             heading += f" ({unit})" if unit else ""
             titles, values = _columns(part, factor)
@@ -161,22 +161,11 @@ def _tables(data: xr.Dataset) -> None:
         typer.echo(f"\n{words(history)}: {count} samples a point, in the dataset")
 
 
-def _parts(field: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
-    """Titles and parts of a field, each with at most one dimension beside the swept keys."""
-    inner = [d for d in field.dims if d not in keys_of(field)][:-1]
-    for at in np.ndindex(*(field.sizes[d] for d in inner)):
-        part = field.isel(dict(zip(inner, at, strict=True)))
-        yield ", ".join(str(part[d].item()) for d in inner), part
-
-
 def _columns(part: xr.DataArray, factor: float) -> tuple[list[str], NDArray[np.float64]]:
     """Titles of the c columns of a part, and its values (points, c) times ``factor``."""
     keys = keys_of(part)
-    inner = [d for d in part.dims if d not in keys]
-    labels = part[inner[0]].to_numpy().tolist() if inner else ["value"]
-    titles = [f"{inner[0]} {t}" if isinstance(t, int) else str(t) for t in labels]
-    if inner == ["sensor"]:
-        titles = [label_at(part[{"sensor": k}], "sensor") for k in range(len(titles))]
+    inner = [str(d) for d in part.dims if d not in keys]
+    titles = [label_at(part[{d: k}], d) for d in inner for k in range(part.sizes[d])] or ["value"]
     return titles, part.transpose(*keys, *inner).to_numpy().reshape(-1, len(titles)) * factor
 
 

@@ -22,7 +22,7 @@ from matplotlib.ticker import (
 
 from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
-from flexgear.results.report.wording import scale
+from flexgear.results.report.wording import scale, words
 from flexgear.views.mode_charts import TYPE_COLOURS
 from flexgear.views.select import variable
 from flexgear.views.style import (
@@ -83,7 +83,7 @@ def sweep_chart(data: xr.Dataset, name: str) -> Figure:
             field = field.sortby(key)
     factor, unit = scale_of(field)
     field = field.copy(data=field.to_numpy() * factor)  # with its attributes
-    label = f"{_title_of_key(name)} ({unit})" if unit else _title_of_key(name)
+    label = f"{words(name)} ({unit})" if unit else words(name)
     if len(keys) == 1 or field.sizes[keys[1]] <= LINES_BY_KEY:
         figure = _lines(data, field, keys, label)
     else:
@@ -103,7 +103,7 @@ def _lines(data: xr.Dataset, field: xr.DataArray, keys: list[str], label: str) -
     bundled = any(d in field.dims for d in ("mode", "number"))
     keep = bundled + (not by_key and not {"mode", "sensor"} & {*field.dims})
     chosen = _first_definition(field) if by_key else field
-    parts = list(_panels(chosen, keys, keep))[:MAX_PANELS]
+    parts = list(parts_of(chosen, keys, keep))[:MAX_PANELS]
     height = 30 + (62 if len(parts) == 1 else 42 * len(parts))
     figure, axes = panels(len(parts), 1, height_mm=height, sharex=True)
     for ax, (title, part) in zip(axes[:, 0], parts, strict=True):
@@ -123,7 +123,7 @@ def _lines(data: xr.Dataset, field: xr.DataArray, keys: list[str], label: str) -
 def _maps(field: xr.DataArray, keys: list[str], label: str) -> Figure:
     """Maps over both keys, the second upwards, a panel for each label in two columns; white where a
     point failed."""
-    parts = list(_panels(_first_definition(field), keys, keep=0))[:MAX_PANELS]
+    parts = list(parts_of(_first_definition(field), keys, keep=0))[:MAX_PANELS]
     columns = min(len(parts), 2)
     rows = -(-len(parts) // columns)
     figure, axes = panels(rows, columns, height_mm=30 + 62 * rows)
@@ -152,7 +152,7 @@ def _maps(field: xr.DataArray, keys: list[str], label: str) -> Figure:
     return figure
 
 
-def _panels(field: xr.DataArray, keys: list[str], keep: int) -> Iterator[tuple[str, xr.DataArray]]:
+def parts_of(field: xr.DataArray, keys: list[str], keep: int) -> Iterator[tuple[str, xr.DataArray]]:
     """Titles and parts of a variable by labels of its dimensions without the keys and the last
     ``keep`` ones."""
     inner = [str(d) for d in field.dims if d not in keys]
@@ -244,8 +244,7 @@ def _axis(ax: Axes, ticks: xr.DataArray, which: str) -> None:
     """Set scale and ticks of the axis of a key: logarithmic, integers, or words."""
     axis = ax.xaxis if which == "x" else ax.yaxis
     if ticks.dtype.kind not in "if":
-        words = [str(t) for t in ticks.to_numpy()]
-        axis.set_ticks(range(len(words)), words)
+        axis.set_ticks(range(ticks.size), map(str, ticks.to_numpy()))
         axis.set_minor_locator(NullLocator())
         return
     values = ticks.to_numpy()
@@ -298,16 +297,12 @@ def _key_label(ticks: xr.DataArray, room: int = WIDE_LABEL) -> str:
 
 
 def label_at(part: xr.DataArray, dim: str) -> str:
-    """Label of a part at one place along a dimension; of a sensor with its SI unit."""
-    unit = str(part.coords["sensor_unit"].item()) if "sensor_unit" in part.coords else ""
-    text = {"m/s2": "m/s²", "1": "m/m"}.get(unit, unit) if dim == "sensor" else ""
-    return _label(dim, part[dim].item()) + (f" ({text})" if text else "")
-
-
-def _label(dim: str, tick: Any) -> str:
-    """Label of a line: "mode 3", "stage 1, sun"."""
-    return f"{dim} {tick}" if isinstance(tick, int) else _title_of_key(str(tick))
-
-
-def _title_of_key(name: str) -> str:
-    return name.replace("_", " ").replace(".", ", ")
+    """Label of a part at one place along a dimension: "mode 3", "stage 1 sun"; of a sensor with its
+    SI unit."""
+    tick = part[dim].item()
+    label = f"{dim} {tick}" if isinstance(tick, int) else words(str(tick))
+    if dim != "sensor" or "sensor_unit" not in part.coords:
+        return label
+    unit = str(part.coords["sensor_unit"].item())
+    unit = {"m/s2": "m/s²", "1": "m/m"}.get(unit, unit)
+    return f"{label} ({unit})"
