@@ -97,7 +97,7 @@ def test_a_bearing_with_a_rating_under_thrust_alone_is_not_asked_for_it():
     alone = {"axial_bearing_force_n": {"sun_support": 2e3}}
     alone["not_in_bearing_life"] = {"sun_support": 20.0}
     row = answer("bearing_life", {}, stages={"stage": SUMMARY["stages"]["stage"] | alone})
-    assert "sun support, on which thrust or moment is 2 000 % of it; `thrust` counts" in (
+    assert "sun support, on which thrust or moment is over 1 000 % of it; `thrust` counts" in (
         row["sentence"].replace("\u202f", " ")
     )
     assert row["level"] == "open" and "given: planet bearing (1.469 MN)." in row["sentence"]

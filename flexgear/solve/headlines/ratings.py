@@ -223,11 +223,11 @@ def radial_alone(shares: Mapping[str, float]) -> str:
     """Words that follow "by" in a sentence on lives without thrust or moment. shares: of thrust or
     moment in the radial load, by bearing."""
     worst = max(shares, key=lambda n: shares[n])
+    share = with_unit(shares[worst], "share") if shares[worst] < 10.0 else "over 1 000 %"
     others = f" and {len(shares) - 1} more" if len(shares) > 1 else ""
     return (
         f"the radial load alone, without verdict: {words(worst)}{others}, on which thrust or "
-        f"moment is {with_unit(shares[worst], 'share')} of it; `thrust` counts the former, "
-        "`flexgear rate` with `elements` both"
+        f"moment is {share} of it; `thrust` counts the former, `flexgear rate` with `elements` both"
     )
 
 
