@@ -216,12 +216,9 @@ class _Train:
     def _check_loads(self, k: int, states: list[tuple[str, str, MemberState]]) -> None:
         """Raises InputError for forces and moments so large that their unit must be wrong."""
         stages = (s.gear_mesh_forces.values() for s in self.flow.stages)
+        largest_force = max((abs(f) for s in stages for f in s), default=0.0)
         rated = {
-            "force": (
-                "N",
-                "force of a gear mesh",
-                max((abs(f) for s in stages for f in s), default=0.0),
-            ),
+            "force": ("N", "force of a gear mesh", largest_force),
             "moment": ("N m", "torque", max(map(abs, self.rated_torque.values()))),
         }
         for at, member, state in states:

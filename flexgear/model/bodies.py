@@ -6,14 +6,7 @@ from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from flexgear.model.bearings import Bearing, Springs
 from flexgear.model.section import Refusal, Section
-from flexgear.model.units import (
-    Angle,
-    Density,
-    Inertia,
-    Length,
-    Mass,
-    Modulus,
-)
+from flexgear.model.units import Angle, Density, Inertia, Length, Mass, Modulus
 
 Fidelity = Literal["quick", "standard", "fine"]
 

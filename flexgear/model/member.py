@@ -12,15 +12,7 @@ from flexgear.model.modifications import GearModifications, PlanetModifications
 from flexgear.model.rating import GearRating
 from flexgear.model.ring import Ring
 from flexgear.model.section import Absent, Missing, OneOrMany, Refusal, Section
-from flexgear.model.units import (
-    Angle,
-    DynamicViscosity,
-    Inertia,
-    Length,
-    Mass,
-    Stiffness,
-    Stress,
-)
+from flexgear.model.units import Angle, DynamicViscosity, Inertia, Length, Mass, Stiffness, Stress
 
 
 class Tool(Section):

@@ -28,12 +28,7 @@ from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import equilibrium_data
 from flexgear.solve.face_load import worst_figures
 from flexgear.solve.model import Model, rated_rotations
-from flexgear.studies.flank_amounts import (
-    UNIT,
-    FlankAmount,
-    gap_coefficients,
-    modified_pairs,
-)
+from flexgear.studies.flank_amounts import UNIT, FlankAmount, gap_coefficients, modified_pairs
 
 Aim = Literal["line-load", "transmission-error"]
 POSITIONS = 12  # of a gear-mesh cycle

@@ -41,12 +41,7 @@ from flexgear.studies.dask_pool import reach
 from flexgear.studies.job_pool import StudyStore, stored_or_run
 from flexgear.studies.rating_bearings import rate_bearings
 from flexgear.studies.rating_gears import pairs_of, rate_gears
-from flexgear.studies.tolerance_samples import (
-    drawn_errors,
-    pitch_seeds,
-    sample_values,
-    with_sample,
-)
+from flexgear.studies.tolerance_samples import drawn_errors, pitch_seeds, sample_values, with_sample
 
 FORMAT = 8  # of the files, and of the numerics behind them; raise it when either changes
 CLOSED_FORM = "flanks, roots and bearings"  # label of progress

@@ -28,14 +28,7 @@ from flexgear.studies.dask_pool import reach
 from flexgear.studies.early_workers import Outcome
 from flexgear.studies.job_pool import StudyStore, stored_or_run
 from flexgear.studies.measures import MeasuredValues, chosen_measures, measured
-from flexgear.studies.sweep_keys import (
-    WHERE,
-    SweptKey,
-    Values,
-    points,
-    swept_key,
-    values_of,
-)
+from flexgear.studies.sweep_keys import WHERE, SweptKey, Values, points, swept_key, values_of
 
 FORMAT = 4  # of the files, and of the numerics behind them; raise it when either changes
 

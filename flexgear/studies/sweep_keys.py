@@ -16,13 +16,7 @@ import numpy as np
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError, echo
 from flexgear.model.load import whole_key
-from flexgear.model.read import (
-    FieldPath,
-    changed,
-    field_path,
-    is_index,
-    of_only_stage,
-)
+from flexgear.model.read import FieldPath, changed, field_path, is_index, of_only_stage
 from flexgear.model.section import is_list, takes
 from flexgear.model.units import unit_name
 from flexgear.model.validation_errors import with_places

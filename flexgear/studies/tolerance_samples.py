@@ -27,11 +27,7 @@ from flexgear.model.errors import InputError
 from flexgear.model.gear_mesh import HARMONICS, NOT_PARALLEL, OF_PLANETS
 from flexgear.model.modifications import Relief
 from flexgear.model.stage import Stage
-from flexgear.model.tolerance import (
-    PhaseDistribution,
-    SizeDistribution,
-    modified_flank,
-)
+from flexgear.model.tolerance import PhaseDistribution, SizeDistribution, modified_flank
 from flexgear.studies.flank_amounts import FlankAmount
 
 Values = Mapping[tuple[str, str], Array]  # (stage, key) -> (J, count)

@@ -15,15 +15,7 @@ from matplotlib.patches import Patch
 from matplotlib.text import Annotation, Text
 from matplotlib.ticker import FixedFormatter, FuncFormatter
 
-from flexgear.views.traces import (
-    DASHES,
-    colour_of,
-    listed,
-    look_of,
-    numbers,
-    plain_math,
-    traces_of,
-)
+from flexgear.views.traces import DASHES, colour_of, listed, look_of, numbers, plain_math, traces_of
 
 Panel = dict[str, Any]
 TEXTS = 200  # of a panel

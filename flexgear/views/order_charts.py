@@ -9,13 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from flexgear.arrays import Array
-from flexgear.gears.expected_lines import (
-    BEARING,
-    BOLT_PASS,
-    SAME_TEETH,
-    SIDEBAND,
-    TOOTH_FAULT,
-)
+from flexgear.gears.expected_lines import BEARING, BOLT_PASS, SAME_TEETH, SIDEBAND, TOOTH_FAULT
 from flexgear.model.errors import InputError
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT
 from flexgear.model.units import RPM

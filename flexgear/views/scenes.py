@@ -13,13 +13,7 @@ from flexgear.arrays import Array
 from flexgear.results.report.wording import number
 from flexgear.views.interactive import Panel
 from flexgear.views.render import body_surface, deformation_exaggeration
-from flexgear.views.style import (
-    MEGA,
-    MICRO,
-    MILLI,
-    SEQUENTIAL_MAP,
-    factor_text,
-)
+from flexgear.views.style import MEGA, MICRO, MILLI, SEQUENTIAL_MAP, factor_text
 
 TRIANGLES = 40_000  # of a body on the page
 PAGE_TRIANGLES = 80_000  # of all bodies of a page

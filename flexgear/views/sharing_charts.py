@@ -22,14 +22,7 @@ from flexgear.results.labelled_dataset import groups_in
 from flexgear.results.report import wording
 from flexgear.results.report.wording import number, scale, words
 from flexgear.views.histories import layer
-from flexgear.views.select import (
-    MAX_OSCILLATIONS,
-    close_up,
-    draw,
-    orbit,
-    oscillations,
-    variable,
-)
+from flexgear.views.select import MAX_OSCILLATIONS, close_up, draw, orbit, oscillations, variable
 from flexgear.views.style import (
     MICRO,
     NEUTRAL,

@@ -15,12 +15,7 @@ import numpy as np
 from flexgear.arrays import Array
 from flexgear.files.rexs import tables as table
 from flexgear.files.rexs.outgoing import Outgoing, Place, TrainOut, Written, located
-from flexgear.files.rexs.stage_out import (
-    StageOut,
-    springs_out,
-    thrust_out,
-    torsion_out,
-)
+from flexgear.files.rexs.stage_out import StageOut, springs_out, thrust_out, torsion_out
 from flexgear.gears.load_bins import HOUR, LoadBin, bins_of_load_cases
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import stage_radii
