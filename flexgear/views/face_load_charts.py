@@ -214,19 +214,14 @@ def root_stress_chart(data: xr.Dataset, stage: str) -> Figure:
             look = {"color": planet_colour(planet), "ls": "--" if dashed else "-"}
             if planet == 1:
                 title = f"planet with the {kind}" if gear == "planet" else None
-                left.plot(turn, of_flank["root_stress"] * MEGA, lw=0.9, label=title, **look)
-                compression = of_flank["face_root_compression"].min("face") * MEGA
-                left.plot(turn, compression, lw=0.4, **look)
+                compression = of_flank["face_root_compression"].min("face")
+                for stress, width in ((of_flank["root_stress"], 0.9), (compression, 0.4)):
+                    left.plot(turn, stress * MEGA, lw=width, label=title, **look)
             worst = int(np.nanargmax(of_flank["root_stress"].to_numpy()))
             at = of_flank.isel(position=worst)
-            right.plot(
-                of_flank["face"],
-                at["face_root_stress"] * MEGA,
-                lw=0.9,
-                label=f"planet {planet}" if kind in (gear, "ring") else None,
-                **look,
-            )
-            right.plot(of_flank["face"], at["face_root_compression"] * MEGA, lw=0.4, **look)
+            label = f"planet {planet}" if kind in (gear, "ring") else None
+            for name, width in (("face_root_stress", 0.9), ("face_root_compression", 0.4)):
+                right.plot(of_flank["face"], at[name] * MEGA, lw=width, label=label, **look)
         if gear == "ring" and "tooth_root_stress" in of_gear:
             _first_tooth(left, turn, of_gear, stage)
         left.set_title(f"{gear}: largest {float(of_gear['root_stress'].max()) * MEGA:.0f} MPa")
@@ -278,7 +273,7 @@ def transmission_error_chart(data: xr.Dataset) -> Figure:
             left.plot(phase, values - values.mean(), color=colour, label=state)
             orders = data["gear_mesh_order"].to_numpy()
             amplitude = data[f"{error}_order"].sel(flank=name).to_numpy() * MICRO
-            right.bar(orders + 0.4 * (k - 0.5), amplitude, 0.4, color=colour)
+            right.bar(orders + 0.4 * (k - 0.5), amplitude, 0.4, color=colour, label=state)
         planet = int(data["flank_planet"].sel(flank=name))
         left.set_title(f"{title}, planet {planet}: mean " + "; ".join(notes))
         left.set(xlabel=PHASE, ylabel="less its mean (µm)", xlim=(0.0, 1.0))

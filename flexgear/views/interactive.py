@@ -233,15 +233,10 @@ _VALUE = ":.5~g"
 
 def with_hover(data: list[Trace], layout: dict[str, Any]) -> None:
     """Add hover labels to traces: their name, and both coordinates with labels and units."""
-    names: dict[tuple[str, str], set[str]] = {}
-    for trace in data:
-        if trace.get("name"):
-            names.setdefault(_look(trace), set()).add(trace["name"])
     for trace in data:
         if trace.get("hoverinfo") == "skip" or trace["type"] not in _KINDS:
             continue
-        names_of_trace = {trace["name"]} if trace.get("name") else names.get(_look(trace), set())
-        title = f"<b>{next(iter(names_of_trace))}</b><br>" if len(names_of_trace) == 1 else ""
+        title = f"<b>{trace['name']}</b><br>" if trace.get("name") else ""
         axes = layout.get("xaxis", {}), layout.get("yaxis", {})
         panel = layout.get("title", {}).get("text", "")
         lines = [_line(trace, which, axis, panel) for which, axis in zip("xy", axes, strict=True)]
@@ -251,12 +246,6 @@ def with_hover(data: list[Trace], layout: dict[str, Any]) -> None:
 
 
 _KINDS = ("scatter", "bar", "heatmap")
-
-
-def _look(trace: Trace) -> tuple[str, str]:
-    """Colour and dash of a trace."""
-    part = trace.get("line") or trace.get("marker") or {}
-    return str(part.get("color")), str(part.get("dash", "solid"))
 
 
 def _line(trace: Trace, which: str, axis: dict[str, Any], panel: str) -> str:

@@ -114,8 +114,8 @@ def _frequencies(ax: Axes, frequency: Array, kinds: list[str], rows: list[list[i
     types = np.array([kinds[r[0]] for r in rows])
     for kind in dict.fromkeys(types.tolist()):
         at = np.flatnonzero(types == kind)
-        ax.hlines(at, low, ends[at], colors=_type_colour(kind), lw=1.6)
-        ax.scatter(ends[at], at, 3.5**2, _type_colour(kind))
+        ax.hlines(at, low, ends[at], colors=_type_colour(kind), lw=1.6, label=kind)
+        ax.scatter(ends[at], at, 3.5**2, _type_colour(kind), label=kind)
     for k, row in enumerate(rows):
         f = frequency[row[0]]
         times = f" ×{len(row)}" if len(row) > 1 else ""

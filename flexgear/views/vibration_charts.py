@@ -63,9 +63,9 @@ def response_chart(data: xr.Dataset) -> Figure:
     top, bottom = (by * f for f in forces)
     swing = _measure(of_drawn, ERROR, "maximum") - _measure(of_drawn, ERROR, "minimum")
     swing = MICRO * swing
-    for k, colour in enumerate(PLANET_COLOURS[: len(names)]):
+    for k, (name, colour) in enumerate(zip(names, PLANET_COLOURS, strict=False)):
         for ax, y, width in ((force, top, 1.4), (force, bottom, 0.8), (error, swing, 1.2)):
-            _curve(ax, data, x, y[:, k], colour, width)
+            _curve(ax, data, x, y[:, k], colour, width, name)
         for ax, y in ((force, top), (error, swing)):
             _contact(ax, of_drawn, x, y[:, k], k)
     for ax, sensor in zip(of_sensors, sensors, strict=True):
@@ -73,7 +73,7 @@ def response_chart(data: xr.Dataset) -> Figure:
         shown = signal[data["stable"].to_numpy() == 1] if data["stable"].any() else signal
         signal_unit, factor = signal_scale(shown, data["sensor_unit"].sel(sensor=sensor).item())
         signal = factor * signal
-        _curve(ax, data, x, signal, NEUTRAL, 1.2)
+        _curve(ax, data, x, signal, NEUTRAL, 1.2, "")
         _limit(ax, signal[:, None], 0.0, data["stable"].to_numpy() == 1)
         ax.set_ylabel(f"{sensor}, rms ({signal_unit})")
     for ax, y, low in ((force, top, bottom), (error, swing, swing)):
@@ -108,7 +108,9 @@ def _measure(data: xr.Dataset, name: str, measure: str) -> Array:
     return data[name].sel(measure=measure).to_numpy().astype(float)
 
 
-def _curve(ax: Axes, data: xr.Dataset, x: Array, y: Array, colour: str, width: float) -> None:
+def _curve(
+    ax: Axes, data: xr.Dataset, x: Array, y: Array, colour: str, width: float, name: str
+) -> None:
     """Draw values of all curves; stable and unstable pieces of a curve are connected."""
     stable, branch = data["stable"].to_numpy() == 1, data["response_branch"].to_numpy()
     cuts = np.flatnonzero((np.diff(stable.astype(int)) != 0) | (np.diff(branch) != 0)) + 1
@@ -116,8 +118,9 @@ def _curve(ax: Axes, data: xr.Dataset, x: Array, y: Array, colour: str, width: f
         joined = stop < len(x) and branch[stop] == branch[start]
         at = slice(start, stop + joined)
         style, faint = ("-", 1.0) if stable[start] else ((0, (3, 1.6)), 0.65)
-        markers = MARKERS if _periods(data)[start] > 1 else {}
-        ax.plot(x[at], y[at], linestyle=style, color=colour, lw=width * faint, **markers)
+        look: dict[str, Any] = {"lw": width * faint, "label": name}
+        look |= MARKERS if _periods(data)[start] > 1 else {}
+        ax.plot(x[at], y[at], linestyle=style, color=colour, **look)
 
 
 def _periods(data: xr.Dataset) -> Array:

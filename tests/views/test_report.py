@@ -371,7 +371,7 @@ def test_points_under_the_pointer_have_names_and_units():
     figure = Figure()
     lines, bars = figure.subplots(1, 2)
     lines.plot([0.0, 1.0], [2.0, 3.0], color="red", label="planet 1")
-    lines.plot([0.0, 1.0], [4.0, 5.0], color="red")  # the same planet again
+    lines.plot([0.0, 1.0], [4.0, 5.0], color="red", label="planet 1")  # the same planet again
     lines.set(xlabel="time (s)", ylabel="force (kN)")
     lines.legend()
     bars.bar([0, 1], [1.0, 2.0])
@@ -381,6 +381,7 @@ def test_points_under_the_pointer_have_names_and_units():
     figure.canvas.draw()
     first, second = panels_of(figure)
     assert [shape["layer"] for shape in second["layout"]["shapes"]] == ["above"]  # not behind bars
+    assert [trace["showlegend"] for trace in first["data"]] == [True, False]
     for trace in first["data"]:
         template = trace["hovertemplate"]
         assert (
