@@ -174,12 +174,13 @@ def engagement_map(whole: xr.Dataset) -> Figure:
     near = abscissa(close, "stage_angle")
     _, tooth, stiffness = pair_arrays(close, "ring", 1)
     top, bottom = axes[:, 1]
-    top.hlines(*engagement_spans(near, tooth).T, color=planet_colour(1), lw=4)
+    first: Any = {"color": planet_colour(1), "label": "planet 1"}
+    top.hlines(*engagement_spans(near, tooth).T, lw=4, **first)
     top.yaxis.set_major_locator(MaxNLocator(8, integer=True))
     top.set_title("(c) planet 1, closer")
     top.set_ylabel("ring tooth number")
     curve = pair_curve(near, tooth, stiffness * N_PER_M_TO_N_PER_UM)
-    bottom.plot(*curve, color=planet_colour(1))
+    bottom.plot(*curve, **first)
     bottom.set_ylim(bottom=0)
     bottom.set_title("(d) planet 1, closer")
     bottom.set_ylabel("pair stiffness (N/µm)")

@@ -26,26 +26,15 @@ def panels_of(figure: Figure) -> list[Panel]:
     """Panels of a drawn figure, in the order of its axes."""
     drawn_axes = (a for a in figure.axes if a.get_label() != "<colorbar>" and a.get_visible())
     panels = [_panel(axes) for axes in drawn_axes]
+    drawn = [trace for panel in panels for trace in panel["data"]]
     for legend in figure.legends:
-        drawn = [_colours(panel["data"]) for panel in panels]
-        for panel, traces in zip(panels, drawn, strict=True):
-            panel["data"] += [
-                entry
-                for entry in _legend_entries(legend, panel["data"])
-                if _colours([entry]) & traces or not any(_colours([entry]) & c for c in drawn)
-            ]
+        for panel in panels:
+            panel["data"] += _legend_entries(legend, drawn)
     for panel in panels:
         _name_once(panel["data"])
         _scale_once(panel["data"])
         with_hover(panel["data"], panel["layout"])
     return [panel for panel in panels if any(t.get("x") != [None] for t in panel["data"])]
-
-
-def _colours(traces: list[dict[str, Any]]) -> set[str]:
-    """Colours of lines and markers, by which entries of the figure's legend are assigned to
-    panels."""
-    looks = [t[what].get("color") for t in traces for what in ("line", "marker") if what in t]
-    return {colour for colour in looks if isinstance(colour, str)}
 
 
 def _name_once(traces: list[dict[str, Any]]) -> None:

@@ -259,7 +259,7 @@ def _orbit(ax: Axes, motion: Mapping[tuple[str, str], Array]) -> None:
     """Draw the orbit of the sun, else of the member with the largest displacement."""
     at = max(motion, key=lambda n: (n[0] in ("sun", "pinion"), np.abs(motion[n]).max()))
     path, colour, member = orbit(motion[at]), MEMBER_COLOURS[at[0]], " ".join(at).strip()
-    ax.plot(path[:, 0], path[:, 1], color=colour, lw=0.8)
+    ax.plot(path[:, 0], path[:, 1], color=colour, lw=0.8, label=member)
     ax.plot(*path[0], "o", color=colour, ms=3)
     reach = 1.1 * float(np.abs(path).max())
     ax.axhline(0, color=NEUTRAL, lw=0.6, zorder=1)

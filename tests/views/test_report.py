@@ -275,11 +275,11 @@ def test_traces_of_one_name_have_one_entry_in_the_legend():
 
 
 def test_a_legend_of_the_figure_tells_a_panel_of_its_own_lines():
-    """But for marks of no panel, which stand for something else than a line."""
+    """But for marks of no panel, which stand for something else than a line and are in all."""
     figure = Figure()
     left, right = figure.subplots(1, 2)
     red = left.plot([0, 1], color="red", label="red")
-    right.plot([0, 1], color="red")
+    right.plot([0, 1], color="red", label="red")
     blue = right.plot([1, 0], color="blue", label="blue")
     proxy = Line2D([], [], color="green", ls=":")
     dots = [Line2D([], [], color="black", ls="", marker="o", mfc=c) for c in ("black", "white")]
