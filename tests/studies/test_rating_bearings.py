@@ -115,11 +115,12 @@ def test_moments_are_about_the_radial_load_and_across_it(monkeypatch):
 def test_basic_life_names_both_loads_that_it_leaves_out(monkeypatch):
     """Thrust of 0.3 F_r, and 0.2 N m/N across two halves that are 2 √(0.16/4) m apart."""
     _loaded(monkeypatch, [[1e6, 0, 3e5, 0, 2e5, 0]])
-    part = _part(
-        _rated({"dynamic_rating_kn": "9000", "rolling": "roller"}), "stage.planet_bearing_1"
-    )
+    rating = _rated({"dynamic_rating_kn": "9000", "rolling": "roller"})
+    part = _part(rating, "stage.planet_bearing_1")
     reason = "by the radial load alone, as thrust and the moment are left out"
     assert part.estimates == {"equivalent_load": reason} and part.holds is None
+    (text,) = (r.value for r in rating_tables(rating)[0].rows if "planet bearings" in r.label)
+    assert f"no verdict: equivalent load {reason}." in text
 
 
 @pytest.mark.parametrize(("moment", "verdict"), [(7.3e4, True), (7.4e4, None)])

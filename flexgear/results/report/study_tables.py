@@ -168,7 +168,8 @@ def _sentence(rating: Rating, part: RatedPart) -> str:
         share = with_unit(max(couples), "share")
         texts.append(f"the moment does not count, which is {share} of the radial load on each half")
     if part.estimates:
-        texts.append(f"no verdict: {', '.join(part.estimates)} estimated")
+        reasons = ", ".join(f"{spelled(key)} {rule}" for key, rule in part.estimates.items())
+        texts.append(f"no verdict: {reasons}")
     return f"{'; '.join(texts)}."
 
 
