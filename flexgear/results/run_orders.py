@@ -139,17 +139,15 @@ def gear_mesh_orders(data: xr.Dataset, stage: str) -> xr.DataArray:
     """
     last = data.isel(time=slice(-LAST_SAMPLES, None))
     of = next(s for s in case_of(data).stages if s.name == stage)
-    if of.pinion is not None:
-        turns, teeth = member_turns(last, f"{stage}.pinion"), of.pinion.teeth
-    else:
-        assert of.ring is not None
-        turns, teeth = member_turns(last, f"{stage}.carrier", f"{stage}.ring"), of.ring.teeth
-    cycles = (turns * teeth).assign_attrs(long_name="turns of the gear mesh")
+    pair = of.pinion is not None
+    gear, members = (of.pinion, ["pinion"]) if pair else (of.ring, ["carrier", "ring"])
+    assert gear is not None
+    turns = member_turns(last, *(f"{stage}.{member}" for member in members))
+    cycles = (turns * gear.teeth).assign_attrs(long_name="turns of the gear mesh")
     first_planet = np.flatnonzero((last["stage"] == stage) & (last["planet"] == 1))
     forces = last["gear_mesh_force"].isel(gear_mesh=first_planet)
     highest = min(HIGHEST_ORDER, highest_order(cycles))
     spectrum = order_spectrum(synchronous(forces, cycles, highest))
-    pair = of.pinion is not None
     return spectrum.assign_coords(gear_mesh=[g.side if pair else g.part for g in groups_in(forces)])
 
 

@@ -146,7 +146,8 @@ def _with_changes(
 def _stable_ranges(
     parameter: np.ndarray, branch: np.ndarray, stable: np.ndarray, count: int
 ) -> list[list[float]]:
-    """Ranges [low, high] of λ in which at least ``count`` stable steady states exist."""
+    """Ranges [low, high] of λ in which at least ``count`` stable steady states exist. Ranges of
+    several below a share of ``NARROW`` are left out: there a curve leaves another one."""
     along = (branch[1:] == branch[:-1]) & stable[1:] & stable[:-1]
     pairs = np.sort(np.stack([parameter[1:], parameter[:-1]], axis=1)[along], axis=1)
     at = np.r_[pairs[:, 0], pairs[:, 1]]
@@ -154,7 +155,8 @@ def _stable_ranges(
     order = np.lexsort((change, at))  # at the same λ one piece ends before the next begins
     steps = np.diff(np.cumsum(change[order]) >= count, prepend=False, append=False)
     edges = at[order][np.flatnonzero(steps)]
-    return _joined(edges.reshape(-1, 2).tolist())
+    spans = _joined(edges.reshape(-1, 2).tolist())
+    return [span for span in spans if count == 1 or span[1] > span[0] * (1.0 + NARROW)]
 
 
 def _unstable(parameter: np.ndarray, branch: np.ndarray, stable: np.ndarray) -> list[list[float]]:

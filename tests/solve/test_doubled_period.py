@@ -112,6 +112,18 @@ def test_ranges_of_stable_states_end_where_stability_changes(data):
         assert min(abs(end / row["speed_share"] - 1.0) for end in ends) < 1e-9
 
 
+def test_where_a_curve_leaves_another_one_the_start_does_not_decide(tmp_path):
+    """The curve of two periods begins at 2.235 on that of one, which is stable above it."""
+    law = 'damping_law = "always"\ndamping_ratio'
+    path = tmp_path / "pair.toml"
+    path.write_text(case_text(damping=0.03).replace("damping_ratio", law, 1))
+    data = flexgear.load_case(path).assemble().response((2.1, 2.4), harmonics=10)
+    figures = response_figures(data)
+    ((_, end),) = figures["longer_periods"][0]["stable"]
+    (change,) = (row["speed_share"] for row in figures["stability_changes"])
+    assert end == pytest.approx(change, rel=5e-4) and figures["several_stable"] == []
+
+
 def test_a_sweep_jumps_to_the_state_of_one_period(data):
     """From the only turning point of rising speed, above the speeds at which the period doubles."""
     rising = data.isel(turning_point=(data["turning_point_sense"] > 0).to_numpy())
