@@ -149,7 +149,7 @@ def _tables(data: xr.Dataset) -> None:
             titles, values = _columns(part, factor)
             printed = ({f"{value:.6g}" for value in column} for column in values.T)
             if len(values) > 1 and all(len(texts) == 1 for texts in printed):
-                pairs = [f"{c} {v:.6g}" for c, v in zip(titles, values[0], strict=True)]
+                pairs = [f"{c} {value_text(v)}" for c, v in zip(titles, values[0], strict=True)]
                 more = len(pairs) - MAX_COLUMNS
                 texts = ", ".join(pairs[:MAX_COLUMNS]) + (f" … {more} more" if more > 0 else "")
                 typer.echo(f"\n{heading}: the same at every point, {texts}")

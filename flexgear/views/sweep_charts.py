@@ -29,6 +29,7 @@ from flexgear.views.style import (
     legend_of,
     panels,
     styled,
+    text_only,
 )
 
 LINES_BY_KEY = 6  # values of a second key that label lines; more make a map
@@ -78,6 +79,9 @@ def sweep_chart(data: xr.Dataset, name: str) -> Figure:
     factor, unit = scale_of(field)
     field = field.copy(data=field.to_numpy() * factor)  # with its attributes
     label = f"{words(name)} ({unit})" if unit else words(name)
+    field = _first_definition(field) if len(keys) == 2 else field
+    if not field.notnull().any():
+        return text_only(f"{label}: no point has a value")
     if len(keys) == 1 or field.sizes[keys[1]] <= LINES_BY_KEY:
         figure = _lines(data, field, keys, label)
     else:
@@ -96,8 +100,7 @@ def _lines(data: xr.Dataset, field: xr.DataArray, keys: list[str], label: str) -
     by_key = len(keys) == 2
     bundled = any(d in field.dims for d in ("mode", "number"))
     keep = bundled + (not by_key and not {"mode", "sensor"} & {*field.dims})
-    chosen = _first_definition(field) if by_key else field
-    parts = list(parts_of(chosen, keys, keep))[:MAX_PANELS]
+    parts = _panels(field, keys, keep)
     height = 30 + (62 if len(parts) == 1 else 42 * len(parts))
     figure, axes = panels(len(parts), 1, height_mm=height, sharex=True)
     for ax, (title, part) in zip(axes[:, 0], parts, strict=True):
@@ -117,7 +120,7 @@ def _lines(data: xr.Dataset, field: xr.DataArray, keys: list[str], label: str) -
 def _maps(field: xr.DataArray, keys: list[str], label: str) -> Figure:
     """Maps over both keys, the second upwards, a panel for each label in two columns; white where a
     point failed."""
-    parts = list(parts_of(_first_definition(field), keys, keep=0))[:MAX_PANELS]
+    parts = _panels(field, keys, keep=0)
     columns = min(len(parts), 2)
     rows = -(-len(parts) // columns)
     figure, axes = panels(rows, columns, height_mm=30 + 62 * rows)
@@ -154,13 +157,17 @@ def parts_of(field: xr.DataArray, keys: list[str], keep: int) -> Iterator[tuple[
     if not inner:
         yield "", field
         return
-    largest = float(np.abs(field).max())
     for at in np.ndindex(*(field.sizes[d] for d in inner)):
         part = field.isel(dict(zip(inner, at, strict=True)))
-        size = float(np.abs(part).max())
-        alike = "sensor_unit" not in field.coords
-        if np.isfinite(size) and (size > NEGLIGIBLE * largest * alike or largest == 0):
-            yield ", ".join(label_at(part, d) for d in inner), part
+        yield ", ".join(label_at(part, d) for d in inner), part
+
+
+def _panels(field: xr.DataArray, keys: list[str], keep: int) -> list[tuple[str, xr.DataArray]]:
+    """The first parts of a variable that have values, and not only rounding."""
+    largest, alike = float(np.abs(field).max()), "sensor_unit" not in field.coords
+    sized = [(title, part, np.abs(part).max()) for title, part in parts_of(field, keys, keep)]
+    least = NEGLIGIBLE * largest * alike if largest > 0 else -1.0
+    return [(title, part) for title, part, size in sized if size > least][:MAX_PANELS]
 
 
 def _curves(part: xr.DataArray, key: str, other: str = "") -> list[Curve]:

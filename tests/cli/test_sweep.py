@@ -30,6 +30,16 @@ def test_one_key_table_dataset_and_pictures(flexgear, tmp_path):
     assert data[KEY].attrs["units"] == "N/m"
 
 
+@pytest.mark.parametrize("keys", [(f"{KEY}=1e7,1e8",), (f"{KEY}=1e7,1e8", "stage.planets=3,4")])
+def test_a_measure_without_any_value_is_a_dash_and_a_picture_that_says_so(flexgear, tmp_path, keys):
+    """Without torque planets share no load: the pictures ended the sweep in an internal error."""
+    idle = ("--set", "inputs.0.torque_nm=0", "--measure", "load_sharing", "-q", "--out", tmp_path)
+    text = flexgear.out("sweep", "lin-parker", *keys, *idle)
+    for definition in ("instantaneous", "mean-based", "cycle-based"):
+        assert f"load sharing, {definition} (–): the same at every point, ring –, sun –" in text
+    assert (tmp_path / "sweep_load_sharing.png").stat().st_size > 1000
+
+
 @pytest.mark.slow
 def test_long_tables_are_thinned_and_what_does_not_change_is_one_line(flexgear, tmp_path):
     few, many = (
