@@ -250,11 +250,11 @@ def _turns(case: Case) -> dict[str, Array]:
     turns = {
         s.name: one_turn(m, speed, per_gear_mesh, m.cycle.per_turn)
         for s, m in zip(case.stages, stage_motions(case, flow), strict=True)
-        if s.planets > 1 and m.theta != 0
+        if s.planets > 1 and m.theta != 0 and any(flow.stage(s.name).gear_mesh_forces.values())
     }
     if not turns:
         problem = "there is no stage whose planets share a load and turn"
-        remedy = "take a case with two planets or more, at a speed that is not zero"
+        remedy = "take a case with two planets or more, at a speed and torque that are not zero"
         raise InputError(case.source, "planets", problem, remedy)
     return turns
 

@@ -83,6 +83,10 @@ def test_json_is_the_summary(flexgear, tmp_path):
             ["--scheduler: nowhere: names no port -- e.g. tcp://host:8786"],
         ),
         (["lin-parker", "--set", PIN, *LOOSE], []),  # no equilibrium
+        (
+            ["lin-parker", "--set", PIN, "--set", "inputs.0.torque_nm=0"],
+            ["planets: there is no stage whose planets share a load", "torque that are not zero"],
+        ),
     ],
 )
 def test_bad_arguments_of_tolerance_are_one_line_and_no_files(
