@@ -225,7 +225,7 @@ def require_sound(case: Case, study: str) -> None:
 def check_faults(case: Case) -> None:
     """Raise Refusal for faults of teeth and bearings that the case does not have, or that its model
     of the gear mesh cannot represent."""
-    cracked: dict[tuple[Any, ...], int] = {}
+    faulty, cracked = dict[tuple[Any, ...], int](), dict[tuple[Any, ...], int]()
     for k, fault in enumerate(case.faults):
         with below(f"faults.{k}"):
             stage = stage_of_fault(case, fault)
@@ -237,12 +237,16 @@ def check_faults(case: Case) -> None:
                 continue
             _check_tooth(stage, fault)
             _check_gear_mesh(stage)
+            tooth = stage.name, fault.gear, fault.planet, fault.side, fault.tooth
+            first = faulty.setdefault(tooth, k)
+            if first != k and "missing_tooth" in (fault.kind, case.faults[first].kind):
+                problem = f"has faults.{first}, too, and a missing tooth has no other fault"
+                raise Refusal("tooth", problem, "keep one of both")
             if fault.kind == "root_crack":
-                place = stage.name, fault.gear, fault.planet, fault.side, fault.tooth, fault.flank
-                if place in cracked:
-                    problem = f"is cracked by faults.{cracked[place]} already"
+                first = cracked.setdefault((*tooth, fault.flank), k)
+                if first != k:
+                    problem = f"is cracked by faults.{first} already"
                     raise Refusal("tooth", problem, "keep one crack a flank")
-                cracked[place] = k
 
 
 def _check_bearing(case: Case, stage: Stage, fault: Fault) -> None:

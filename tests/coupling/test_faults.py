@@ -380,6 +380,9 @@ WEAR = 'kind = "wear"\ngear = "ring"\nflank = "drive"\ndepth_um = 20'
          "faults[0].face", "beyond the face"),
         (WEAR + "\nface_end_mm = 16", "faults[0].face_end", "beyond the face"),
         (WEAR + "\nstage = 'other'", "faults[0].stage", "is no stage"),
+        (CRACK + '\n[[faults]]\nkind = "missing_tooth"\ngear = "sun"\ntooth = 16',
+         "faults[1].tooth", "a missing tooth has no other fault"),
+        (CRACK + "\n[[faults]]\n" + CRACK, "faults[1].tooth", "is cracked by faults.0 already"),
     ],
 )  # fmt: skip
 def test_faults_that_do_not_fit_are_one_line(stage, fault, key, words):
