@@ -11,11 +11,10 @@ from scipy.optimize import brentq
 from stepped import energy_closes, jump, stepped
 from trains import stage_train
 
-from flexgear.analysis.modes import row_vectors
 from flexgear.analysis.orbit import orbit_elements
 from flexgear.analysis.start import start_state
 from flexgear.coupling.build import build_system
-from flexgear.coupling.kernels.elements import pair_rows
+from flexgear.coupling.kernels.elements import pair_rows, row_motions
 from flexgear.coupling.kernels.pairs import build_rows
 from flexgear.coupling.laws import LAW_NUMBERS
 from flexgear.coupling.modal import modal_system
@@ -227,7 +226,7 @@ def test_a_small_change_of_torque_rings_down_as_the_coefficients_say(tmp_path):
     n, _ = build_rows(
         system.pairs, rows, np.zeros(len(system.angles)), carrying_flanks(system.pairs)
     )
-    teeth = row_vectors(system, rows, n)[rows.row["kind"][:n] >= 0]
+    teeth = row_motions(rows, n, system.blocks)[rows.row["kind"][:n] >= 0]
     stiffness += (teeth.T * rows.row["stiffness"][: len(teeth)]) @ teeth
     damping += (teeth.T * rows.row["damping"][: len(teeth)]) @ teeth
     speed, scale = -100 * np.pi / 30 * PLANET, OIL * DIAMETER / 2 * LENGTH**3 / CLEARANCE**3
