@@ -121,8 +121,8 @@ def displacements_chart(data: xr.Dataset) -> Figure:
         for (part, half), place in motion.items():
             times, line = _with_gaps(data, np.hypot(place[:, 0], place[:, 1]))
             colour, style = MEMBER_COLOURS[part], HALVES.get(half, "-")
-            label = f"{part} {half}".strip()
-            draw(row[1], times, line, colour, ls=style, lw=1.0, label=label)
+            member = f"{part} {half}".strip()
+            draw(row[1], times, line, colour, ls=style, lw=1.0, label=member)
         row[1].set_ylabel("distance from the axis (µm)")
         row[1].set_xlabel(label)
         row[1].set(ylim=(0.0, None), xlim=(at.min(), at.max()) if len(at) > 1 else None)

@@ -142,6 +142,7 @@ class TestDisplacements:
         np.testing.assert_allclose(orbit.get_lines()[0].get_data()[0][0], 30.0)
         assert orbit.get_xlabel() == "x of the sun (µm)"
         assert distance.get_ylabel() == "distance from the axis (µm)"
+        assert distance.get_xlabel() == "turns of one, sun (–)"
         np.testing.assert_allclose(distance.get_lines()[0].get_ydata(), 30.0)
         assert other[0].get_xlabel() == "x of the pinion (µm)"
 
