@@ -347,7 +347,7 @@ def _meetings(ax: Axes, data: xr.Dataset, stage: str, top: float) -> None:
         x, ideal = factor / (1.0 + detuning), _is_ideal(data, meetings[0])
         cause = "excited by perfect gears" if ideal else "only by errors"
         ax.plot(
-            x, natural, "o", ms=3.6, zorder=5, color="black" if ideal else "white",
+            x, natural, "o", ms=3.6, zorder=5 + ideal, color="black" if ideal else "white",
             markeredgecolor="black", markeredgewidth=0.7, label=f"{within}, {cause}",
         )  # fmt: skip
         has_room = all(abs(natural - y) >= LABEL_HEIGHT * top for y in labelled)

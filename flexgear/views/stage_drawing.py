@@ -163,13 +163,8 @@ def _carrier_circles(ax: Axes, view: StageView) -> None:
     if body is None:
         return
     for diameter in (body.plate_diameter, body.hub_outer_diameter):
-        dashes: Any = {
-            "ec": HIDDEN,
-            "ls": "--",
-            "lw": 0.8,
-            "label": "plates and hub of the carrier",
-        }
-        ax.add_patch(Circle((0.0, 0.0), MILLI * diameter / 2, fill=False, **dashes))
+        look: Any = {"ec": HIDDEN, "ls": "--", "lw": 0.8, "label": "plates and hub of the carrier"}
+        ax.add_patch(Circle((0.0, 0.0), MILLI * diameter / 2, fill=False, **look))
 
 
 def _gear_boxes(view: StageView) -> Iterator[Box]:

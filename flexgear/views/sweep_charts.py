@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter, NullLocator
 
 from flexgear.arrays import Array
@@ -103,15 +104,17 @@ def _lines(data: xr.Dataset, field: xr.DataArray, keys: list[str], label: str) -
     parts = _panels(field, keys, keep)
     height = 30 + (62 if len(parts) == 1 else 42 * len(parts))
     figure, axes = panels(len(parts), 1, height_mm=height, sharex=True)
+    whole = list[Line2D]()  # for the legend, beside lines dashed over others
     for ax, (title, part) in zip(axes[:, 0], parts, strict=True):
         curves = _curves(part, *keys)
+        whole += [Line2D([], [], color=c.colour, ls=c.style, label=c.label) for c in curves]
         _draw(ax, part[keys[0]], curves, field)
         ax.set_title(title)
         ax.set_ylabel(label)
     if not by_key and "mode" in field.dims and "mode_type" in data:
         _mark_types(axes[-1, 0], data, field, keys[0])
     axes[-1, 0].set_xlabel(_key_label(field[keys[0]]))
-    legend = legend_of(figure, LINES_BY_KEY if by_key else 4)
+    legend = legend_of(figure, LINES_BY_KEY if by_key else 4, filter(Line2D.get_label, whole))
     if legend is not None and by_key:
         legend.set_title(_key_label(field[keys[1]]))
     return figure

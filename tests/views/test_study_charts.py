@@ -79,9 +79,11 @@ def test_lines_by_label_panels_by_the_labels_before():
 def test_lines_that_cover_each_other_take_turns():
     values = np.ones((3, 2))
     data = study({"k": field(values, "1", group=0)}, [A], group=["p", "q"])
-    first, second = lines_of(sweep_chart(data, "k"))
+    figure = sweep_chart(data, "k")
+    first, second = lines_of(figure)
     assert first.get_linestyle() == "-"
     assert second.get_linestyle() == "--"
+    assert [line.get_linestyle() for line in figure.legends[0].get_lines()] == ["-", "-"]
 
 
 def test_lines_that_are_nothing_are_left_out():

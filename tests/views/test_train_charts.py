@@ -375,6 +375,9 @@ class TestCampbell:
         assert places == {(1.25, 100.0), (1.0, 80.0)}
         filled = [d.get_markerfacecolor() for d in dots if d.get_xdata()[0] == 1.0]
         assert filled == ["black"]
+        hollow = next(d for d in dots if d.get_markerfacecolor() == "white")
+        black = next(d for d in dots if d.get_markerfacecolor() == "black")
+        assert black.get_zorder() > hollow.get_zorder()  # where both are near
         assert "1× at 2" in {t.get_text() for t in ax.texts}
 
     def test_a_panel_for_each_stage(self):
