@@ -376,7 +376,7 @@ MAX_PERIODS = 800.0  # before them, with weak damping
 
 
 def is_excited(case: Case) -> bool:
-    """Whether stiffness that varies, errors or faults excite vibration of the train."""
+    """Whether teeth excite the train: by stiffness that varies, errors or faults."""
     stages = case.stages
     steady = all(s.gear_mesh.model == "constant" and s.errors == GearErrors() for s in stages)
     return not steady or bool(case.faults)
@@ -384,12 +384,13 @@ def is_excited(case: Case) -> bool:
 
 def dynamic_factors(case: Case, quasi_static: Mapping[GroupName, float]) -> dict[GroupName, float]:
     """K_v by group of gear meshes, of those in ``quasi_static`` with their largest quasi-static
-    forces, N; empty for a train at rest or if keys state all, 1 where nothing excites it. Evaluated
-    over the last ``PERIODS`` of a transient, after the settling time of the case, or as many
-    periods and the decay of vibration from the start."""
+    forces, N; empty for a train at rest or if keys state all; 1 where neither teeth excite it nor
+    FE gears, which are stiffer at their bolts. Evaluated over the last ``PERIODS`` of a transient,
+    after the settling time of the case, or as many periods and the decay of vibration."""
     if None not in [case.rating.forced(name.stage, name.role).k_v for name in quasi_static]:
         return {}
-    if not is_excited(case):
+    of_gears = [stage.form(part) for stage in case.stages for part in ("ring", "planet")]
+    if not is_excited(case) and "fe" not in of_gears:
         return dict.fromkeys(quasi_static, 1.0)
     model = assemble(_steadily_driven(case))
     frequencies = [s.gear_mesh_frequency for s in model.flow.stages if s.gear_mesh_frequency]

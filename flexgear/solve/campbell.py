@@ -280,7 +280,8 @@ def _meetings(
         lines_of_stage = [line for line in lines if line.label.stage == stage.name]
         groups = _groups(rest.frequencies, index[:, number])
         force, alone = _forces(model, stage.name, rest, rates, lines_of_stage, groups)
-        passing = {i: k for i, k in enumerate(lines_of_stage) if k.label.kind == BOLT_PASS}
+        bolts = [i for i, k in enumerate(lines_of_stage) if k.label.kind == BOLT_PASS]
+        passing = {i: lines_of_stage[i] for i in bolts if _loaded(model, stage.name)}
         for factor in operating:
             at_speed = [np.interp(factor, diagram.factors, f) for f in diagram.frequencies.T]
             for i, line in enumerate(lines_of_stage):

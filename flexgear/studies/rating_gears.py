@@ -53,7 +53,7 @@ REMEDIES = {  # keys that give a factor where neither model nor standard does
     "K_v": "K_v is not known: rating.k_v, or data of both gears for method B",
     "K_Hα": "K_Hα is not known: rating.k_h_alpha and k_f_alpha, or the same data",
 }
-NOTHING_EXCITES = 'nothing excites it: gear_mesh.model = "per_pair", or errors of the stage'
+NO_EXCITATION = 'teeth do not excite it: gear_mesh.model = "per_pair", or errors of the stage'
 NO_TEETH = "base diameters or working angles stand in place of gears"
 OTHER = {"sun": "ring", "ring": "sun", "drive": "coast"}  # the other flank of a tooth
 KEYS = {  # of [rating] by symbol
@@ -150,7 +150,7 @@ def rate_gears(
             if keys:
                 missing[f"{group}, tilting"] = f"it does not count in K_Hβ: {' and '.join(keys)}"
             if any(sheets) and _unexcited(cases, group):
-                missing[f"{group}, K_v"] = NOTHING_EXCITES
+                missing[f"{group}, K_v"] = NO_EXCITATION
     parts = []
     for place, history in histories.items():
         pair = pairs[place.stage, next(iter(history.values())).group.role]
@@ -225,8 +225,8 @@ def _untilted(cases: Sequence[Case], group: GroupName) -> list[str]:
 
 
 def _unexcited(cases: Sequence[Case], group: GroupName) -> bool:
-    """Whether nothing excites the train from which K_v is computed, so that it is 1. False where
-    every load case states K_v."""
+    """Whether teeth do not excite the train from which K_v is computed, so that it is about 1.
+    False where every load case states K_v."""
     case = cases[0]
     stated = [each.rating.forced(group.stage, group.role).k_v for each in cases]
     by_train = case.rating.dynamic_factor == "train" and case.rating.deviations == "stated"

@@ -187,6 +187,13 @@ def test_force_of_a_met_bolt_pass_is_that_in_time():
     assert float(data["meeting_force"][0]) == pytest.approx(swing.max(), rel=0.2)
 
 
+def test_without_torque_the_pass_of_bolts_has_no_force():
+    case = load_case("star-ring", {"solver.fidelity": "quick", "inputs.0.torque_nm": "0"})
+    data = campbell(assemble(case), limit_hz=400.0)
+    assert "stage bolt pass x 12" in data["meeting_excitation"].values
+    assert np.isnan(data["meeting_force"]).all()
+
+
 def test_orders_are_those_of_the_stiffness(tmp_path):
     """At least a tenth of the largest harmonic and a thousandth of the mean, by the spectrum; of
     constant stiffness the first three."""

@@ -19,7 +19,8 @@ from flexgear.results.rating_files import rating_rows, rating_summary
 from flexgear.results.report.study_tables import rating_tables, rating_verdicts
 from flexgear.results.report.wording import words
 from flexgear.solve import bin_loads
-from flexgear.solve.bin_loads import loads_in_bin
+from flexgear.solve.bin_loads import dynamic_factors, groups_of, loads_in_bin
+from flexgear.solve.model import assemble
 from flexgear.studies import rating as study
 from flexgear.studies import rating_gears
 from flexgear.studies.compare import lives
@@ -175,6 +176,16 @@ def test_no_transient_is_computed_where_nothing_excites_or_keys_state_k_v(monkey
     load = LoadCase(name="a", hours=1.0, torque=RATED)
     stated = _train().with_(load_cases=(load,), **{**varies, "rating.k_v": 1.2})
     assert {g.factors[0]["K_v"].value for g in rate(stated, workers=1).gear_meshes} == {1.2}
+
+
+def test_bolts_of_an_fe_ring_excite_a_train_whose_teeth_do_not():
+    """Planets of the star pass 12 bolts at the frequency of the lowest mode."""
+    keys = {"solver.fidelity": "quick", "stage.gear_mesh.model": "constant", "stage.errors": ""}
+    case = load_case("star-ring", keys)
+    model = assemble(case)
+    groups = groups_of(model.gear_meshes.names, 1)
+    mean = {group: float(model.mean_forces[at].max()) for group, at in groups.items()}
+    assert all(1.03 < k_v < 1.1 for k_v in dynamic_factors(case, mean).values())
 
 
 def test_dynamic_factor_of_the_train():
