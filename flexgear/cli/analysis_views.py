@@ -305,7 +305,7 @@ def transient_figures(ranges: Ranges) -> dict[str, Any]:
         loads = {f"{gear}_tooth_load_n": _range(ranges, f"{gear}_load") for gear in GEARS}
         of_pairs = {"carrying_flank": names, **loads}
     return {
-        "carrier_speed_rpm": _range(ranges, "stage_speed", RPM),
+        "carrier_speed_against_ring_rpm": _range(ranges, "stage_speed", RPM),
         "ring_mesh_force_n_mean": float(ranges.mean["ring_force"].mean()),
         **of_pairs,
         "load_sharing_max": number(most["load_sharing"]),

@@ -186,7 +186,7 @@ class StageDrop:
 
 
 STAGE_DROP = (
-    Figure("carrier_speed_rpm_min", "1/min", "slowest speed of the carrier, of FE rings",
+    Figure("carrier_speed_rpm_min", "1/min", "slowest speed of the pins against the ring",
            of=lambda drop: float(slowest(drop.parts[0], "stage_speed")) * RPM),
     Figure("tooth_load_n_min", "N", "smallest load of a pair on the loaded flank",
            of=StageDrop.lowest_load, label="lowest load of a tooth pair"),
@@ -283,7 +283,7 @@ class SteadyRun:
 
 
 STEADY = (
-    Figure("carrier_speed_rpm_mean", "1/min", "mean speed of the carrier", WITH_SECTION,
+    Figure("carrier_speed_rpm_mean", "1/min", "mean speed of the pins to the ring", WITH_SECTION,
            lambda run: float(run.ranges.mean["stage_speed"]) * RPM),
     Figure("ring_pairs_in_contact.<number>", "1", "share of time with so many pairs in contact",
            WITH_SECTION, SteadyRun.pairs),

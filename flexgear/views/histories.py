@@ -226,7 +226,7 @@ def tooth_map(axes: Axes, at: Array, image: Array, **look: Any) -> QuadMesh:
 ROUNDING = 1e-6  # of the largest displacement: a direction with less does not move
 Pick = Callable[[xr.Dataset], xr.DataArray]
 Drawn = tuple[str, Pick, float]  # label, function of a run for the values, factor
-SPEED: Drawn = ("carrier speed\n(r/min)", itemgetter("stage_speed"), RPM)
+SPEED: Drawn = ("carrier speed to\nring (r/min)", itemgetter("stage_speed"), RPM)
 SHARING: Drawn = ("load sharing\nfactor $K_γ$ (–)", ring_sharing, 1.0)
 SPREAD: Drawn = ("force spread /\nrated mean (–)", ring_force_spread, 1.0)
 
@@ -263,7 +263,7 @@ def finish(figure: Figure, axes: Any, runs: Runs, x: str) -> Figure:
 
 @styled
 def carrier_speed(runs: Runs, rated_rpm: float | None = None) -> Figure:
-    """Input torque and carrier speed (r/min) of one or several runs over time (Figure 10)."""
+    """Input torque and speed of the carrier against the ring of runs over time (Figure 10)."""
     figure, axes = panels(2, 1, height_mm=96, sharex=True, height_ratios=[1, 2])
     top, bottom = axes[:, 0]
     torque_panel(top, runs)

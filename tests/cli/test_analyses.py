@@ -394,6 +394,14 @@ def test_a_flexible_stage_is_streamed_into_a_file(flexgear, tmp_path, monkeypatc
     assert figures["ring_tooth_load_n"]["min"] == pytest.approx(float(loads.min()), rel=1e-6)
 
 
+def test_the_speed_of_a_star_is_that_against_its_ring(flexgear):
+    """Its carrier is held; with the sun at 3000 r/min the ring turns at 3000 z_s/z_r."""
+    text = flexgear.out("simulate", "star-ring", "--rigid", "all", *SHORT, "-q")
+    (line,) = (line.split() for line in text.splitlines() if "carrier speed" in line)
+    assert line[:4] == ["carrier", "speed", "against", "ring"]
+    assert float(line[line.index("min") + 1]) == pytest.approx(3000 * 21 / 75, rel=1e-3)
+
+
 def test_a_train_without_planets_is_written(flexgear, tmp_path):
     """No group of gear meshes shares a load there, so that variables of groups are empty."""
     case, out = tmp_path / "pair.toml", tmp_path / "pair.nc"

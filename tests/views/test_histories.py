@@ -35,7 +35,7 @@ def test_speed_is_in_revolutions_per_minute(dropped):
     figure = histories.carrier_speed(dropped, rated_rpm=11.27)
     values = line_of(figure.axes[1], VARIANT_COLOURS["flexible"]).get_ydata()
     assert values[0] == pytest.approx(11.27, rel=1e-3)
-    assert figure.axes[1].get_ylabel() == "carrier speed\n(r/min)"
+    assert figure.axes[1].get_ylabel() == "carrier speed to\nring (r/min)"
 
 
 def test_constant_speed_is_not_blown_up_to_noise(steady):
