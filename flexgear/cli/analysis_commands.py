@@ -48,14 +48,10 @@ from flexgear.solve.result_warnings import (
     pulling_teeth,
     reversed_pairs,
     two_senses,
+    without_rounding,
 )
 from flexgear.solve.static import static as equilibria
-from flexgear.solve.transient import (
-    cut_short,
-    fault_warnings,
-    stepping_of,
-    train_histories,
-)
+from flexgear.solve.transient import cut_short, fault_warnings, stepping_of, train_histories
 from flexgear.solve.transient import simulate as run_transient
 
 LARGEST = 1e9  # Hz, s, or times the rated torque
@@ -207,7 +203,7 @@ def simulate(
         figures["energy_residual"] = largest_residual(account)
     distance = views.farthest(figures["distance_from_axis_um_max"])
     notes = views.neglected_lines(model, distance, torque_share)
-    forces = figures["gear_mesh_force"]
+    forces = without_rounding(case, figures["gear_mesh_force"])
     notes += pulling_teeth(case, two_senses(forces)) + growing_forces(case, forces)
     notes += reversed_pairs(case, {g: f["max_n"] for g, f in forces.items()})
     notes += large_motions(case, largest_motions(motions.largest))

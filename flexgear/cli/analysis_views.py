@@ -39,22 +39,13 @@ from flexgear.results.stage_part import (
     ring_sharing,
     stage_part,
 )
-from flexgear.results.time_figures import (
-    displacement_summary,
-    radial_harmonics,
-    star_angle,
-)
+from flexgear.results.time_figures import displacement_summary, radial_harmonics, star_angle
 from flexgear.solve.campbell import LEAST, crossing_rows
 from flexgear.solve.headlines.ratings import radial_alone
 from flexgear.solve.headlines.solution import balance_sentence
 from flexgear.solve.model import Model
 from flexgear.solve.modes import top_shares
-from flexgear.solve.resonance import (
-    gear_mesh_orders,
-    resonance_figures,
-    resonance_verdict,
-    span,
-)
+from flexgear.solve.resonance import gear_mesh_orders, resonance_figures, resonance_verdict, span
 from flexgear.solve.result_warnings import (
     ROUNDING,
     Length,

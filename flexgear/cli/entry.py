@@ -23,13 +23,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from flexgear.cli import STOPPED, on_stop
-from flexgear.model.errors import (
-    FlexgearError,
-    FlexgearWarning,
-    InputError,
-    printable,
-    shortened,
-)
+from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError, printable, shortened
 
 
 class Entry(NamedTuple):

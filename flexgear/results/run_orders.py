@@ -309,7 +309,7 @@ def _over_phase(
     history: xr.DataArray, values: Array, dims: Sequence[object], turns: int
 ) -> xr.DataArray:
     count = values.shape[list(dims).index("phase")]
-    about = {"units": "1", "long_name": f"share of a turn of {history.attrs['of']}"}
+    about = {"units": "1", "long_name": f"share of a turn of {words(history.attrs['of'])}"}
     phase = xr.Variable("phase", np.arange(count) / count, about)
     coords = {**coords_beside(history, TURN), "phase": phase}
     attrs = {**history.attrs, "turns": turns, "per_turn": count}

@@ -281,7 +281,7 @@ def _meetings(
         groups = _groups(rest.frequencies, index[:, number])
         force, alone = _forces(model, stage.name, rest, rates, lines_of_stage, groups)
         bolts = [i for i, k in enumerate(lines_of_stage) if k.label.kind == BOLT_PASS]
-        passing = {i: lines_of_stage[i] for i in bolts if _loaded(model, stage.name)}
+        passing = set(bolts if _loaded(model, stage.name) else ())
         for factor in operating:
             at_speed = [np.interp(factor, diagram.factors, f) for f in diagram.frequencies.T]
             for i, line in enumerate(lines_of_stage):
@@ -293,9 +293,8 @@ def _meetings(
                     if abs(distance) <= margin and k != ABSENT:
                         cause = _cause(line, k, stage.planets)
                         if i in passing:
-                            force[i] = _bolt_force(
-                                model, number, passing.pop(i), rest, rates, groups
-                            )
+                            passing.remove(i)
+                            force[i] = _bolt_force(model, number, line, rest, rates, groups)
                         size = float((force if cause == IDEAL else alone)[i, g])
                         if size < UNCOUPLED:
                             continue

@@ -41,8 +41,10 @@ from flexgear.results.report.wording import (
     with_unit,
     words,
 )
+from flexgear.results.run_orders import MOTION_ROUNDING
 from flexgear.results.time_figures import axis_distance
 
+ForceRanges = Mapping[str, Mapping[str, float]]
 PULLED = (
     'teeth pull, as contact is linear; contact_law = "one-sided" of gear_mesh lets flanks part.'
 )
@@ -149,7 +151,7 @@ def pulling_teeth(case: Case, groups: Iterable[str]) -> list[str]:
     ]
 
 
-def growing_forces(case: Case, forces: Mapping[str, Mapping[str, float]]) -> list[str]:
+def growing_forces(case: Case, forces: ForceRanges) -> list[str]:
     """A line for each stage with linear contact in which a gear-mesh force exceeds ``GROWN`` times
     its mean, as vibration that grows by itself does. forces: of ``force_ranges``."""
     lines = dict[str, str]()
@@ -177,7 +179,15 @@ def reversed_pairs(case: Case, most: Mapping[str, float]) -> list[str]:
     ]
 
 
-def two_senses(forces: Mapping[str, Mapping[str, float]]) -> list[str]:
+def without_rounding(case: Case, forces: ForceRanges) -> ForceRanges:
+    """The forces above those of rounding: of a closing of ``MOTION_ROUNDING`` under E b, tenfold
+    the stiffness of teeth with face width b. forces: of ``force_ranges``."""
+    width = max(stage.face_width for stage in case.stages)
+    least = MOTION_ROUNDING * case.material.young_modulus * width
+    return {g: f for g, f in forces.items() if max(-f["min_n"], f["max_n"]) > least}
+
+
+def two_senses(forces: ForceRanges) -> list[str]:
     """Groups of gear meshes whose teeth both push and pull during a run. forces: least and largest
     force of each group, of ``force_ranges``; below ``ROUNDING`` of the train's largest force one
     counts as none."""

@@ -89,6 +89,7 @@ def test_gear_mesh_force_and_transmission_error_have_the_gear_mesh_alone(transie
         outside = np.abs(spectrum["order"] / TEETH - np.round(spectrum["order"] / TEETH))
         assert float(spectrum.where(outside > 0.03).max()) < 1e-2 * float(spectrum.max())
     mean = data.fg.synchronous_average("gear_mesh_force", "sun", against="carrier", highest=150)
+    assert mean["phase"].attrs["long_name"].startswith("share of a turn of sun ")
     pattern = mean.sel(gear_mesh="stage sun 1").to_numpy()
     assert np.argmax(np.abs(np.fft.rfft(pattern - pattern.mean()))) % 25 == 0  # sun teeth
 

@@ -305,6 +305,13 @@ def test_json_holds_null_for_what_is_missing(flexgear):
             assert summary["transient"]["load_sharing"]["stage ring left"]["instantaneous"] is None
 
 
+def test_forces_of_rounding_neither_pull_nor_grow(flexgear):
+    """Of a train without torque, errors and varying stiffness."""
+    idle = ("simulate", "lin-parker", "--set", "inputs.0.torque_nm=0", "--duration-s", 0.02, "-q")
+    text = flexgear.quiet(*idle)
+    assert "in both senses" not in text and "times their mean" not in text
+
+
 def test_teeth_that_pull_are_said_where_load_sharing_is_printed(flexgear, tmp_path):
     """Linear contact under errors larger than the deflection: ΣF of N planets is that of the
     torque, so that the others pull where one carries more than it."""
