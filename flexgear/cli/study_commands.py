@@ -12,6 +12,7 @@ from flexgear.cli import options
 from flexgear.cli.display import resumable, show, show_table, show_verdicts, warn
 from flexgear.files.atomic import write_bytes, write_json
 from flexgear.files.rexs.from_case import model_of_case
+from flexgear.model.errors import InputError
 from flexgear.results.dataset_file import write_netcdf
 from flexgear.results.origin import origin_of_case
 from flexgear.results.rating import Rating
@@ -120,6 +121,9 @@ def tolerance(
     ):
         data = tolerances.tolerance(case, **study.where, progress=report, keep_batches=True)
         summary = tolerance_summary(data)
+        if summary["failed"] == summary["samples"]:
+            problem = "leave no set of parts with an equilibrium at every position"
+            raise InputError(case.source, "tolerance.errors", problem, "draw smaller ones")
         write_netcdf(data, stage / "tolerance.nc")
         write_json(stage / "summary.json", summary)
         largest = data["load_sharing_max"].max("sample").to_series().to_dict()

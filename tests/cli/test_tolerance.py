@@ -11,9 +11,11 @@ from dask_cluster import cluster
 from interrupts import interrupted, processes_with, wait_until
 from PIL import Image
 from report_pages import require_sound
+from tolerance_results import study_data
 
 from flexgear.results.dataset_file import load
 from flexgear.results.report.wording import number
+from flexgear.studies import tolerance as tolerances
 
 PIN = "tolerance.errors.pin_tangential.standard_deviation_um=10"
 PARTS = ("carrier", "ring", "sun")
@@ -95,6 +97,16 @@ def test_bad_arguments_of_tolerance_are_one_line_and_no_files(
     monkeypatch.chdir(tmp_path)
     flexgear.refused("tolerance", *arguments, "-q", says=words)
     assert [p for p in tmp_path.rglob("*") if p.is_file()] == []
+
+
+@pytest.mark.parametrize("pictures", ["--pictures", "--no-pictures"])
+def test_a_study_without_any_equilibrium_writes_nothing(flexgear, tmp_path, monkeypatch, pictures):
+    nowhere = study_data(gaps=list(range(50)))
+    monkeypatch.setattr(tolerances, "tolerance", lambda *_, **__: nowhere)
+    says = ["tolerance.errors: leave no set of parts with an equilibrium"]
+    study = ("tolerance", "lin-parker", "--set", PIN, pictures, "--out", tmp_path / "x", "-q")
+    flexgear.refused(*study, says=says)
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.slow
