@@ -277,7 +277,7 @@ def _excitation_lines(data: xr.Dataset) -> Iterator[str]:
             else "its stiffness is constant, or nearly so"
         )
         reach = f"{hz[at].min():.5g} to {hz[at].max():.5g} Hz"
-        yield f"  gear mesh of {name}: orders {span(of_name)}, {reach}; {varies}"
+        yield f"  gear mesh of {words(name)}: orders {span(of_name)}, {reach}; {varies}"
     others = {SHAFT: "turns of shafts, orders 1 and 2", PLANET_PASS: "planets that pass",
               BOLT_PASS: "bolts of FE rings that planets pass"}  # fmt: skip
     for other, what in others.items():

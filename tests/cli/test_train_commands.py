@@ -126,6 +126,7 @@ def test_campbell_diagram_and_its_file(flexgear, tmp_path):
     text = flexgear.out("modes", "lin-parker", "--campbell")
     assert "do not depend on speed" in text
     assert "force if met" not in text  # stiffness is constant, so that no row has a force
+    assert "gear mesh of stage 3: orders" in flexgear.out("modes", "nrel-5mw", "--campbell")
 
 
 def test_static_prints_what_sensors_read(flexgear):
