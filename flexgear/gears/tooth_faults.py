@@ -21,11 +21,13 @@ the shallowest.
 With a total contact ratio below two a faulty tooth is alone on the path of contact for part of the
 cycle. If it is missing, or worn deeper than the gear mesh deflects, tips of the teeth beside it
 take the load; a model without contact off the path leaves the gears free there, until the next
-pair begins its path with the whole stiffness at whatever approach they have reached
+pair begins its path with the whole stiffness at whatever approach they have reached. So it does
+with pitch deviations of neighbouring teeth that differ by more than this deflection
 (``lost_contact``).
 """
 
 import itertools
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -33,7 +35,7 @@ import numpy as np
 
 from flexgear.arrays import Array, Ints
 from flexgear.gears.contact import GearMeshPath
-from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.geometry import PER_PAIR_MODELS, stage_geometry
 from flexgear.gears.off_path import SAME_LENGTH
 from flexgear.gears.paths import AVERAGED_SLICES, flank_name, stage_paths
 from flexgear.gears.radii import role_of
@@ -47,6 +49,7 @@ from flexgear.model.stage_view import StageView
 POINTS_IN_SLICE = 8  # over which the depth is averaged
 LARGEST_CRACK = 0.8  # of the root section
 SAME_DEPTH = 1e-9  # relative difference of depths that count as equal
+NEIGHBOURS = 3.0 * math.sqrt(2.0)  # standard deviations: three of the difference of two pitches
 NOT_ASSESSED = (
     "ratings, nominal and root stresses are those of sound teeth, lives those of sound races; "
     "growth of faults is not modelled"
@@ -122,16 +125,26 @@ def fault_report(view: StageView, paths: Sequence[GearMeshPath]) -> dict[str, st
 
 
 def lost_contact(view: StageView, forces: Mapping[str, float]) -> Iterator[str]:
-    """Warnings about faulty teeth beside which tips would take the load, in a model without contact
-    off the path. forces: normal force of one gear mesh of "sun" and "ring", N."""
+    """Warnings about faulty teeth beside which tips would take the load, and such pitch deviations,
+    in a model without contact off the path. forces: normal force of one gear mesh of "sun" and
+    "ring", N."""
     if view.gear_mesh.model == "face_load" and not view.gear_mesh.path_only:
         return
-    doubtful = dict[Numbered, str]()
-    for (kind, _), path in stage_paths(view, forces).items() if faults_of_stage(view) else ():
+    doubtful, e = dict[Numbered | str, str](), view.stage.errors
+    of_pairs = view.gear_mesh.model in PER_PAIR_MODELS
+    pitches = of_pairs and (e.ring_pitch or e.planet_pitch or e.sun_pitch)
+    concerned = pitches or faults_of_stage(view)
+    for (kind, _), path in stage_paths(view, forces).items() if concerned else ():
         overlap = abs(path.slope) * path.half_face
         alone = path.s_grid > path.s_hi + overlap - path.base_pitch
         alone &= path.s_grid < path.s_lo - overlap + path.base_pitch
         approach = abs(forces[kind.gear]) / path.mean_stiffness
+        differ = NEIGHBOURS * math.hypot(getattr(e, f"{kind.gear}_pitch"), e.planet_pitch)
+        if path.carries and alone.any() and differ > approach > 0.0:
+            sizes = (
+                f"by up to {1e6 * differ:.3g} µm, the gear mesh deflects by {1e6 * approach:.3g} µm"
+            )
+            doubtful[kind.gear] = f"pitches at the {view.part(kind.gear)} differ {sizes}"
         for numbered in itertools.chain(*fault_groups(view, path).of_pairs):
             spring = replace(path, slices=None)
             faulty = with_faults(view, spring, forces[kind.gear], [numbered], None)
@@ -140,9 +153,9 @@ def lost_contact(view: StageView, forces: Mapping[str, float]) -> Iterator[str]:
                 doubtful[numbered] = numbered[1].words
     for words in doubtful.values():
         yield (
-            f"{words}: where its pair is alone on the path of contact, tips touch beside the path, "
+            f"{words}: where one pair is alone on the path of contact, tips touch beside the path, "
             f"which gear_mesh.model = {view.gear_mesh.model!r} leaves out here: forces of "
-            "transients come out several times too large; take 'face_load' without path_only"
+            "transients come out too large, up to several times; take 'face_load' without path_only"
         )
 
 

@@ -14,6 +14,7 @@ from flexgear import load_case, sweep
 from flexgear.analysis.orbit import orbit_elements
 from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import power_flow
+from flexgear.gears.report import stage_report
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.solve.angles import stage_motions
 from flexgear.solve.headlines.declaration import Findings
@@ -146,6 +147,39 @@ def test_transients_warn_where_a_faulty_tooth_leaves_none_in_contact(
     assert len(texts) == lost
     assert all("face_load" in line for line in texts)
     assert texts == [line for line in implausible(case, power_flow(case)) if line in texts]
+
+
+@pytest.mark.parametrize(
+    ("text", "model", "gear", "share", "warned"),
+    [
+        (PLANETARY, "per_pair", "ring", 1.1, ["ring"]),
+        (PLANETARY, "per_pair", "ring", 0.9, []),
+        (PLANETARY, "per_pair", "planet", 1.1, ["ring", "sun"]),
+        (PLANETARY, "face_load", "ring", 1.1, []),
+        (PLANETARY.replace("angle_deg = 0", "angle_deg = 25"), "per_pair", "ring", 1.1, []),
+        (PAIR, "per_pair", "sun", 1.1, ["pinion"]),
+    ],
+)
+def test_pitch_deviations_of_spur_gears_that_exceed_the_deflection_have_the_warning(
+    stage, text, model, gear, share, warned
+):
+    """Three standard deviations of the difference of two pitches beside the deflection of the gear
+    mesh of the largest, by force and mean stiffness that ``check`` prints."""
+    sound = stage(text, model)
+    (flow,) = power_flow(sound).stages
+    report = stage_report(sound.view(flow.name), flow.gear_mesh_forces)
+    deflection = {
+        role: force
+        / report.get(f"{role}_gear_mesh", report.get("gear_mesh"))["mean_stiffness_n_per_m"]
+        for role, force in flow.gear_mesh_forces.items()
+    }
+    of_gear = deflection.get(gear, max(deflection.values()))
+    deviation = {f"stages.0.errors.{gear}_pitch": share * of_gear / (3.0 * math.sqrt(2.0))}
+    case = sound.with_(**deviation)
+    texts = [line for line in implausible(case, power_flow(case)) if "pitches at the" in line]
+    assert sorted(line.split("pitches at the ")[1].split()[0] for line in texts) == warned
+    assert all("face_load" in line for line in texts)
+    assert fault_warnings(case.assemble()) == texts
 
 
 @pytest.mark.parametrize(
