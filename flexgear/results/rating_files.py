@@ -121,8 +121,8 @@ LIVES = {  # attributes of bearings by their symbols in a sheet, lives in 10⁶ 
 
 
 def rexs_results(rating: Rating) -> BinResults:
-    """Results in every load bin by REXS attribute: load factors of gear meshes, safeties of their
-    gears, lives and static safety of bearings."""
+    """Figures of every load bin, named by REXS attributes: load factors of gear meshes, safeties of
+    their gears, lives and static safety of bearings."""
     edition = rating.case.rating.edition
     gears: dict[tuple[GroupName, str], dict[str, Array]] = {}
     for gear_mesh in rating.gear_meshes:

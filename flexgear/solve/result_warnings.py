@@ -180,8 +180,8 @@ def reversed_pairs(case: Case, most: Mapping[str, float]) -> list[str]:
 
 
 def without_rounding(case: Case, forces: ForceRanges) -> ForceRanges:
-    """The forces above those of rounding: of a closing of ``MOTION_ROUNDING`` under E b, tenfold
-    the stiffness of teeth with face width b. forces: of ``force_ranges``."""
+    """Gear meshes whose largest force is above rounding, E b times ``MOTION_ROUNDING``; E b is
+    about ten times the stiffness of teeth of face width b. forces: of ``force_ranges``."""
     width = max(stage.face_width for stage in case.stages)
     least = MOTION_ROUNDING * case.material.young_modulus * width
     return {g: f for g, f in forces.items() if max(-f["min_n"], f["max_n"]) > least}

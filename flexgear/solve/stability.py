@@ -221,7 +221,7 @@ def train_in_modes(model: Model, stage: str, shapes: Array, omega: Array) -> Per
     for m, label in enumerate(system.gear_meshes):
         if label.stage != number and m in contact.cycles:
             flank = contact.cycles[m]
-            row = flank.mean_row @ flank.blocks @ shapes
+            row = flank.closing(shapes)
             damping += flank.damping.mean() * np.outer(row, row)
     zero = np.zeros_like(constant)
     gyroscopic, centripetal = (

@@ -134,7 +134,7 @@ class HalvesRecovery:
         return np.concatenate([self.half @ left, image.reshape(len(self.half), -1)])
 
     def __getitem__(self, rows: Ints | slice) -> NDArray[np.float32]:
-        """Rows (n, 2h) of the matrix."""
+        """The chosen rows (n, 2h) of the matrix of both halves, each of which has h columns."""
         chosen = np.arange(2 * len(self.half))[rows]
         is_image, at = np.divmod(chosen, len(self.half))
         sides = np.where(is_image[:, None], PLACE[at % 3, None] * self.sign, 1.0)

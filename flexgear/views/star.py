@@ -64,7 +64,7 @@ class StageOutline:
         return self.center_distance * np.array([np.cos(angle), np.sin(angle)])
 
     def in_millimetres(self) -> Self:
-        """The outline with radii and centre distance in mm, the unit of pictures, for m."""
+        """The same outline with its lengths converted from m to mm, as pictures show them."""
         sizes = ("ring_radius", "sun_radius", "planet_radius", "center_distance")
         return replace(self, **{name: 1e3 * getattr(self, name) for name in sizes})
 

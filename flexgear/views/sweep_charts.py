@@ -166,7 +166,8 @@ def parts_of(field: xr.DataArray, keys: list[str], keep: int) -> Iterator[tuple[
 
 
 def _panels(field: xr.DataArray, keys: list[str], keep: int) -> list[tuple[str, xr.DataArray]]:
-    """The first parts of a variable that have values, and not only rounding."""
+    """Titles and values of the first ``MAX_PANELS`` parts of a variable that are neither empty nor
+    rounding beside the largest; keep: see ``parts_of``."""
     largest, alike = float(np.abs(field).max()), "sensor_unit" not in field.coords
     sized = [(title, part, np.abs(part).max()) for title, part in parts_of(field, keys, keep)]
     least = NEGLIGIBLE * largest * alike if largest > 0 else -1.0
